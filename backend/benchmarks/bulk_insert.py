@@ -1,4 +1,4 @@
-"""Rows into a database of a benchmark's own, as quickly as it takes them in."""
+"""Inserts rows into a benchmark's database as fast as possible."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -11,15 +11,15 @@ from kata.database.engine import Database
 
 Rows = list[dict[str, Any]]
 Insert = Callable[[Table, Rows], None]
-"""Called with rows that have the same columns all, each value as SQLite keeps it; PostgreSQL understands the same."""
+"""Called with rows of the same columns. Each value has SQLite's storage form, which PostgreSQL accepts too."""
 
-_UNCHECKED: Final = {
-    # Nobody keeps what a power cut would take; what is referred to is loaded by the same hand.
+_SETTINGS: Final = {
+    # The data need not survive a power cut, and the caller inserts every referenced row.
     "sqlite": (
         "PRAGMA foreign_keys = OFF",
         "PRAGMA synchronous = OFF",
         "PRAGMA cache_size = -262144",
-        # Written once, and not by way of the log; whoever opens it next puts the log back.
+        # Write without a journal; the next connection switches to WAL again.
         "PRAGMA journal_mode = OFF",
     ),
     "postgresql": (
@@ -33,34 +33,34 @@ _UNCHECKED: Final = {
 
 @contextmanager
 def bulk_insert(database: Database, tables: Sequence[Table]) -> Iterator[Insert]:
-    """All of the block in one transaction. Only after it the tables get their indexes, and nobody samples whether references hold."""
+    """Insert during the block in one transaction. The tables get their indexes at its end, and references are not checked."""
     dialect = database.writer.dialect
-    indexes = [index for table in tables for index in sorted(table.indexes, key=lambda one: str(one.name))]
+    indexes = [index for table in tables for index in sorted(table.indexes, key=lambda index: str(index.name))]
     connection = database.writer.raw_connection()
     try:
         cursor = connection.cursor()
-        for statement in _UNCHECKED[dialect.name]:
+        for statement in _SETTINGS[dialect.name]:
             cursor.execute(statement)
         connection.commit()
         cursor.execute("BEGIN")
         for index in indexes:
             cursor.execute(str(DropIndex(index).compile(dialect=dialect)))
 
-        def load(table: Table, rows: Rows) -> None:
+        def insert(table: Table, rows: Rows) -> None:
             if rows:
-                _load(cursor, dialect.name, table.name, list(rows[0]), rows)
+                _insert(cursor, dialect.name, table.name, list(rows[0]), rows)
 
-        yield load
+        yield insert
         for index in indexes:
             cursor.execute(str(CreateIndex(index).compile(dialect=dialect)))
         connection.commit()
     finally:
-        # What was set is for this alone: the connection goes.
+        # Close the connection, because its settings are only for the insertion.
         connection.invalidate()
 
 
-def _load(cursor: Any, dialect: str, table: str, names: Sequence[str], rows: Rows) -> None:
-    """None of SQLAlchemy's own work for each row."""
+def _insert(cursor: Any, dialect: str, table: str, names: Sequence[str], rows: Rows) -> None:
+    """Insert without SQLAlchemy's work for each row."""
     columns = ", ".join(names)
     values = (tuple(row.values()) for row in rows)
     if dialect == "sqlite":

@@ -1,4 +1,4 @@
-"""A clinic of ten years: what an hour of samples takes, and how long lists, charts and the plot of that hour do."""
+"""``python -m benchmarks history``: ten years of a clinic: the size of an hour of samples, and the answer times of lists, charts and its plot."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -17,59 +17,61 @@ _FEWER: Final = 10
 
 
 def run(
-    patients: int, visits: int, hour_s: float, times: int, kept: Path | None, progress: Callable[[str], None]
+    patients: int, visits: int, hour_s: float, times: int, store_folder: Path | None, progress: Callable[[str], None]
 ) -> Report:
-    """Build it on both databases, a tenth of it and all, and ask both in turns for everything ``times`` times.
+    """Build a tenth of the history and all of it, on both databases; send both every request ``times`` times, in turns.
 
-    ``kept``: a folder where they stay; what it has of them is not built again.
+    ``store_folder``: where the databases stay; an existing one is used again.
     """
     report = Report(
         f"{patients} patients, {visits} sessions: 95 of 100 answers within, ms",
-        ("Asked for", "a tenth", "all", "a tenth, PostgreSQL", "all, PostgreSQL"),
+        ("Request", "a tenth", "all", "a tenth, PostgreSQL", "all, PostgreSQL"),
     )
     sizes = ((max(1, patients // _FEWER), max(1, visits // _FEWER)), (patients, visits))
-    took: dict[tuple[str, str], list[float]] = {}
+    p95s: dict[tuple[str, str], list[float]] = {}
     for backend in BACKENDS:
         try:
-            with ExitStack() as kept_open:
-                asked_of = []
-                for people, sessions in sizes:
-                    progress(f"Writing down {sessions} sessions on {backend}")
-                    database, folder, history = kept_open.enter_context(store(backend, people, sessions, hour_s, kept))
-                    asked_of.append((kept_open.enter_context(serving(database, folder)), history))
-                progress(f"Asking {backend}")
-                for ask in (*LISTS, ERROR_PLOT):
-                    if asked_of[0][0].has(ask):
-                        took[backend, ask.name] = p95_ms(ask, asked_of, times)
+            with ExitStack() as open_databases:
+                services = []
+                for patients_here, sessions in sizes:
+                    progress(f"Creating {sessions} sessions on {backend}")
+                    database, folder, history = open_databases.enter_context(
+                        store(backend, patients_here, sessions, hour_s, store_folder)
+                    )
+                    services.append((open_databases.enter_context(serving(database, folder)), history))
+                progress(f"Requesting from {backend}")
+                for kind in (*LISTS, ERROR_PLOT):
+                    if services[0][0].has(kind):
+                        p95s[backend, kind.name] = p95_ms(kind, services, times)
                 if backend == "sqlite":
                     report.figures["bytes_per_hour"] = _bytes(database, 3600 / hour_s)
-                    report.figures["error_plot_p95_ms"] = took[backend, ERROR_PLOT.name][-1]
+                    report.figures["error_plot_p95_ms"] = p95s[backend, ERROR_PLOT.name][-1]
         except postgresql.MissingError as error:
-            report.notes.append(f"{error} So it was not measured.")
-    _tell(report, took)
+            report.notes.append(f"{error} It was not measured.")
+    _add_rows(report, p95s)
     report.notes.append(
-        "Over HTTP, one request at a time, from this process: the service, without its apparatus, runs in a thread beside "
-        "what asks it."
+        "Over HTTP, one request at a time. The service runs without its apparatus, in a thread of the process that sends the "
+        "requests."
     )
     return report
 
 
 def _bytes(database: Database, parts: float) -> float:
-    """What the run's samples take in an hour of as many parts; its overview is as large, however long it is."""
+    """Return the size of the run's samples, scaled to an hour; the size of the overview does not depend on the length."""
     with database.read() as session:
         blocks = session.scalars(text("SELECT SUM(LENGTH(data)) FROM run_sample_blocks")).one()
         more = session.scalars(text("SELECT LENGTH(data) + COALESCE(LENGTH(overview), 0) FROM run_samples")).one()
         return float(blocks * parts + more)
 
 
-def _tell(report: Report, took: dict[tuple[str, str], list[float]]) -> None:
-    told = [backend for backend in BACKENDS if any(of == backend for of, _ in took)]
-    for name in dict.fromkeys(name for _, name in took):
-        cells = [f"{p95:.1f}" for backend in told for p95 in took[backend, name]]
+def _add_rows(report: Report, p95s: dict[tuple[str, str], list[float]]) -> None:
+    backends = [backend for backend in BACKENDS if any(of == backend for of, _ in p95s)]
+    for name in dict.fromkeys(name for _, name in p95s):
+        cells = [f"{p95:.1f}" for backend in backends for p95 in p95s[backend, name]]
         report.rows.append((name, *cells))
     ratios = []
-    for backend in told:
-        lists = [p95 for (of, name), p95 in took.items() if of == backend and name != ERROR_PLOT.name]
+    for backend in backends:
+        lists = [p95 for (of, name), p95 in p95s.items() if of == backend and name != ERROR_PLOT.name]
         fewer, every = (max(p95[size] for p95 in lists) for size in (0, 1))
         report.figures[f"lists_p95_ms_{backend}"] = every
         ratios.append(every / fewer)

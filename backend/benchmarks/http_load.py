@@ -1,4 +1,4 @@
-"""What pages ask a service for, over HTTP and one after the other; how long each answer takes."""
+"""Sends a page's requests to a service over HTTP, one after another, and measures the answer times."""
 
 import http.client
 import itertools
@@ -34,34 +34,34 @@ from kata.plotting.figures import FigureWorker
 from kata.settings import Settings
 
 _START_LIMIT_S: Final = 30.0
-_DEEP: Final = 20
-"""So many pages into a list goes whoever leafs through it."""
+_PAGES: Final = 20
+"""Pages of a list that are read one after another."""
 
 
 @dataclass(frozen=True)
 class RequestKind:
-    """One kind of request. What is in braces, and what the query says, is taken from the history, another at every turn.
+    """One kind of request. The names in braces are replaced by values of the history, other values each time.
 
-    A service that has no such path or parameter is not asked.
+    It is not sent to a service without this path or parameter.
     """
 
     path: str
     query: dict[str, str] = field(default_factory=dict)
-    leafing: bool = False
-    """Page by page, by what each says of the next."""
+    paged: bool = False
+    """Read the list page by page."""
     administrator: bool = False
-    """Asked by one."""
+    """Sent by an administrator."""
 
     @property
     def name(self) -> str:
-        """In the table."""
+        """Name in the table."""
         query = "&".join(f"{name}={value}" for name, value in self.query.items())
-        return self.path + (f"?{query}" if query else "") + (", further pages" if self.leafing else "")
+        return self.path + (f"?{query}" if query else "") + (", further pages" if self.paged else "")
 
 
 LISTS: Final = (
     RequestKind("/api/patients"),
-    RequestKind("/api/patients", leafing=True),
+    RequestKind("/api/patients", paged=True),
     RequestKind("/api/patients", {"search": "{name}"}),
     RequestKind("/api/patients", {"search": "{kana}"}),
     RequestKind("/api/patients", {"search": "{number}"}),
@@ -77,7 +77,7 @@ LISTS: Final = (
     RequestKind("/api/episodes/{episode_id}/adherence"),
     RequestKind("/api/episodes/{episode_id}/progress/{chart}"),
     RequestKind("/api/sessions"),
-    RequestKind("/api/sessions", leafing=True),
+    RequestKind("/api/sessions", paged=True),
     RequestKind("/api/sessions", {"since": "2019-05-01T00:00:00Z", "until": "2019-05-08T00:00:00Z"}),
     RequestKind("/api/sessions", {"therapist": "{therapist}"}),
     RequestKind("/api/sessions", {"station": "{station}"}),
@@ -103,7 +103,7 @@ LISTS: Final = (
             {"account_id": "{account_id}", "until": "2017-05-08T00:00:00Z"},
         )
     ),
-    RequestKind("/api/audit", leafing=True, administrator=True),
+    RequestKind("/api/audit", paged=True, administrator=True),
 )
 ERROR_PLOT: Final = RequestKind("/api/runs/{run_id}/figures")
 
@@ -111,71 +111,75 @@ ERROR_PLOT: Final = RequestKind("/api/runs/{run_id}/figures")
 class HistoryService:
     """The service over a database, without its apparatus, on a port of its own."""
 
-    def __init__(self, app: FastAPI, port: int, cookie: str, administrators: str) -> None:
-        """``cookie``: header of who asks, and of who administers."""
+    def __init__(self, app: FastAPI, port: int, cookie: str, administrator_cookie: str) -> None:
+        """``cookie``, ``administrator_cookie``: headers of a therapist's and of an administrator's login session."""
         self._app = app
         self._port = port
-        self._cookies = {False: cookie, True: administrators}
+        self._cookies = {False: cookie, True: administrator_cookie}
 
-    def answers_ms(self, asked: RequestKind, history: History) -> Generator[float]:
-        """How long one answer after the other takes, without an end.
+    def answers_ms(self, kind: RequestKind, history: History) -> Generator[float]:
+        """Yield the times of the answers, without end.
 
-        :raises BenchError: when one is not an answer.
+        :raises BenchError: when a request fails.
         """
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60.0)
         try:
             after = None
             for n in itertools.count():
-                turn = n % _DEEP
-                after = None if turn == 0 else after
-                query = {name: _of(history, text, n) for name, text in asked.query.items()}
-                query |= {"after": after} if asked.leafing and after else {}
+                page = n % _PAGES
+                after = None if page == 0 else after
+                query = {name: _fill(history, text, n) for name, text in kind.query.items()}
+                query |= {"after": after} if kind.paged and after else {}
                 began = time.perf_counter()
-                path = f"{_of(history, asked.path, n, quoted=True)}?{urlencode(query)}"
-                connection.request("GET", path, headers={"Cookie": self._cookies[asked.administrator]})
+                path = f"{_fill(history, kind.path, n, quoted=True)}?{urlencode(query)}"
+                connection.request("GET", path, headers={"Cookie": self._cookies[kind.administrator]})
                 answer = connection.getresponse()
-                told = answer.read()
+                body = answer.read()
                 took_ms = (time.perf_counter() - began) * 1000
                 if answer.status != 200:
-                    raise BenchError(f"{asked.name} was answered with {answer.status}: {told[:300]!r}")
-                after = json.loads(told).get("next") if asked.leafing else None
+                    raise BenchError(f"{kind.name} was answered with {answer.status}: {body[:300]!r}")
+                after = json.loads(body).get("next") if kind.paged else None
                 yield took_ms
         finally:
             connection.close()
 
-    def has(self, asked: RequestKind) -> bool:
-        """It knows the path, and all of the query."""
+    def has(self, kind: RequestKind) -> bool:
+        """True if the service has the path and every parameter."""
         described: dict[str, Any] = self._app.openapi()["paths"]
-        found = [path for path in described if _shape(path) == _shape(asked.path) and "get" in described[path]]
+        found = [path for path in described if _shape(path) == _shape(kind.path) and "get" in described[path]]
         if not found:
             return False
-        known = {one["name"] for one in described[found[0]]["get"].get("parameters", []) if one["in"] == "query"}
-        return set(asked.query) | ({"after"} if asked.leafing else set()) <= known
+        known = {
+            parameter["name"]
+            for parameter in described[found[0]]["get"].get("parameters", [])
+            if parameter["in"] == "query"
+        }
+        return set(kind.query) | ({"after"} if kind.paged else set()) <= known
 
 
-def p95_ms(asked: RequestKind, of: Sequence[tuple[HistoryService, History]], times: int) -> list[float]:
-    """How long 19 of 20 answers of each service take at most, asked in turns: whatever else the computer does, does it to all of them.
+def p95_ms(kind: RequestKind, of: Sequence[tuple[HistoryService, History]], times: int) -> list[float]:
+    """Return the 95th percentile of each service's answer times. Requests alternate, so that other work affects all services.
 
-    :raises BenchError: when one is not an answer.
+    :raises BenchError: when a request fails.
     """
     with ExitStack() as asking:
-        answers = [asking.enter_context(closing(service.answers_ms(asked, history))) for service, history in of]
-        took = [[next(of_one) for of_one in answers] for _ in range(times + 1)]
-    # The first one opens the connection, and files.
+        answers = [asking.enter_context(closing(service.answers_ms(kind, history))) for service, history in of]
+        took = [[next(durations) for durations in answers] for _ in range(times + 1)]
+    # Leave out the first answer, which opens the connection and files.
     return [float(p95) for p95 in np.percentile(took[1:], 95, axis=0)]
 
 
 class _NoAuditLog:
-    """In place of the audit trail: who samples at invented patients is nobody's business, and their chain is none."""
+    """Replaces the audit log: accesses to invented patients are not recorded."""
 
     async def tell(self, _: Entry) -> None:
-        """Of a look."""
+        """Ignore an access."""
 
     def tell_at_once(self, _: Entry) -> None:
-        """Of a command."""
+        """Ignore a command."""
 
     def until_written(self, _: float) -> bool:
-        """Nothing waits."""
+        """Return True: nothing waits to be written."""
         return True
 
 
@@ -194,7 +198,7 @@ class _ListServices:
 
 @contextmanager
 def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
-    """Over HTTP, as a page would ask."""
+    """Serve the database over HTTP during the block."""
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
     links, limits = DemonstrationLinks(allowed=False), Limits()
@@ -204,7 +208,7 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
         offline_cache=OfflineCache(database, STATIONS[0]),
         access=Access(Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits),
     )
-    # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
+    # With IPPROTO_TCP asyncio switches off Nagle's algorithm, which would delay every answer by 40 ms.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listening.bind(("127.0.0.1", 0))
     listening.listen()
@@ -228,7 +232,7 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
 
 
 def _shape(path: str) -> Sequence[str]:
-    """A path without the names of what stands in braces."""
+    """Return a path without the names in braces."""
     return ["{}" if part.startswith("{") else part for part in path.split("/")]
 
 
@@ -237,7 +241,7 @@ _KANA: Final = ("ヤマダ", "コバヤシ ケン", "モリ マイ")
 _BORN: Final = ("1968", "1955-03", "1949-12")
 
 
-def _of(history: History, text: str, n: int, *, quoted: bool = False) -> str:
+def _fill(history: History, text: str, n: int, *, quoted: bool = False) -> str:
     choices: dict[str, Sequence[object]] = {
         "patient_id": history.patients,
         "episode_id": history.episodes,

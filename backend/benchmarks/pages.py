@@ -1,5 +1,5 @@
-"""``kata bench pages``: hundreds of pages on one service: how soon each has the newest state, and what the control loop and memory
-feel of them, also when some have stalled.
+"""``python -m benchmarks pages``: hundreds of pages on group service, some of them stalled: the delay of each update, the control
+loop's lateness, and the growth of the service's memory.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,21 +19,21 @@ _SPARE_S: Final = 30.0
 
 
 @dataclass
-class _Pages:
-    """So many, and what they and the service were told by."""
+class _PageGroup:
+    """A number of pages, and the figures measured with them."""
 
     pages: int
     stalled: int
-    told: PageLoadFigures = field(default_factory=PageLoadFigures)
+    figures: PageLoadFigures = field(default_factory=PageLoadFigures)
     growth_mb: float = 0.0
 
     @contextmanager
     def on(self, service: RunningService) -> Iterator[None]:
-        with page_load(service, None, self.pages, self.stalled) as told:
+        with page_load(service, None, self.pages, self.stalled) as figures:
             before_mb = service.service_mb
             yield
             self.growth_mb = service.service_mb - before_mb
-        self.told = told
+        self.figures = figures
 
     @property
     def name(self) -> str:
@@ -41,38 +41,42 @@ class _Pages:
 
 
 def run(pages: int, stalled: int, seconds: float, progress: Callable[[str], None]) -> Report:
-    """Play a recording three times: with one page, with all of them, and with ``stalled`` of them reading nothing.
+    """Play a recording three times: with group page, with all of them, and with ``stalled`` of them not reading.
 
-    :raises BenchError: when the apparatus stops by itself.
+    :raises BenchError: when the apparatus stops.
     """
     report = Report(
-        f"Pages on one service at {_RATE_HZ} Hz, {seconds:g} s each",
-        ("Pages", "delivery p50, ms", "p99, ms", "max, ms", "loop p99.9, ms", "missed", "memory, MB", "hung up"),
+        f"Pages on group service at {_RATE_HZ} Hz, {seconds:g} s each",
+        ("Pages", "delivery p50, ms", "p99, ms", "max, ms", "loop p99.9, ms", "missed", "memory, MB", "lost"),
     )
     case = LoopCase(_RATE_HZ, loaded=False, real_time=report.on.fifo)
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         records = prepare_records(Path(folder), play_s=seconds + _SPARE_S, plot_s=1.0)
-        for suffix, one in (("1", _Pages(1, 0)), ("all", _Pages(pages, 0)), ("stalled", _Pages(pages, stalled))):
-            progress(f"{one.name} pages")
-            measured = measure(Path(folder), case, records, seconds, beside=one.on)
-            told = one.told
+        for suffix, group in (
+            ("1", _PageGroup(1, 0)),
+            ("all", _PageGroup(pages, 0)),
+            ("stalled", _PageGroup(pages, stalled)),
+        ):
+            progress(f"{group.name} pages")
+            measured = measure(Path(folder), case, records, seconds, beside=group.on)
+            figures = group.figures
             report.figures |= {
-                f"delivery_p99_ms_{suffix}": told.delivery_p99_ms,
-                f"delivery_max_ms_{suffix}": told.delivery_max_ms,
+                f"delivery_p99_ms_{suffix}": figures.delivery_p99_ms,
+                f"delivery_max_ms_{suffix}": figures.delivery_max_ms,
                 f"lateness_p999_ms_{suffix}": measured.loop.lateness_p999_ms,
                 f"missed_{suffix}": measured.missed,
-                f"growth_mb_{suffix}": one.growth_mb,
+                f"growth_mb_{suffix}": group.growth_mb,
             }
-            delivery = (told.delivery_p50_ms, told.delivery_p99_ms, told.delivery_max_ms)
+            delivery = (figures.delivery_p50_ms, figures.delivery_p99_ms, figures.delivery_max_ms)
             report.rows.append(
-                (one.name, *(f"{value:.1f}" for value in delivery), f"{measured.loop.lateness_p999_ms:.3f}",
-                 str(measured.missed), f"{one.growth_mb:+.1f}", str(told.connections_lost))
+                (group.name, *(f"{value:.1f}" for value in delivery), f"{measured.loop.lateness_p999_ms:.3f}",
+                 str(measured.missed), f"{group.growth_mb:+.1f}", str(figures.connections_lost))
             )  # fmt: skip
     report.notes.append(
-        "delivery: from the message's own time until the page has read it; the pages are on this computer, too."
+        "delivery: from the message's own time until the page has read it. The pages are on the same computer."
     )
-    report.notes.append("memory: what the service's grew by, from when all pages were there until the end.")
+    report.notes.append("memory: growth of the service's memory, from all pages connected until the end.")
     report.notes.append(
-        "hung up: connections that the service ended because nobody read them; a page would connect again."
+        "lost: connections that the service closed because they were not read; a real page connects again."
     )
     return report

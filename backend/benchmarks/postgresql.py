@@ -1,4 +1,4 @@
-"""A PostgreSQL server of our own, from this computer's programs: on a socket, in a folder that goes with it."""
+"""Runs a temporary PostgreSQL server from this computer's programs, on a socket in a temporary folder."""
 
 import os
 import pwd
@@ -21,16 +21,16 @@ _USER: Final = "postgres"
 
 
 class MissingError(Exception):
-    """There is none to be had; the message says why."""
+    """PostgreSQL is not available; the message is the reason."""
 
 
 @contextmanager
-def serving(kept: Path | None = None) -> Iterator[str]:
-    """SQLAlchemy's URL of an empty database, while the block lasts. It refuses to run as root, so then it runs as ``postgres``.
+def serving(data_folder: Path | None = None) -> Iterator[str]:
+    """Run a server during the block; yield SQLAlchemy's URL of its empty database. Root runs it as the user ``postgres``.
 
-    ``kept``: the folder of one that stays, and is empty only the first time; it writes as safely as a clinic's.
+    ``data_folder``: a folder where the database stays, empty only the first time; its writes are as safe as a clinic's.
 
-    :raises MissingError: when its programs are not there, or nobody whom they would run as.
+    :raises MissingError: when the programs or the user ``postgres`` are missing.
     """
     initdb = postgresql_program("initdb")
     if initdb is None:
@@ -39,7 +39,7 @@ def serving(kept: Path | None = None) -> Iterator[str]:
     if user and user not in {known.pw_name for known in pwd.getpwall()}:
         raise MissingError("PostgreSQL does not run as root, and there is no user postgres.")
     folder = Path(tempfile.mkdtemp(prefix="kata-postgresql-"))
-    data = kept or folder / "data"
+    data = data_folder or folder / "data"
     data.mkdir(parents=True, exist_ok=True)
     if user:
         shutil.chown(folder, user)
@@ -51,28 +51,28 @@ def serving(kept: Path | None = None) -> Iterator[str]:
                 capture_output=True, text=True, user=user, cwd=folder,
             )  # fmt: skip
             if made.returncode:
-                raise MissingError(f"PostgreSQL cannot have its files in {data}: {made.stderr.strip()}.")
-        # Its own vacuuming shall not meet a schema that is being dropped, or somebody who measures.
+                raise MissingError(f"PostgreSQL cannot create its files in {data}: {made.stderr.strip()}.")
+        # Without automatic vacuuming, which could disturb a measurement or the dropping of a schema.
         options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c max_wal_size=4GB"
-        if not kept:
+        if not data_folder:
             options += " -c fsync=off"
         control: list[str | Path] = [initdb.with_name("pg_ctl"), "--pgdata", data, "--wait", "--silent"]
         control += ["--log", folder / "log"]
         started = subprocess.run([*control, "--options", options, "start"], user=user, cwd=folder)
         if started.returncode:
-            raise MissingError(f"PostgreSQL does not start in {data}: perhaps another one works there.")
+            raise MissingError(f"PostgreSQL does not start in {data}: perhaps another server uses it.")
         try:
             yield f"postgresql+psycopg://kata@/postgres?host={folder}"
         finally:
             subprocess.run(
-                [*control, "--mode", "fast" if kept else "immediate", "stop"], check=True, user=user, cwd=folder
+                [*control, "--mode", "fast" if data_folder else "immediate", "stop"], check=True, user=user, cwd=folder
             )
     finally:
         shutil.rmtree(folder)
 
 
 class Server:
-    """The one that listens at this URL, which :func:`serving` has given: to be stopped, killed and started again while others use it."""
+    """Controls the server of :func:`serving` at this URL: stops, kills and restarts it while others use it."""
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -80,7 +80,7 @@ class Server:
         self._options = (self._folder / "data/postmaster.opts").read_text()
 
     def _processes(self) -> list[int]:
-        """The server's, children first."""
+        """Return the server's process ids, children first."""
         first = int((self._folder / "data/postmaster.pid").read_text().split()[0])
         return [*children(first), first]
 
@@ -91,7 +91,7 @@ class Server:
 
     @contextmanager
     def hanging(self) -> Iterator[None]:
-        """While the block lasts, nothing of it moves; nobody's connection is closed."""
+        """Suspend the server during the block; all connections stay open."""
         self._signal(signal.SIGSTOP)
         try:
             yield
@@ -100,7 +100,7 @@ class Server:
 
     @contextmanager
     def killed(self) -> Iterator[None]:
-        """As by a power cut, and started again at the end of the block."""
+        """Kill the server, as a power cut would, and restart it at the end of the block."""
         processes = self._processes()
         for process in processes:
             with suppress(ProcessLookupError):
@@ -113,7 +113,7 @@ class Server:
             self.start()
 
     def start(self) -> None:
-        """Again, with the options that it had."""
+        """Start the server again with the same options."""
         initdb = postgresql_program("initdb")
         assert initdb is not None
         user = "postgres" if os.geteuid() == 0 else None

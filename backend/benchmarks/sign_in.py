@@ -1,4 +1,4 @@
-"""``kata bench sign-in``: what somebody who guesses passwords learns, and what it costs the control loop."""
+"""``python -m benchmarks sign-in``: guessing passwords: what an attacker learns, and its effect on the control loop."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,58 +19,58 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 
 _RATE_HZ: Final = 100
-_TRIES_A_NAME: Final = 4
-"""Fewer than the back-off lets pass."""
-_TRIES_AN_ADDRESS: Final = 20
+_ATTEMPTS_A_NAME: Final = 4
+"""Fewer than the back-off allows."""
+_ATTEMPTS_AN_ADDRESS: Final = 20
 _SPARE_S: Final = 60.0
 _NAMES: Final = ("p50", "p99", "p999", "max")
 _ATTACKS: Final[tuple[tuple[Kind, str], ...]] = (
-    ("one", "a storm at one account from one address"),
-    ("many", "a storm of other names from other addresses each time"),
+    ("one", "guessing at one account from one address"),
+    ("many", "guessing with another name and address each time"),
 )
 
 
 @dataclass(frozen=True)
 class AnswerTimes:
-    """Until the answer to a wrong password, ms, one known name and one unknown by turns."""
+    """Time until the answer to a wrong password, ms, for known and unknown names in turns."""
 
     known: list[float]
     unknown: list[float]
 
     @property
     def difference_ms(self) -> float:
-        """Of the medians: what somebody could learn who asks often enough."""
+        """Difference of the medians, which an attacker could measure."""
         return median(self.known) - median(self.unknown)
 
 
 def run(seconds: float, per_minute: int, pairs: int, progress: Callable[[str], None]) -> Report:
-    """Measure the loop without a storm and within each, ``seconds`` each time, and answers for ``pairs`` of names.
+    """Measure the loop without and with each kind of guessing, ``seconds`` each, and answer times for ``pairs`` of names.
 
-    :raises BenchError: when the apparatus stops, or an answer is none that a wrong password has.
+    :raises BenchError: when the apparatus stops, or a wrong password gets an unexpected answer.
     """
     report = Report(
-        f"Sign-in: {per_minute} tries a minute for {seconds:g} s, and {pairs} pairs of names",
+        f"Sign-in: {per_minute} attempts a minute for {seconds:g} s, and {pairs} pairs of names",
         (
             "Control loop",
             *(f"{name}, ms" for name in ("p50", "p99", "p99.9", "max")),
             "missed",
-            "witness p99.9",
+            "reference p99.9",
             "ratio p99.9",
         ),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         data = Path(folder)
         records = prepare_records(data, play_s=seconds + _SPARE_S, plot_s=1.0)
-        make_accounts(data, max(1, -(-pairs // _TRIES_A_NAME)))
+        make_accounts(data, max(1, -(-pairs // _ATTEMPTS_A_NAME)))
         progress("Known and unknown names")
-        _tell_times(report, times(data, records, pairs))
+        _add_answer_times(report, measure_answer_times(data, records, pairs))
         try:
             _measure_loop(report, data, records, (seconds, per_minute), progress)
         except BenchError as error:
-            # What is known of the names is told all the same.
+            # Report the answer times although the loop could not be measured.
             report.notes.append(f"Control loop: no more figures, {error}.")
-    report.notes.append("Each time with a service and an apparatus of its own; torque is on and a recording plays.")
-    report.notes.append("witness: a bare thread at the same time; what it is late is the computer's own doing.")
+    report.notes.append("Each measurement has its own service and apparatus; torque is on and a recording plays.")
+    report.notes.append("reference: a bare thread at the same time; its lateness is that of the computer.")
     return report
 
 
@@ -79,28 +79,28 @@ def _measure_loop(
 ) -> None:
     seconds, per_minute = how
     case = LoopCase(_RATE_HZ, False, report.on.fifo)
-    progress("Control loop without a storm")
+    progress("Control loop without guessing")
     quiet = measure(data, case, records, seconds)
-    _tell(report, "quiet", "without a storm", quiet, quiet)
+    _add_row(report, "quiet", "without guessing", quiet, quiet)
     for kind, name in _ATTACKS:
-        progress(f"Control loop in {name}")
+        progress(f"Control loop while {name}")
         guessed = GuessingFigures()
         found = measure(data, case, records, seconds, partial(guess_passwords, guessed, per_minute, kind))
-        _tell(report, kind, name, found, quiet)
-        _tell_storm(report, kind, name, guessed)
+        _add_row(report, kind, name, found, quiet)
+        _add_guessing_figures(report, kind, name, guessed)
 
 
-def times(data: Path, records: BenchRecords, pairs: int) -> AnswerTimes:
-    """Nobody else asks meanwhile. Names and addresses change often enough that the back-off holds nobody up."""
+def measure_answer_times(data: Path, records: BenchRecords, pairs: int) -> AnswerTimes:
+    """Measure answer times. Names and addresses change often enough to avoid the back-off."""
     known: list[float] = []
     unknown: list[float] = []
     with RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, real_time=False) as service:
         for n in range(pairs):
-            which = n // _TRIES_A_NAME
-            # In turn the one and the other first, so that what comes second gains nothing by it.
+            which = n // _ATTEMPTS_A_NAME
+            # Alternate which comes first, so that the order has no effect.
             both = [(known, f"known-{which}"), (unknown, f"nobody-{which}")]
             for number, (took, name) in enumerate(both if n % 2 else both[::-1]):
-                address = f"127.0.2.{(2 * n + number) // _TRIES_AN_ADDRESS % 250 + 1}"
+                address = f"127.0.2.{(2 * n + number) // _ATTEMPTS_AN_ADDRESS % 250 + 1}"
                 answer = guess(service.url, name, "not the password", address)
                 if answer.status != 401:
                     raise BenchError(f"a wrong password was answered with {answer.status}")
@@ -109,20 +109,20 @@ def times(data: Path, records: BenchRecords, pairs: int) -> AnswerTimes:
 
 
 def make_accounts(data: Path, count: int) -> None:
-    """Therapists called known-0 and so on, in the database of this folder."""
+    """Create therapists known-0 and so on in the database of this folder."""
     database = Database(f"sqlite:///{data / 'kata.db'}")
     try:
-        # One hash for all: what is measured is how long a wrong password takes, and it is never the right one.
-        kept, now = hasher().hash("nobody will guess this one"), utc_now()
+        # One hash for all accounts: only wrong passwords are measured.
+        password_hash, now = hasher().hash("nobody will guess this one"), utc_now()
         with database.write() as session:
             for n in range(count):
                 account = accounts.create(session, f"known-{n}", f"Known {n}", "therapist", (), now)
-                accounts.set_password(session, account, kept, now)
+                accounts.set_password(session, account, password_hash, now)
     finally:
         database.close()
 
 
-def _tell_times(report: Report, found: AnswerTimes) -> None:
+def _add_answer_times(report: Report, found: AnswerTimes) -> None:
     known, unknown = median(found.known), median(found.unknown)
     report.figures |= {
         "known_ms": known,
@@ -132,22 +132,22 @@ def _tell_times(report: Report, found: AnswerTimes) -> None:
     }
     report.notes.append(
         f"A wrong password is answered within {known:.2f} ms for a known name and {unknown:.2f} ms for an unknown one "
-        f"(medians of {len(found.known)} each, by turns): {found.difference_ms:+.2f} ms apart."
+        f"(medians of {len(found.known)} each, in turns): {found.difference_ms:+.2f} ms apart."
     )
 
 
-def _tell(report: Report, key: str, name: str, measured: LoopFigures, quiet: LoopFigures) -> None:
-    told = {one: float(getattr(measured.loop, f"lateness_{one}_ms")) for one in _NAMES}
-    before = {one: float(getattr(quiet.loop, f"lateness_{one}_ms")) for one in _NAMES}
-    ratios = {one: told[one] / before[one] if before[one] else float("nan") for one in _NAMES}
-    report.figures |= {f"lateness_{one}_ms_{key}": value for one, value in told.items()}
+def _add_row(report: Report, key: str, label: str, measured: LoopFigures, quiet: LoopFigures) -> None:
+    lateness = {name: float(getattr(measured.loop, f"lateness_{name}_ms")) for name in _NAMES}
+    before = {name: float(getattr(quiet.loop, f"lateness_{name}_ms")) for name in _NAMES}
+    ratios = {name: lateness[name] / before[name] if before[name] else float("nan") for name in _NAMES}
+    report.figures |= {f"lateness_{name}_ms_{key}": value for name, value in lateness.items()}
     report.figures |= {f"missed_{key}": measured.missed, f"floor_p999_ms_{key}": measured.reference.p999_ms}
     if key != "quiet":
-        report.figures |= {f"lateness_{one}_ratio_{key}": value for one, value in ratios.items()}
+        report.figures |= {f"lateness_{name}_ratio_{key}": value for name, value in ratios.items()}
     report.rows.append(
         (
-            name,
-            *(f"{value:.3f}" for value in told.values()),
+            label,
+            *(f"{value:.3f}" for value in lateness.values()),
             str(measured.missed),
             f"{measured.reference.p999_ms:.3f}",
             "" if key == "quiet" else f"{ratios['p999']:.2f}",
@@ -155,15 +155,15 @@ def _tell(report: Report, key: str, name: str, measured: LoopFigures, quiet: Loo
     )
 
 
-def _tell_storm(report: Report, key: str, name: str, guessed: GuessingFigures) -> None:
+def _add_guessing_figures(report: Report, key: str, name: str, guessed: GuessingFigures) -> None:
     report.figures |= {
-        f"tries_{key}": guessed.tries,
+        f"tries_{key}": guessed.attempts,
         f"locked_out_{key}": guessed.locked_out,
-        f"weighed_{key}": guessed.weighed,
+        f"weighed_{key}": guessed.checked,
         f"other_answers_{key}": guessed.others,
     }
-    first = f", from try {guessed.first_locked_out} on" if guessed.first_locked_out else ""
+    first = f", from attempt {guessed.first_locked_out} on" if guessed.first_locked_out else ""
     report.notes.append(
-        f"In {name}: {guessed.tries} tries, {guessed.locked_out} locked out{first}, {guessed.weighed} passwords looked at and "
-        f"wrong, {guessed.others} other answers; answered within {guessed.answer_ms:.1f} ms (median)."
+        f"While {name}: {guessed.attempts} attempts, {guessed.locked_out} locked out{first}, {guessed.checked} wrong passwords "
+        f"checked, {guessed.others} other answers; answered within {guessed.answer_ms:.1f} ms (median)."
     )

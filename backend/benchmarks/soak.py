@@ -1,4 +1,4 @@
-"""``kata bench soak``: playing over and over, whether a cycle is ever missed and whether memory grows."""
+"""``python -m benchmarks soak``: plays for an hour and counts missed cycles and the growth of memory."""
 
 import time
 from collections.abc import Callable
@@ -16,16 +16,16 @@ from kata.bench.running_service import BenchError, RunningService, causes, prepa
 _RATE_HZ: Final = 100
 _PLAY_S: Final = 60.0
 _RUNS_A_SESSION: Final = 5
-"""What is asked about a session grows with what was played in it; a clinic's day is many sessions, and none of a hundred runs."""
-_LOOK_S: Final = 5.0
+"""Answers about a session grow with its runs, and a clinic's sessions do not have a hundred runs."""
+_SAMPLE_S: Final = 5.0
 _SETTLED_S: Final = 600.0
-"""Until then memory may grow: caches fill, modules are imported when they are first needed."""
+"""Until then memory may grow: caches fill, and modules are imported at their first use."""
 _ROWS: Final = 12
 
 
 @dataclass(frozen=True)
 class SoakSample:
-    """At one moment."""
+    """Figures at one moment."""
 
     at_s: float
     missed: int
@@ -34,9 +34,9 @@ class SoakSample:
 
 
 def run(minutes: float, progress: Callable[[str], None]) -> Report:
-    """Play for so long, with one page open.
+    """Play for some minutes with one page open.
 
-    :raises BenchError: when the apparatus stops by itself.
+    :raises BenchError: when the apparatus stops.
     """
     report = Report(f"Soak, {minutes:g} min at {_RATE_HZ} Hz", ("Minute", "missed", "service, MB", "device, MB"))
     with TemporaryDirectory(prefix="kata-bench-") as folder:
@@ -44,32 +44,32 @@ def run(minutes: float, progress: Callable[[str], None]) -> Report:
         with (
             RunningService(Path(folder), records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as service,
             page_load(service, None, pages=1),
-            reference_thread(_RATE_HZ, real_time=report.on.fifo) as floor,
+            reference_thread(_RATE_HZ, real_time=report.on.fifo) as reference,
         ):
-            samples = _watch(service, records, minutes * 60, progress)
+            samples = _play_and_sample(service, records, minutes * 60, progress)
     settled_s = min(_SETTLED_S, samples[-1].at_s / 2)
-    later = [look for look in samples if look.at_s >= settled_s]
+    later = [sample for sample in samples if sample.at_s >= settled_s]
     report.figures = {
         "soak_missed": samples[-1].missed,
-        "soak_witness_missed": floor.missed,
-        "soak_service_growth_mb": max(look.service_mb for look in later) - later[0].service_mb,
-        "soak_device_growth_mb": max(look.device_mb for look in later) - later[0].device_mb,
+        "soak_reference_missed": reference.missed,
+        "soak_service_growth_mb": max(sample.service_mb for sample in later) - later[0].service_mb,
+        "soak_device_growth_mb": max(sample.device_mb for sample in later) - later[0].device_mb,
     }
-    for look in samples[:: max(1, len(samples) // _ROWS)]:
-        numbers = (look.service_mb, look.device_mb)
-        report.rows.append((f"{look.at_s / 60:.1f}", str(look.missed), *(f"{number:.2f}" for number in numbers)))
+    for sample in samples[:: max(1, len(samples) // _ROWS)]:
+        numbers = (sample.service_mb, sample.device_mb)
+        report.rows.append((f"{sample.at_s / 60:.1f}", str(sample.missed), *(f"{number:.2f}" for number in numbers)))
     report.notes.append(
-        f"A bare thread with the same privileges at the same time missed {floor.missed}, and was {floor.max_ms:.1f} ms late at worst: "
-        "that is the computer's own doing."
+        f"A reference thread with the same privileges at the same time missed {reference.missed} and was {reference.max_ms:.1f} ms late at "
+        "most: that is the lateness of the computer."
     )
     report.notes.append(
-        f"Growth after minute {later[0].at_s / 60:.1f}, to the highest: service {report.figures['soak_service_growth_mb']:+.2f} MB, "
+        f"Growth after minute {later[0].at_s / 60:.1f}, to the maximum: service {report.figures['soak_service_growth_mb']:+.2f} MB, "
         f"device {report.figures['soak_device_growth_mb']:+.2f} MB."
     )
     return report
 
 
-def _watch(
+def _play_and_sample(
     service: RunningService, records: BenchRecords, seconds: float, progress: Callable[[str], None]
 ) -> list[SoakSample]:
     service_pid, device_pid = service.service_pid, service.device_pid
@@ -92,5 +92,5 @@ def _watch(
         at_s = time.monotonic() - began
         samples.append(SoakSample(at_s, live.loop.overruns - first.overruns, rss_mb(service_pid), rss_mb(device_pid)))
         progress(f"{at_s / 60:.1f} of {seconds / 60:g} min")
-        time.sleep(min(_LOOK_S, max(0.1, seconds - at_s)))
+        time.sleep(min(_SAMPLE_S, max(0.1, seconds - at_s)))
     return samples

@@ -1,5 +1,5 @@
-"""``kata bench stations``: several stations of one clinic on one PostgreSQL, each a service with an apparatus of its own: how soon one
-shows what happens at another, and what a database that hangs costs them while they play.
+"""``python -m benchmarks stations``: several stations of one clinic on one PostgreSQL, each with its own service and apparatus. Measures
+the delay until one station shows an event at another, and the cycles missed while the database hangs.
 """
 
 import random
@@ -54,24 +54,24 @@ class _Station:
 
 
 class _Watcher:
-    """Somebody who samples at all stations at one of them."""
+    """A client that watches all stations at one of them."""
 
     def __init__(self, at: RunningService) -> None:
         self._socket = connect(
             at.url.replace("http", "ws", 1) + "/api/stations/live", additional_headers={"Cookie": at.cookie}
         )
         self._estop: dict[str, tuple[str, float]] = {}
-        """By station: as it is shown, and since when, by the monotonic clock."""
-        self._news = threading.Condition()
+        """By station: the shown state of its emergency stop, and since when, by the monotonic clock."""
+        self._changed = threading.Condition()
         threading.Thread(target=self._read, daemon=True).start()
 
     def shown(self, station: str, estop: str) -> float:
-        """When this was shown, by the monotonic clock; waits for it.
+        """Wait until this state is shown; return the time, by the monotonic clock.
 
-        :raises BenchError: when it is not for seconds.
+        :raises BenchError: when it is not shown in time.
         """
-        with self._news:
-            if not self._news.wait_for(lambda: self._estop.get(station, ("", 0.0))[0] == estop, _SEEN_LIMIT_S):
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._estop.get(station, ("", 0.0))[0] == estop, _SEEN_LIMIT_S):
                 raise BenchError(f"another station does not show that the e-stop of {station} is {estop}")
             return self._estop[station][1]
 
@@ -82,51 +82,53 @@ class _Watcher:
         try:
             for message in self._socket:
                 now_s = time.monotonic()
-                with self._news:
-                    for one in _MESSAGE.decode(message).stations:
-                        told = one.state.estop if one.state else ""
-                        if self._estop.get(one.name, ("", 0.0))[0] != told:
-                            self._estop[one.name] = told, now_s
-                    self._news.notify_all()
+                with self._changed:
+                    for station in _MESSAGE.decode(message).stations:
+                        estop = station.state.estop if station.state else ""
+                        if self._estop.get(station.name, ("", 0.0))[0] != estop:
+                            self._estop[station.name] = estop, now_s
+                    self._changed.notify_all()
         except ConnectionClosed:
             return
 
 
 def run(stations: int, presses: int, seconds: float, progress: Callable[[str], None]) -> Report:
-    """Press emergency stops, then play at all of them at once: ``seconds`` with the database, and as long while it hangs.
+    """Press emergency stops, then play at all stations at once: ``seconds`` with the database, and ``seconds`` while it hangs.
 
-    :raises BenchError: when there is no PostgreSQL, or an apparatus stops by itself.
+    :raises BenchError: when PostgreSQL is missing, or an apparatus stops.
     """
     report = Report(
         f"{stations} stations on one PostgreSQL, {_RATE_HZ} Hz each", ("", "p50", "p99", "largest", "all together")
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder, _server() as server, ExitStack() as stack:
         progress("Starting services and apparatuses")
-        there = [
+        stations_running = [
             _start(stack, Path(folder), f"Station {n}", server, 2 * seconds + _SPARE_S) for n in range(1, stations + 1)
         ]
         progress("Pressing emergency stops")
-        _tell(report, "delay of the overview, ms", "overview_delay_ms", _delays_ms(there, presses))
+        _add_row(report, "delay of the overview, ms", "overview_delay_ms", _delays_ms(stations_running, presses))
         progress("Playing with the database")
-        before_mb = [one.service.service_mb for one in there]
-        for one in there:
-            # A page is open, or the apparatus would be paused for want of one.
-            stack.enter_context(page_load(one.service, None, pages=1))
-            one.service.play(one.records)
-        _tell(report, f"cycles missed in {seconds:g} s, with the database", "missed", _missed(there, seconds))
+        before_mb = [station.service.service_mb for station in stations_running]
+        for station in stations_running:
+            # Without an open page, the apparatus would be paused.
+            stack.enter_context(page_load(station.service, None, pages=1))
+            station.service.play(station.records)
+        _add_row(
+            report, f"cycles missed in {seconds:g} s, with the database", "missed", _missed(stations_running, seconds)
+        )
         progress("Playing while the database hangs")
         with server.hanging():
-            missed = _missed(there, seconds)
-        _tell(report, f"cycles missed in {seconds:g} s, while it hangs", "missed_hanging", missed)
-        progress("Waiting for what was kept")
-        for one in there:
-            one.service.until(
+            missed = _missed(stations_running, seconds)
+        _add_row(report, f"cycles missed in {seconds:g} s, while it hangs", "missed_hanging", missed)
+        progress("Waiting for the spool")
+        for station in stations_running:
+            station.service.until(
                 lambda live: live.database.waiting == 0 and not live.database.unavailable_since, _DELIVERED_LIMIT_S
             )
-        growth_mb = [one.service.service_mb - mb for one, mb in zip(there, before_mb, strict=True)]
-        _tell(report, "growth of a service's memory, MB", "growth_mb", growth_mb)
+        growth_mb = [station.service.service_mb - mb for station, mb in zip(stations_running, before_mb, strict=True)]
+        _add_row(report, "growth of a service's memory, MB", "growth_mb", growth_mb)
     report.notes.append(
-        "delay of the overview: from the moment an emergency stop's contact opens until another station's WebSocket has said so."
+        "delay of the overview: from the opening of an emergency stop's contact until another station's WebSocket shows it."
     )
     return report
 
@@ -147,11 +149,11 @@ def _start(stack: ExitStack, folder: Path, name: str, server: postgresql.Server,
     return _Station(name, stack.enter_context(service), records)
 
 
-def _delays_ms(there: Sequence[_Station], presses: int) -> list[float]:
-    watchers = [_Watcher(one.service) for one in there]
+def _delays_ms(stations_running: Sequence[_Station], presses: int) -> list[float]:
+    watchers = [_Watcher(station.service) for station in stations_running]
     found: list[float] = []
     for n in range(presses):
-        pressed, watcher = there[n % len(there)], watchers[(n + 1) % len(there)]
+        pressed, watcher = stations_running[n % len(stations_running)], watchers[(n + 1) % len(stations_running)]
         watcher.shown(pressed.name, "closed")
         time.sleep(random.uniform(0.0, _LONGEST_PAUSE_S))
         began_s = time.monotonic()
@@ -165,21 +167,21 @@ def _delays_ms(there: Sequence[_Station], presses: int) -> list[float]:
     return found
 
 
-def _missed(there: Sequence[_Station], seconds: float) -> list[float]:
-    """Of each, in so many seconds."""
-    before = [_overruns(one) for one in there]
+def _missed(stations_running: Sequence[_Station], seconds: float) -> list[float]:
+    """Return the cycles that each station misses in ``seconds``."""
+    before = [_overruns(station) for station in stations_running]
     time.sleep(seconds)
-    return [_overruns(one) - overruns for one, overruns in zip(there, before, strict=True)]
+    return [_overruns(station) - overruns for station, overruns in zip(stations_running, before, strict=True)]
 
 
-def _overruns(one: _Station) -> int:
-    live = one.service.live()
+def _overruns(station: _Station) -> int:
+    live = station.service.live()
     if live.mode != "playing" or live.loop is None:
-        raise BenchError(f"{one.name} is {live.mode} instead of playing; {causes(live)}")
+        raise BenchError(f"{station.name} is {live.mode} instead of playing; {causes(live)}")
     return live.loop.overruns
 
 
-def _tell(report: Report, what: str, figure: str, values: Sequence[float]) -> None:
+def _add_row(report: Report, what: str, figure: str, values: Sequence[float]) -> None:
     p50, p99, largest = (float(value) for value in np.percentile(values, (50, 99, 100)))
     report.figures |= {f"{figure}_p50": p50, f"{figure}_p99": p99, f"{figure}_max": largest}
     together = "" if figure.endswith("delay_ms") else f"{sum(values):.0f}"

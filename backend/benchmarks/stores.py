@@ -1,4 +1,4 @@
-"""The databases of a clinic of ten years: built for one measurement, or kept for the next one, too."""
+"""Builds the databases of ten years of a clinic, for one measurement or to be used again."""
 
 import hashlib
 import shutil
@@ -16,36 +16,40 @@ from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import migrations, upgrade
 
 BACKENDS: Final = ("sqlite", "postgresql")
-_TOLD: Final = TypeAdapter(History)
+_HISTORY: Final = TypeAdapter(History)
 
 
 @contextmanager
 def store(
-    backend: str, patients: int, visits: int, hour_s: float, kept: Path | None
+    backend: str, patients: int, visits: int, hour_s: float, store_folder: Path | None
 ) -> Iterator[tuple[Database, Path, History]]:
-    """One of them with its connections as the service has them, a folder for the service, and whom to ask for.
+    """Yield a filled database with the service's connections, a folder for the service, and the history's ids.
 
-    ``kept``: a folder where it stays. One that is there is built anew where the schema or what is written down is another by now.
+    ``store_folder``: where the database stays. An existing one is rebuilt when the schema or the generated content has changed.
 
-    :raises MissingError: when there is no PostgreSQL to be had.
+    :raises MissingError: when no PostgreSQL is available.
     """
-    folder = kept / f"{backend}-{patients}-{visits}" if kept else Path(tempfile.mkdtemp(prefix="kata-history-"))
-    whom = folder / f"{_made_of(hour_s)}.json"
+    folder = (
+        store_folder / f"{backend}-{patients}-{visits}"
+        if store_folder
+        else Path(tempfile.mkdtemp(prefix="kata-history-"))
+    )
+    history_file = folder / f"{_content_hash(hour_s)}.json"
     try:
-        if not whom.exists():
+        if not history_file.exists():
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
-            # PostgreSQL's user passes through it, too.
+            # PostgreSQL's user must be able to enter it.
             folder.chmod(0o755)
             with _database(backend, folder, None) as database:
                 upgrade(database)
-                told = fill(database, patients, visits, hour_s)
-            # Last: what has none was not finished.
-            whom.write_bytes(_TOLD.dump_json(told))
+                history = fill(database, patients, visits, hour_s)
+            # Written last: a database without this file is incomplete.
+            history_file.write_bytes(_HISTORY.dump_json(history))
         with _database(backend, folder, SERVICE_ANSWER_S) as database:
-            yield database, folder, _TOLD.validate_json(whom.read_bytes())
+            yield database, folder, _HISTORY.validate_json(history_file.read_bytes())
     finally:
-        if not kept:
+        if not store_folder:
             shutil.rmtree(folder)
 
 
@@ -55,7 +59,7 @@ def _database(backend: str, folder: Path, answer_s: float | None) -> Iterator[Da
         with closing(Database(f"sqlite:///{folder / 'kata.db'}", answer_s=answer_s)) as database:
             yield database
     else:
-        # A socket's path may not be long: it is elsewhere.
+        # The length of a socket's path is limited, so the socket is in another folder.
         with (
             postgresql.serving(folder.absolute() / "postgresql") as url,
             closing(Database(url, answer_s=answer_s)) as database,
@@ -63,10 +67,10 @@ def _database(backend: str, folder: Path, answer_s: float | None) -> Iterator[Da
             yield database
 
 
-def _made_of(hour_s: float) -> str:
-    """Another one for every schema, for everything else that is written down, and for another length of the hour."""
+def _content_hash(hour_s: float) -> str:
+    """Return a hash of the schema, the generated content and the length of the hour."""
     sources = [*sorted((migrations() / "versions").glob("*.py")), Path(synthetic.__file__), Path(bulk_insert.__file__)]
-    made = hashlib.sha256(f"{hour_s}".encode())
+    digest = hashlib.sha256(f"{hour_s}".encode())
     for source in sources:
-        made.update(source.read_bytes())
-    return made.hexdigest()[:16]
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,7 +1,7 @@
-"""Ten years of a clinic that never was: patients, episodes, assessments, sessions, runs, their audit trail, and one run of an hour.
+"""Ten years of an invented clinic: patients, episodes, assessments, sessions, runs, their audit trail, and one run of an hour.
 
-How closely each motor followed is written down for the patients that are asked for: of all it would be ten million rows, which
-are only ever read by their run.
+Only the patients that a benchmark reads have tracking figures of each motor. For all patients they would be ten million rows, and
+a row is only read with its run.
 """
 
 import json
@@ -48,22 +48,22 @@ _DAYS: Final = 3650
 _RUNS: Final = 2
 _STOPPED: Final = 0.03
 _REFUSED: Final = 0.005
-"""Of what somebody tried; nothing failed."""
+"""Share of refused actions; none failed."""
 _ASSESSMENTS: Final = 6
 _ROM: Final = (("flexion", 120.0), ("abduction", 100.0), ("external_rotation", 40.0))
-_BATCH: Final = 20_000
-_PIECE: Final = 1000
-_ASKED: Final = 50
+_SESSIONS_A_BATCH: Final = 20_000
+_PATIENTS_A_BATCH: Final = 1000
+_REQUESTED_PATIENTS: Final = 50
 _RESTRICTED: Final = 50
-"""One record in so many is for a care team alone, and whoever asks is in none."""
+"""One patient in this many is restricted to a care team; the benchmark's accounts are in none."""
 _RATE_HZ: Final = 100
 _COUNT_DEG: Final = 360 / 4096
 _TORQUE_COUNT_NM: Final = 0.00538
 _TORQUE_NOISE_COUNTS: Final = (10.9, 9.4, 12.4, 11.7, 1.6)
-"""Of the simulated apparatus, motor by motor."""
+"""Of the simulated apparatus, for each motor."""
 _ANGLE_NOISE_DEG: Final = 0.01
 _JITTER_S: Final = 3e-5
-_LOADED: Final[tuple[Any, ...]] = (
+_TABLES: Final[tuple[Any, ...]] = (
     PatientRow, EpisodeRow, TeachingRow, RecordingRow, AssessmentRow, RomRow, SessionRow, RunRow, SessionStopRow, MotorTrackingRow,
     AuditRow,
 )  # fmt: skip
@@ -72,70 +72,72 @@ _Rows = dict[Any, Rows]
 
 @dataclass(frozen=True)
 class History:
-    """Whom to ask for."""
+    """Ids and names of the records that a benchmark requests."""
 
     patients: tuple[UUID, ...]
     episodes: tuple[UUID, ...]
     sessions: tuple[UUID, ...]
     recordings: tuple[UUID, ...]
     names: tuple[str, ...]
-    """What somebody would search for."""
+    """Texts for a search."""
     hour: UUID
-    """The run that lasts an hour, or as long as was wanted."""
+    """The run of an hour, or of another requested length."""
 
 
 def fill(database: Database, patients: int, visits: int, hour_s: float) -> History:
-    """Write it all down; the same every time."""
-    chance = random.Random(7)
-    people = [_Person(n, chance) for n in range(patients)]
-    some = people[:: max(1, patients // _ASKED)]
-    shown = {person.number for person in some}
-    with bulk_insert(database, [row.__table__ for row in _LOADED]) as load:
-        for start in range(0, patients, _PIECE):
+    """Fill the database; the content is the same each time."""
+    random_source = random.Random(7)
+    people = [_Person(n, random_source) for n in range(patients)]
+    requested = people[:: max(1, patients // _REQUESTED_PATIENTS)]
+    requested_numbers = {person.number for person in requested}
+    with bulk_insert(database, [row.__table__ for row in _TABLES]) as insert:
+        for start in range(0, patients, _PATIENTS_A_BATCH):
             rows = _no_rows()
-            for person in people[start : start + _PIECE]:
-                restricted = person.number % _RESTRICTED == _RESTRICTED // 2 and person.number not in shown
-                person.add_to(rows, restricted, chance)
-            _put(load, rows)
+            for person in people[start : start + _PATIENTS_A_BATCH]:
+                restricted = person.number % _RESTRICTED == _RESTRICTED // 2 and person.number not in requested_numbers
+                person.add_to(rows, restricted, random_source)
+            _insert_rows(insert, rows)
         each = -(-visits // patients)
-        for start in range(0, visits, _BATCH):
+        for start in range(0, visits, _SESSIONS_A_BATCH):
             rows = _no_rows()
-            for n in range(start, min(start + _BATCH, visits)):
-                # A patient's sessions follow each other day by day from the begin of the episode.
+            for n in range(start, min(start + _SESSIONS_A_BATCH, visits)):
+                # A patient has a session a day from the beginning of the episode.
                 person = people[n // each]
-                _visit(rows, n, person, n % each, person.number in shown, chance)
-                rows[AuditRow].append(_act(n, visits, chance.choice(people), chance))
-            _put(load, rows)
+                _add_session(rows, n, person, n % each, person.number in requested_numbers, random_source)
+                rows[AuditRow].append(_audit_row(n, visits, random_source.choice(people), random_source))
+            _insert_rows(insert, rows)
     with database.write() as session:
-        hour = _hour(session, people[0], hour_s)
+        hour = _add_hour(session, people[0], hour_s)
     if not database.file:
-        # As a server does by itself before long. Nobody ever counts the rows of a clinic's SQLite file.
+        # A server does this automatically after a while. A clinic's SQLite file is never analyzed.
         with database.writer.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
             connection.exec_driver_sql("VACUUM (ANALYZE)")
     return History(
-        patients=tuple(person.id for person in some),
-        episodes=tuple(person.episode_id for person in some),
-        sessions=tuple(UUID(int=(2 << 64) + one.number * each) for one in some if one.number * each < visits),
-        recordings=tuple(person.recording_id for person in some),
-        names=tuple(person.search for person in some),
+        patients=tuple(person.id for person in requested),
+        episodes=tuple(person.episode_id for person in requested),
+        sessions=tuple(
+            UUID(int=(2 << 64) + person.number * each) for person in requested if person.number * each < visits
+        ),
+        recordings=tuple(person.recording_id for person in requested),
+        names=tuple(person.search for person in requested),
         hour=hour,
     )
 
 
 class _Person:
-    """A patient with one episode, assessed now and then, and one recording."""
+    """A patient with one episode, several assessments and one recording."""
 
-    def __init__(self, number: int, chance: random.Random) -> None:
-        family, given = chance.choice(_FAMILIES), chance.choice(_GIVEN)
+    def __init__(self, number: int, random_source: random.Random) -> None:
+        family, given = random_source.choice(_FAMILIES), random_source.choice(_GIVEN)
         self.number = number
         self.id, self.episode_id, self.recording_id = (UUID(int=(kind << 64) + number) for kind in (4, 5, 6))
         self.name, self.kana = f"{family[0]} {given[0]} {number}", f"{family[1]} {given[1]}"
         self.search = f"{family[0]} {number}"
-        self.began = _FIRST + timedelta(days=chance.randrange(_DAYS))
+        self.began = _FIRST + timedelta(days=random_source.randrange(_DAYS))
 
-    def add_to(self, rows: _Rows, restricted: bool, chance: random.Random) -> None:
-        at, key, episode = _moment(self.began), self.id.hex, self.episode_id.hex
-        born = self.began.date() - timedelta(days=chance.randrange(7000, 30_000))
+    def add_to(self, rows: _Rows, restricted: bool, random_source: random.Random) -> None:
+        at, key, episode = _stored_time(self.began), self.id.hex, self.episode_id.hex
+        born = self.began.date() - timedelta(days=random_source.randrange(7000, 30_000))
         number = f"K-{self.number:06}"
         rows[PatientRow].append(
             {
@@ -151,20 +153,20 @@ class _Person:
             }
         )  # fmt: skip
         teaching = UUID(int=(7 << 64) + self.number).hex
-        told = {"patient_id": key, "name": "Lift", "side": "left", "taught_by": "", "fixtures": "[]"}
-        rows[TeachingRow].append({"id": teaching, "started_at": at} | told)
+        common = {"patient_id": key, "name": "Lift", "side": "left", "taught_by": "", "fixtures": "[]"}
+        rows[TeachingRow].append({"id": teaching, "started_at": at} | common)
         rows[RecordingRow].append(
             {
                 "id": self.recording_id.hex, "teaching_id": teaching, "take": 1, "done": "[]", "station": STATIONS[0],
                 "taught_at": at, "duration_s": 20.0, "rate_hz": _RATE_HZ, "samples": 2001, "note": "", "updated_at": at,
-            } | told
+            } | common
         )  # fmt: skip
         for n in range(_ASSESSMENTS):
-            when = _moment(self.began + timedelta(days=7 * n))
+            when = _stored_time(self.began + timedelta(days=7 * n))
             assessment = UUID(int=(8 << 64) + self.number * _ASSESSMENTS + n).hex
             rows[AssessmentRow].append(
                 {
-                    "id": assessment, "episode_id": episode, "assessed_at": when, "assessed_by": chance.choice(THERAPISTS),
+                    "id": assessment, "episode_id": episode, "assessed_at": when, "assessed_by": random_source.choice(THERAPISTS),
                     "note": "", "pain_rest": 3, "pain_active": max(0, 7 - n), "pain_passive": 2, "pain_average": 4,
                     "spadi": json.dumps([max(0, 8 - n)] * 13), "spadi_score": max(0, 8 - n) * 10.0, "updated_at": when,
                 }
@@ -175,14 +177,14 @@ class _Person:
             ]
 
 
-def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chance: random.Random) -> None:
-    began = person.began + timedelta(days=nth % 200, minutes=15 * chance.randrange(36), seconds=nth)
-    at, ended = _moment(began), _moment(began + timedelta(minutes=20))
+def _add_session(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, random_source: random.Random) -> None:
+    began = person.began + timedelta(days=nth % 200, minutes=15 * random_source.randrange(36), seconds=nth)
+    at, ended = _stored_time(began), _stored_time(began + timedelta(minutes=20))
     key = f"{(2 << 64) + n:032x}"
-    stop = chance.choice(STOPS) if chance.random() < _STOPPED else None
+    stop = random_source.choice(STOPS) if random_source.random() < _STOPPED else None
     visit = {
         "id": key, "patient_id": person.id.hex, "episode_id": person.episode_id.hex, "started_at": at,
-        "therapist": chance.choice(THERAPISTS), "station": chance.choice(STATIONS), "ended_at": ended, "checks": "[]",
+        "therapist": random_source.choice(THERAPISTS), "station": random_source.choice(STATIONS), "ended_at": ended, "checks": "[]",
         "pain_before": 4, "pain_during": 4, "pain_after": 3, "end_reason": "completed", "note": "Went well.",
         "signed_at": ended, "signed_by": "Sato", "updated_at": ended, "run_count": _RUNS, "stop_count": int(bool(stop)),
     }  # fmt: skip
@@ -202,39 +204,39 @@ def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chanc
                 "started_at": at, "ended_at": ended, "outcome": "stopped" if stopped else "completed",
                 "stop_code": stopped, "stop_message": "It was stopped." if stopped else None, "rate_hz": _RATE_HZ,
                 "load_level": 8, "speed_percent": 100.0, "repetitions": 3, "pause_s": 1.0, "range_percent": 90.0,
-                "method": "learned", "samples": 6000 if compared else None, "worst_rmse_deg": 1.0 + chance.random(),
-                "worst_peak_deg": 3.0 + chance.random(), "reversals": 0,
+                "method": "learned", "samples": 6000 if compared else None, "worst_rmse_deg": 1.0 + random_source.random(),
+                "worst_peak_deg": 3.0 + random_source.random(), "reversals": 0,
             }
         )  # fmt: skip
 
 
-def _act(n: int, of: int, person: _Person, chance: random.Random) -> dict[str, Any]:
-    """One row of the trail, through the ten years in the order of its time. Its link is none: nobody checks this chain."""
-    who = chance.randrange(len(THERAPISTS))
+def _audit_row(n: int, of: int, person: _Person, random_source: random.Random) -> dict[str, Any]:
+    """Return one row of the audit trail, in order of time. Its hash is not valid, because the chain is not checked."""
+    who = random_source.randrange(len(THERAPISTS))
     return {
-        "number": n + 1, "at": _moment(_FIRST + timedelta(days=_DAYS) * (n / of)), "account_id": ACCOUNTS[who].hex,
-        "who": THERAPISTS[who], "role": "therapist", "address": "192.0.2.1", "action": chance.choice(ACTIONS),
-        "outcome": "refused" if chance.random() < _REFUSED else "done", "patient_id": person.id.hex, "subject": "",
-        "station": chance.choice(STATIONS), "detail": "{}", "anchor": "", "anchored": 0, "hash": bytes(32),
+        "number": n + 1, "at": _stored_time(_FIRST + timedelta(days=_DAYS) * (n / of)), "account_id": ACCOUNTS[who].hex,
+        "who": THERAPISTS[who], "role": "therapist", "address": "192.0.2.1", "action": random_source.choice(ACTIONS),
+        "outcome": "refused" if random_source.random() < _REFUSED else "done", "patient_id": person.id.hex, "subject": "",
+        "station": random_source.choice(STATIONS), "detail": "{}", "anchor": "", "anchored": 0, "hash": bytes(32),
     }  # fmt: skip
 
 
 def _no_rows() -> _Rows:
-    return {row: [] for row in _LOADED}
+    return {row: [] for row in _TABLES}
 
 
-def _put(load: Insert, rows: _Rows) -> None:
+def _insert_rows(insert: Insert, rows: _Rows) -> None:
     for row, some in rows.items():
-        load(row.__table__, some)
+        insert(row.__table__, some)
 
 
-def _moment(at: datetime) -> str:
-    """As SQLite keeps it, and PostgreSQL understands it where the zone is UTC."""
+def _stored_time(at: datetime) -> str:
+    """Return a time as SQLite stores it; PostgreSQL accepts it when its time zone is UTC."""
     return at.replace(tzinfo=None).isoformat(" ", "microseconds")
 
 
-def _hour(session: Session, person: _Person, lasts_s: float) -> UUID:
-    """Played by drives: in counts, behind the setpoint, with the noise of the simulated ones, by a clock that jitters."""
+def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
+    """Add a run with drive counts, a lag behind the setpoint, the simulated drives' noise and a jittering clock."""
     noise = np.random.default_rng(7)
     count = round(lasts_s * _RATE_HZ) + 1
     times_s = np.arange(count) / _RATE_HZ + noise.normal(0, _JITTER_S, count)
@@ -257,12 +259,12 @@ def _hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     zeros = np.zeros((count, 5))
     taught = counts(at(times_s), _COUNT_DEG)
     end = JournalEnd(reason="finished")
-    kept = recordings.keep_teaching(
+    saved = recordings.keep_teaching(
         session, not_written("teaching", teaching.id, STATIONS[0], _RATE_HZ, began, times_s, taught, zeros, zeros, end)
     )
-    assert kept
+    assert saved
     visit = sessions.begin(session, person.id)
-    run = runs.begin(session, visit.id, kept[0].id)
+    run = runs.begin(session, visit.id, saved[0].id)
     end = JournalEnd(reason="completed")
     played = not_written("run", run.id, STATIONS[0], _RATE_HZ, began, times_s, measured, at(times_s), torque, end)
     runs.keep(session, played, StationConfig())

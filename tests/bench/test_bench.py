@@ -1,4 +1,4 @@
-"""Each benchmark runs for a moment and writes its figures. What they come to is nobody's business here."""
+"""Each benchmark runs briefly and writes its figures; their values are not tested."""
 
 import json
 import os
@@ -19,37 +19,37 @@ from kata.bench.stop import LOADS
 
 
 def bench(*arguments: str, out: Path) -> dict[str, Any]:
-    """The figures it has written."""
+    """Run a benchmark and return its JSON report."""
     command = [sys.executable, "-m", "kata", "bench", *arguments, "--json", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=150, env=os.environ | {"COLUMNS": "200"})
     assert done.returncode == 0, done.stderr
     assert "load average before" in done.stdout
-    told: dict[str, Any] = json.loads(out.read_text())
-    return told
+    report: dict[str, Any] = json.loads(out.read_text())
+    return report
 
 
 def loop(out: Path, rate_hz: int, load: str) -> None:
     quick = ("--seconds", "1", "--rates", str(rate_hz), "--no-fifo", f"--{load}", "--plot-minutes", "0.1")
-    told = bench("loop", *quick, out=out)
+    report = bench("loop", *quick, out=out)
     kinds = ("lateness_p50_ms", "lateness_p99_ms", "lateness_p999_ms", "lateness_max_ms", "missed")
-    assert {f"{kind}_{rate_hz}hz_{load}_nofifo" for kind in kinds} <= set(told["figures"])
-    assert load == "idle" or any("WebSocket messages read" in note for note in told["notes"])
+    assert {f"{kind}_{rate_hz}hz_{load}_nofifo" for kind in kinds} <= set(report["figures"])
+    assert load == "idle" or any("WebSocket messages read" in note for note in report["notes"])
 
 
 def test_loop_without_privileges(tmp_path: Path) -> None:
-    """What everybody is granted everywhere."""
+    """Works for every user on every computer."""
     loop(tmp_path / "loop.json", 100, "idle")
 
 
 @pytest.mark.campaign
 def test_loop_under_load_and_without_privileges(tmp_path: Path) -> None:
-    """A computer that does other things besides may be too busy for it, and the apparatus stops: not for every test run."""
+    """On a busy computer the apparatus may stop, so this is not part of every test run."""
     loop(tmp_path / "loop.json", 10, "loaded")
 
 
 def test_estop(tmp_path: Path) -> None:
-    told = bench("estop", "--presses", "3", "--idle", "--plot-minutes", "0.1", out=tmp_path / "estop.json")
-    figures = told["figures"]
+    report = bench("estop", "--presses", "3", "--idle", "--plot-minutes", "0.1", out=tmp_path / "estop.json")
+    figures = report["figures"]
     assert figures["estop_presses"] >= 3
     assert 0 < figures["estop_p50_ms"] <= figures["estop_p999_ms"] <= figures["estop_max_ms"]
     assert "estop_other_causes" in figures
@@ -71,7 +71,7 @@ def test_stop_under_every_load(tmp_path: Path) -> None:
 
 
 def test_bus(tmp_path: Path) -> None:
-    told = bench("bus", "--seconds", "0.05", "--rounds", "1", out=tmp_path / "bus.json")
+    report = bench("bus", "--seconds", "0.05", "--rounds", "1", out=tmp_path / "bus.json")
     wanted = {
         "ceiling_ratio_115200",
         "ceiling_ratio_1000000",
@@ -85,40 +85,40 @@ def test_bus(tmp_path: Path) -> None:
         "dynamixel_sdk_cpu_percent_115200",
         "dynamixel_sdk_silent_servo_lost_ms",
     }
-    # Others' libraries are for development: where one is not installed, the table says so.
+    # Other libraries are development dependencies; the table names a missing one.
     missing = [name for name in ("dynamixel_sdk", "rustypot", "pymodbus") if not installed(name)]
-    assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(told["figures"])
+    assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(report["figures"])
 
 
 def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bus, "installed", lambda module: module != "rustypot")
-    report = Report("Bus", ("Wire, library",))
-    left = bus._select_installed(report, "dynamixel 115200", bus.DYNAMIXEL)
-    assert [row[:2] for row in report.rows] == [
+    table = Report("Bus", ("Wire, library",))
+    found = bus._select_installed(table, "dynamixel 115200", bus.DYNAMIXEL)
+    assert [row[:2] for row in table.rows] == [
         ("dynamixel 115200, rustypot, Sync Read of a block", "not installed"),
     ]
-    assert "rustypot" not in {contender.host for contender in left}
+    assert "rustypot" not in {contender.host for contender in found}
 
 
 def test_soak(tmp_path: Path) -> None:
-    told = bench("soak", "--minutes", "0.02", out=tmp_path / "soak.json")
-    wanted = {"soak_missed", "soak_witness_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
-    assert set(told["figures"]) == wanted
+    report = bench("soak", "--minutes", "0.02", out=tmp_path / "soak.json")
+    wanted = {"soak_missed", "soak_reference_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
+    assert set(report["figures"]) == wanted
 
 
 def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
     records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
-    with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as clinic:
-        clinic.play(records)
-        clinic.until(lambda live: live.mode == "idle", 60)
-        after = clinic.begin_next_session(records)
+    with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as service:
+        service.play(records)
+        service.until(lambda live: live.mode == "idle", 60)
+        after = service.begin_next_session(records)
         assert after.session_id != records.session_id
-        clinic.play(after)
+        service.play(after)
 
 
 def test_pages(tmp_path: Path) -> None:
-    told = bench("pages", "--pages", "4", "--stalled", "2", "--seconds", "1", out=tmp_path / "pages.json")
-    figures = told["figures"]
+    report = bench("pages", "--pages", "4", "--stalled", "2", "--seconds", "1", out=tmp_path / "pages.json")
+    figures = report["figures"]
     for suffix in ("1", "all", "stalled"):
         assert 0 < figures[f"delivery_p99_ms_{suffix}"] <= figures[f"delivery_max_ms_{suffix}"]
         assert {f"lateness_p999_ms_{suffix}", f"missed_{suffix}", f"growth_mb_{suffix}"} <= set(figures)
@@ -126,13 +126,13 @@ def test_pages(tmp_path: Path) -> None:
 
 @pytest.mark.campaign
 def test_sign_in(tmp_path: Path) -> None:
-    """Four services and two storms one after another: two minutes of a computer that does other things besides."""
-    told = bench("sign-in", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
-    figures = told["figures"]
+    """Four services and two kinds of guessing one after another: two minutes on a busy computer."""
+    report = bench("sign-in", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
+    figures = report["figures"]
     assert figures["pairs"] == 4
     assert {"known_ms", "unknown_ms", "known_unknown_difference_ms"} <= set(figures)
-    # A computer that does other things besides may be too busy for the loop; then the report says so.
-    if not any("no more figures" in note for note in told["notes"]):
+    # On a busy computer the loop may stop; the report then says so.
+    if not any("no more figures" in note for note in report["notes"]):
         assert {"lateness_p999_ratio_one", "lateness_p999_ratio_many", "missed_many"} <= set(figures)
         assert figures["tries_one"] == figures["locked_out_one"] + figures["weighed_one"] + figures["other_answers_one"]
 
@@ -140,17 +140,17 @@ def test_sign_in(tmp_path: Path) -> None:
 def test_known_and_unknown_names_are_asked_equally_often(tmp_path: Path) -> None:
     records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
     sign_in.make_accounts(tmp_path, 1)
-    told = sign_in.times(tmp_path, records, 4)
-    assert (len(told.known), len(told.unknown)) == (4, 4)
-    assert min(*told.known, *told.unknown) > 0
+    report = sign_in.measure_answer_times(tmp_path, records, 4)
+    assert (len(report.known), len(report.unknown)) == (4, 4)
+    assert min(*report.known, *report.unknown) > 0
 
 
 def test_history(tmp_path: Path) -> None:
     small = ("--patients", "20", "--sessions", "200", "--minutes", "1.1", "--times", "2")
-    told = bench("history", *small, out=tmp_path / "history.json")
-    figures = told["figures"]
+    report = bench("history", *small, out=tmp_path / "history.json")
+    figures = report["figures"]
     wanted = {"bytes_per_hour", "error_plot_p95_ms", "lists_p95_ms_sqlite", "growth_ratio_10x"}
-    missing = any("PostgreSQL" in note for note in told["notes"])
+    missing = any("PostgreSQL" in note for note in report["notes"])
     assert set(figures) == (wanted if missing else wanted | {"lists_p95_ms_postgresql"})
     assert 1e6 < figures["bytes_per_hour"] < 2.5e6
     assert all(value > 0 for value in figures.values())

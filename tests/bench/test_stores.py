@@ -1,4 +1,4 @@
-"""What the benchmark of history has built is used again where it is kept, and only while it is what would be built."""
+"""A stored benchmark database is used again until its schema or content changes."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from tests.support.databases import upgraded_file
 MINUTE_S = 60.0
 
 
-def rename_everybody(database: Database) -> None:
+def rename_patients(database: Database) -> None:
     with database.write() as session:
         for row in session.scalars(select(PatientRow)):
             row.name = "Changed"
@@ -27,17 +27,17 @@ def names(database: Database) -> set[str]:
 
 
 def test_stored_benchmark_database_is_reused(tmp_path: Path) -> None:
-    with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, told):
-        rename_everybody(database)
+    with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, first):
+        rename_patients(database)
     with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, again):
         assert names(database) == {"Changed"}
-    assert again == told
+    assert again == first
 
 
 @pytest.mark.parametrize("other", ["schema", "hour"])
 def test_outdated_benchmark_database_is_rebuilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: str) -> None:
     with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, _):
-        rename_everybody(database)
+        rename_patients(database)
     if other == "schema":
         (tmp_path / "versions").mkdir()
         for file in (migrations() / "versions").glob("*.py"):
@@ -58,7 +58,7 @@ def test_quickly_filled_database_equals_a_normally_filled_one(tmp_path: Path) ->
         store("sqlite", 4, 200, MINUTE_S, tmp_path) as (database, _, _),
         database.writer.connect() as connection,
     ):
-        made = {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
+        indexes = {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
         assert connection.exec_driver_sql("PRAGMA foreign_key_check").all() == []
         assert connection.exec_driver_sql("PRAGMA integrity_check").scalar_one() == "ok"
         assert connection.exec_driver_sql("PRAGMA journal_mode").scalar_one() == "wal"
@@ -67,10 +67,10 @@ def test_quickly_filled_database_equals_a_normally_filled_one(tmp_path: Path) ->
                 SessionRow, SessionRow.id == SessionStopRow.session_id
             )
         ).all()
-    assert stops and all(told == of_session for told, of_session in stops)
+    assert stops and all(of_stop == of_session for of_stop, of_session in stops)
     other = Database(upgraded_file(tmp_path / "other.db"))
     with other.writer.connect() as connection:
-        assert made == {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
+        assert indexes == {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
     other.close()
 
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from kata.device import config
-from kata.evaluation.cases import BY_EYE_DEG, Case, paper_cases, recorded_cases
+from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, recorded_cases
 from kata.evaluation.outcome import Outcome, as_json
 from kata.evaluation.page import as_html
-from kata.evaluation.run import Job, carry_out, play
+from kata.evaluation.run import Job, evaluate_jobs, play
 from kata.motion.axes import AXES
 from kata.motion.method import Method
 from kata.motion.taught import Taught, TaughtError
@@ -53,12 +53,12 @@ def test_folder_without_motions_is_reported(tmp_path: Path) -> None:
 
 def test_arm_starts_near_the_motion_and_varies_each_time(short: Taught) -> None:
     case = Case("short", "left", short, AXES)
-    poses = [case.laid_down(seed, play).poses_deg[0] for seed in (None, 1) for play in (1, 2)]
+    poses = [case.repositioning(seed, play).poses_deg[0] for seed in (None, 1) for play in (1, 2)]
     assert len({tuple(pose) for pose in poses}) == 4
     for pose in poses:
         off = np.abs(pose - short.poses_deg[0])
-        assert 0.5 < off.max() <= BY_EYE_DEG
-    assert np.array_equal(poses[0], case.laid_down(None, 1).poses_deg[0])
+        assert 0.5 < off.max() <= REPOSITIONING_ERROR_DEG
+    assert np.array_equal(poses[0], case.repositioning(None, 1).poses_deg[0])
 
 
 def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outcome]) -> None:
@@ -82,7 +82,7 @@ def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: lis
     cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
     done: list[Job] = []
     jobs = [Job(case, "smooth", 2, seed) for seed in (1, 2) for case in cases]
-    together = carry_out(jobs, done.append)
+    together = evaluate_jobs(jobs, done.append)
     assert as_json(together, simulated=True) == as_json(outcomes, simulated=True)
     assert len(done) == len(jobs)
 

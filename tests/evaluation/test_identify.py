@@ -9,7 +9,7 @@ from msgspec import structs
 from kata.device.config import simulated
 from kata.device.journal import PHASE_PLAYING
 from kata.device.messages import Load
-from kata.evaluation.identify import TURNING_DEG_S, identify
+from kata.evaluation.identify import FRICTION_REVERSAL_DEG_S, identify
 from kata.evaluation.station import VirtualStation
 from kata.motion.approach import Approach
 from kata.motion.builtin import built_in_motions
@@ -78,13 +78,13 @@ def test_known_lag_is_identified() -> None:
     times = np.arange(0, 30, 0.01)
     measured = 20 * np.sin(math.tau * 0.2 * times) + 5 * np.sin(math.tau * 0.9 * times)
     speed, bend = np.gradient(measured, times), np.gradient(np.gradient(measured, times), times)
-    asked = measured + 0.08 * speed + 0.004 * bend + 0.3 * np.tanh(speed / TURNING_DEG_S) + 1.5
+    asked = measured + 0.08 * speed + 0.004 * bend + 0.3 * np.tanh(speed / FRICTION_REVERSAL_DEG_S) + 1.5
     noise = np.random.default_rng(1).uniform(-0.044, 0.044, times.shape)
     (found,) = identify(times, asked[:, None], (measured + noise)[:, None])
     assert found.lag_s == pytest.approx(0.08, abs=0.001)
     assert found.lag2_s2 == pytest.approx(0.004, abs=0.0003)
     assert found.friction_deg == pytest.approx(0.3, abs=0.03)
-    assert found.unexplained_deg < 0.05
+    assert found.residual_deg < 0.05
 
 
 @pytest.mark.parametrize("seed", [None, 3])
@@ -96,7 +96,7 @@ def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None)
         assert 0.0 < axis.lag2_s2 < 0.01
         coulomb_deg = math.degrees((joint.rotor_coulomb_nm + joint.arm_coulomb_nm) / own.p_nm_rad)
         assert 0.0 < axis.friction_deg < 1.5 * coulomb_deg
-        assert axis.unexplained_deg < 0.25
+        assert axis.residual_deg < 0.25
 
 
 def test_the_simulated_station_knows_the_lag_of_its_drives() -> None:

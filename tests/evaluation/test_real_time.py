@@ -25,7 +25,7 @@ def test_both_agree_within_a_fifth_of_a_degree(short: Taught) -> None:
     """
     job = Job(Case("short", "right", short, AXES), "smooth", 1, 1)
     (virtual,) = play(job)
-    (real,) = real_time.carry_out([job], None, lambda side: None, lambda *_: None, lambda _: None)
+    (real,) = real_time.evaluate_jobs([job], None, lambda side: None, lambda *_: None, lambda _: None)
 
     assert real.problem is None
     assert virtual.problem is None
@@ -50,7 +50,7 @@ def test_configured_apparatus_plays_the_motion_itself(tmp_path: Path, short: Tau
         station = tmp_path / "station.toml"
         config.write(config.simulated(apparatus.port), station)
         job = Job(Case("short", "right", short, AXES), "smooth", 1, None)
-        outcome, again = real_time.carry_out([job, job], station, turned.append, obey, lambda _: None)
+        outcome, again = real_time.evaluate_jobs([job, job], station, turned.append, obey, lambda _: None)
 
     assert turned == ["right"]
     # Once a day is enough, and not before each case.

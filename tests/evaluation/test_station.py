@@ -69,7 +69,7 @@ def test_motion_begins_alike_from_either_side_of_its_start(short: Taught, seed: 
 
     def began(aside_deg: float) -> Journal:
         poses = np.array([short.poses_deg[0] + aside_deg] * 2)
-        station.put_back(Taught("put back", np.array([0.0, 0.5]), poses))
+        station.reposition(Taught("put back", np.array([0.0, 0.5]), poses))
         return station.play(load(taught), short.duration_s)
 
     below, above = began(-3.0), began(3.0)

@@ -21,7 +21,7 @@ class Conformance:
     protocol: ClassVar[Literal["dynamixel", "modbus"]]
     settings: ClassVar[dict[str, Any]] = {}
     resolution_deg: ClassVar[float]
-    in_pieces: ClassVar[bool] = False
+    byte_by_byte: ClassVar[bool] = False
     alerts: ClassVar[bool] = False
     """An answer says at once that there is a hardware error."""
     arming_request: ClassVar[int]
@@ -30,7 +30,7 @@ class Conformance:
     @pytest.fixture
     def world(self) -> World:
         world = World(self.protocol, **self.settings)
-        world.in_pieces = self.in_pieces
+        world.byte_by_byte = self.byte_by_byte
         return world
 
     @pytest.fixture

@@ -63,7 +63,7 @@ class World(world.World):
 
     def _begin(self, config: StationConfig, seed: int | None) -> None:
         super().__init__(config, seed, self._saw)
-        for face, axis in zip(self.faces, config.axes, strict=True):
+        for face, axis in zip(self.drives, config.axes, strict=True):
             if isinstance(face, Servo) and axis.zero_count is not None:
                 face.mount(axis.zero_count)
         self.seen: list[Seen] = []
@@ -92,14 +92,14 @@ class World(world.World):
 
     def registers(self, motor: int, address: int, length: int) -> bytes:
         """Return what a drive has in its registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
-        face = self.faces[motor - 1]
+        face = self.drives[motor - 1]
         if isinstance(face, Servo):
             return bytes(face.table[address : address + length])
         return struct.pack(f">{length // 2}H", *face.read(address, length // 2))
 
     def set_registers(self, motor: int, address: int, data: bytes) -> None:
         """Change a drive's registers behind the driver's back."""
-        face = self.faces[motor - 1]
+        face = self.drives[motor - 1]
         if isinstance(face, Servo):
             face.table[address : address + len(data)] = data
         else:

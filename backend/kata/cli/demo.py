@@ -20,7 +20,7 @@ from kata.database.engine import DatabaseError
 from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
 from kata.errors import ProblemError
-from kata.evaluation.service_driver import RehearsalError, rehearsing
+from kata.evaluation.service_driver import ServiceDriverError, driving_service
 from kata.motion.taught import Taught, TaughtError, read_csv
 from kata.reporting.letterhead import LetterheadError
 from kata.settings import Settings
@@ -28,7 +28,7 @@ from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
 
 FAILURES: Final = (
-    TaughtError, HandRefusedError, RehearsalError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
+    TaughtError, HandRefusedError, ServiceDriverError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
     LetterheadError, SimulatorError, OSError,
 )  # fmt: skip
 """Whose message says what is wrong."""
@@ -55,7 +55,7 @@ def demonstrate(taught: Path, settings: Settings) -> Result:
     """Teach the file, play it back, print what came of it.
 
     :raises TaughtError: when the file holds no motion.
-    :raises RehearsalError: when something does not come about in time, or a stop comes.
+    :raises ServiceDriverError: when something does not come about in time, or a stop comes.
     :raises ProblemError: when the apparatus refuses, because of a limit for example.
     """
     console = Console()
@@ -75,12 +75,12 @@ async def _demonstrated(motion: Taught, settings: Settings, console: Console) ->
                 tasks[what] = progress.add_task(what, total=lasts_s, left="")
             progress.update(tasks[what], completed=lasts_s - left_s, left=f"{left_s:.0f} s left" if left_s else "done")
 
-        async with rehearsing(settings, show) as rehearsal:
-            run = await rehearsal.play(await rehearsal.teach(motion))
-            rehearsal.end()
+        async with driving_service(settings, show) as driver:
+            run = await driver.play(await driver.teach(motion))
+            driver.end()
             if run.comparison is None:
-                raise RehearsalError("nothing was played")
-            return Result(run.comparison, run.rate_hz or rehearsal.station.info.rate_hz)
+                raise ServiceDriverError("nothing was played")
+            return Result(run.comparison, run.rate_hz or driver.station.info.rate_hz)
 
 
 def write(result: Result, out: Path) -> None:

@@ -1,4 +1,4 @@
-"""What is taught and played back: the paper's fourteen cases, or every motion of a folder on both sides."""
+"""The evaluated cases: the paper's fourteen, or every motion of a folder on both sides."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +11,9 @@ from kata.motion.axes import AXES, BASIC_MOTIONS, POSE_RANGE_DEG, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught, TaughtError, read_csv
 
-BY_EYE_DEG: Final = 3.0
-"""So well does somebody put an arm back into a posture without a goniometer. The paper excepts the start from errors of 4 deg and more."""
-_HELD_S: Final = 0.5
+REPOSITIONING_ERROR_DEG: Final = 3.0
+"""Error of a person who puts an arm back into a posture without a goniometer. Where its errors are 4 deg and more, the paper excludes the start."""
+_HOLD_S: Final = 0.5
 
 
 @dataclass(frozen=True)
@@ -24,23 +24,23 @@ class Case:
     side: Side
     motion: Taught
     motors: tuple[int, ...]
-    """Those that the paper's figure shows."""
+    """The motors that the paper's figure shows."""
     number: int | None = None
-    """Of the paper's motions, 1 to 6, and 7 for the arbitrary one."""
+    """Number of the paper's motion: 1 to 6, and 7 for the arbitrary motion."""
 
-    def laid_down(self, seed: int | None, repetition: int) -> Taught:
-        """How the arm is put back before a playback: by eye, to about where the motion begins; every time a little otherwise."""
-        chance = Random(f"{self.name}, {self.side}, {seed}, {repetition}")
+    def repositioning(self, seed: int | None, repetition: int) -> Taught:
+        """Return the motion that puts the arm back near the start before a playback, with another error for each repetition."""
+        random_source = Random(f"{self.name}, {self.side}, {seed}, {repetition}")
         pose = [
-            min(max(angle + chance.uniform(-BY_EYE_DEG, BY_EYE_DEG), low), high)
+            min(max(angle + random_source.uniform(-REPOSITIONING_ERROR_DEG, REPOSITIONING_ERROR_DEG), low), high)
             for angle, (low, high) in zip(self.motion.poses_deg[0], POSE_RANGE_DEG, strict=True)
         ]
-        return Taught("put back", np.array([0.0, _HELD_S]), np.array([pose, pose]))
+        return Taught("put back", np.array([0.0, _HOLD_S]), np.array([pose, pose]))
 
 
 def paper_cases() -> list[Case]:
-    """The six basic motions and the arbitrary one (Sections 4.2 to 4.8), left and right."""
-    shown = [basic.motors for basic in BASIC_MOTIONS] + [AXES]
+    """Return the six basic motions and the arbitrary one (Sections 4.2 to 4.8), left and right."""
+    shown = [motion.motors for motion in BASIC_MOTIONS] + [AXES]
     pairs = list(zip(built_in_motions(), shown, strict=True))
     return [
         Case(motion.name, side, motion, motors, number)
@@ -50,9 +50,9 @@ def paper_cases() -> list[Case]:
 
 
 def recorded_cases(folder: Path) -> list[Case]:
-    """Every CSV file of a folder, left and right; all five motors count.
+    """Return every CSV file of a folder, left and right; all five motors count.
 
-    :raises TaughtError: when one cannot be used, or there is none.
+    :raises TaughtError: when a file cannot be used, or there is none.
     """
     motions = [read_csv(path) for path in sorted(folder.glob("*.csv"))]
     if not motions:

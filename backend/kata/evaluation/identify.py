@@ -1,11 +1,11 @@
-"""How far the drives of a station fall behind their setpoints, found from what they did with known ones.
+"""Identifies the lag of a station's drives behind their setpoints from measured movements.
 
-The model is the one that :class:`kata.motion.method.Lag` compensates, of each axis by itself:
+The model, which :class:`kata.motion.method.Lag` compensates, is for each axis:
 
     u = y + a1 y' + a2 y'' + f tanh(y' / v0) + constant,
 
-with ``u`` what was asked for and ``y`` what was measured at the same time. It is linear in what is sought, and solved
-by least squares. Needed is a movement that was sent as it is, without compensation: fast and slow, to and fro.
+with the setpoint ``u`` and the measured angle ``y`` at the same time. It is linear in the parameters and solved by least squares. It
+needs a movement without compensation, fast and slow, in both directions.
 """
 
 from dataclasses import dataclass
@@ -18,55 +18,56 @@ from scipy.signal import butter, sosfiltfilt
 from kata.motion.linkage import Floats
 
 BAND_HZ: Final = 4.0
-"""Above this neither arms move nor drives follow; an encoder's steps, differentiated, are louder there than the movement."""
-TURNING_DEG_S: Final = 5.0
-"""``v0``: over about this speed friction turns round."""
-_LEAST_SPEED_DEG_S: Final = 2.0
-"""An axis that never became this fast tells nothing about its lag."""
+"""Above this frequency arms do not move and drives do not follow; the derivative of the encoder's steps exceeds the movement."""
+FRICTION_REVERSAL_DEG_S: Final = 5.0
+"""``v0``: the speed range over which friction changes its sign."""
+_MIN_SPEED_DEG_S: Final = 2.0
+"""An axis must reach this speed for its lag to be identified."""
 
 
 @dataclass(frozen=True)
-class Identified:
-    """One axis: ``lag_s`` (a1), ``lag2_s2`` (a2), ``friction_deg`` (f), and the RMS of what they do not explain."""
+class IdentifiedLag:
+    """One axis: ``lag_s`` (a1), ``lag2_s2`` (a2), ``friction_deg`` (f), and the RMS error of the model."""
 
     lag_s: float
     lag2_s2: float
     friction_deg: float
-    unexplained_deg: float
+    residual_deg: float
 
 
-def identify(times_s: ArrayLike, asked_deg: ArrayLike, measured_deg: ArrayLike) -> tuple[Identified, ...]:
-    """The lag of each axis.
+def identify(times_s: ArrayLike, setpoint_deg: ArrayLike, measured_deg: ArrayLike) -> tuple[IdentifiedLag, ...]:
+    """Return the lag of each axis.
 
-    :param times_s: ``(n,)``, when it was measured; even to within a tenth of a step.
-    :param asked_deg: ``(n, k)``, where each axis should have been at that time.
+    :param times_s: ``(n,)``, times of the measurement, evenly spaced to within a tenth of a step.
+    :param setpoint_deg: ``(n, k)``, setpoints at these times.
     :param measured_deg: ``(n, k)``.
     :raises ValueError: when the samples are too few or uneven, or an axis did not move.
     """
     times = np.asarray(times_s, dtype=np.float64)
-    asked, measured = np.asarray(asked_deg, dtype=np.float64), np.asarray(measured_deg, dtype=np.float64)
+    setpoint, measured = np.asarray(setpoint_deg, dtype=np.float64), np.asarray(measured_deg, dtype=np.float64)
     steps = np.diff(times)
-    if len(times) < 100 or asked.shape != measured.shape or len(asked) != len(times):
-        raise ValueError("a hundred samples or more are needed, of what was asked and what was measured alike")
+    if len(times) < 100 or setpoint.shape != measured.shape or len(setpoint) != len(times):
+        raise ValueError("a hundred samples or more are needed, as many setpoints as measured angles")
     step_s = float(np.median(steps))
     if np.max(np.abs(steps - step_s)) > 0.1 * step_s:
         raise ValueError("the samples must be evenly spaced")
     low_pass = butter(4, BAND_HZ, fs=1 / step_s, output="sos")
-    # One filter for both, without a shift in time, leaves the relation between them as it is.
-    asked, measured = sosfiltfilt(low_pass, asked, axis=0), sosfiltfilt(low_pass, measured, axis=0)
+    # The same zero-phase filter for both keeps their relation.
+    setpoint, measured = sosfiltfilt(low_pass, setpoint, axis=0), sosfiltfilt(low_pass, measured, axis=0)
     speed = np.gradient(measured, step_s, axis=0)
-    bend = np.gradient(speed, step_s, axis=0)
-    # The filter knows nothing from beyond the ends.
-    kept = slice(int(0.5 / BAND_HZ / step_s), -int(0.5 / BAND_HZ / step_s) or None)
+    acceleration = np.gradient(speed, step_s, axis=0)
+    # Leave out the ends, where the filter has no neighbouring samples.
+    inner = slice(int(0.5 / BAND_HZ / step_s), -int(0.5 / BAND_HZ / step_s) or None)
     return tuple(
-        _axis(n, asked[kept, n], measured[kept, n], speed[kept, n], bend[kept, n]) for n in range(asked.shape[1])
+        _axis(n, setpoint[inner, n], measured[inner, n], speed[inner, n], acceleration[inner, n])
+        for n in range(setpoint.shape[1])
     )
 
 
-def _axis(n: int, asked: Floats, measured: Floats, speed: Floats, bend: Floats) -> Identified:
-    if np.max(np.abs(speed)) < _LEAST_SPEED_DEG_S:
+def _axis(n: int, setpoint: Floats, measured: Floats, speed: Floats, acceleration: Floats) -> IdentifiedLag:
+    if np.max(np.abs(speed)) < _MIN_SPEED_DEG_S:
         raise ValueError(f"motor {n + 1} did not move")
-    columns = np.column_stack([speed, bend, np.tanh(speed / TURNING_DEG_S), np.ones_like(speed)])
-    found, *_ = np.linalg.lstsq(columns, asked - measured, rcond=None)
-    left = asked - measured - columns @ found
-    return Identified(float(found[0]), float(found[1]), float(found[2]), float(np.sqrt(np.mean(left**2))))
+    columns = np.column_stack([speed, acceleration, np.tanh(speed / FRICTION_REVERSAL_DEG_S), np.ones_like(speed)])
+    found, *_ = np.linalg.lstsq(columns, setpoint - measured, rcond=None)
+    residual = setpoint - measured - columns @ found
+    return IdentifiedLag(float(found[0]), float(found[1]), float(found[2]), float(np.sqrt(np.mean(residual**2))))

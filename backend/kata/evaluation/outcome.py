@@ -1,4 +1,4 @@
-"""What came of a case, and how it goes into JSON."""
+"""The outcome of a case, and its JSON form."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,16 +11,16 @@ from kata.motion.tracking import Comparison, MotionTracking, MotorTracking, comp
 
 
 @dataclass(frozen=True)
-class Recording:
-    """What was taught: times ``(n,)`` from 0 and motor angles ``(n, 5)``."""
+class TaughtRecording:
+    """Times ``(n,)`` from 0 and motor angles ``(n, 5)`` of a recording."""
 
     times_s: Floats
     angles_deg: Floats
 
 
 @dataclass(frozen=True)
-class Played:
-    """What was measured while the recording played: places on its clock ``(m,)``, motor angles and torques ``(m, 5)``."""
+class PlaybackSamples:
+    """Samples of a playback: path times of the recording ``(m,)``, measured motor angles and torques ``(m, 5)``."""
 
     path_s: Floats
     measured_deg: Floats
@@ -29,7 +29,7 @@ class Played:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One playback of one case. ``comparison`` is None when it did not come to its end, ``problem`` says why."""
+    """One playback of one case. If it was not completed, ``comparison`` is None and ``problem`` is the reason."""
 
     case: Case
     method: Method
@@ -38,32 +38,36 @@ class Outcome:
     seed: int | None
     comparison: Comparison | None = None
     motions: tuple[MotionTracking, ...] = ()
-    """In the body's angles."""
+    """Tracking in the angles of the body."""
     problem: str | None = None
     clock_s: float = 0.0
-    """How much the apparatus' clock went on for it, teaching and moving there and back included."""
+    """Duration by the apparatus' clock, including teaching, approach and return."""
 
     @property
     def motors(self) -> tuple[MotorTracking, ...]:
-        """Of the motors that the case is about."""
-        return tuple(one for one in self.comparison.motors if one.motor in self.case.motors) if self.comparison else ()
+        """Tracking of the case's motors."""
+        return (
+            tuple(motor for motor in self.comparison.motors if motor.motor in self.case.motors)
+            if self.comparison
+            else ()
+        )
 
-    def compared(self, recording: Recording, played: Played) -> "Outcome":
-        """With its figures."""
-        laid = (recording.times_s, recording.angles_deg, played.path_s, played.measured_deg)
+    def compared(self, recording: TaughtRecording, played: PlaybackSamples) -> "Outcome":
+        """Return the outcome with its figures."""
+        series = (recording.times_s, recording.angles_deg, played.path_s, played.measured_deg)
         return replace(
             self,
-            comparison=compare(*laid, played.torque_nm),
-            motions=compare_motions(*laid, lambda angles_deg: pose_deg(angles_deg, self.case.side)),
+            comparison=compare(*series, played.torque_nm),
+            motions=compare_motions(*series, lambda angles_deg: pose_deg(angles_deg, self.case.side)),
         )
 
 
 def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
-    """Errors per motor in degrees, with their signs; what was not played to its end stands under ``problems``."""
+    """Return the errors of each motor, in degrees with sign. ``problems`` lists the playbacks that were not completed."""
     return {
         "simulated": simulated,
         "cases": [
-            _named(one)
+            _identity(outcome)
             | {
                 "motors": [
                     {
@@ -73,21 +77,21 @@ def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
                         "start_deg": motor.start_deg,
                         "lag_ms": motor.lag_ms,
                     }
-                    for motor in one.motors
+                    for motor in outcome.motors
                 ]
             }
-            for one in outcomes
-            if one.comparison
+            for outcome in outcomes
+            if outcome.comparison
         ],
-        "problems": [_named(one) | {"problem": one.problem} for one in outcomes if one.problem],
+        "problems": [_identity(outcome) | {"problem": outcome.problem} for outcome in outcomes if outcome.problem],
     }
 
 
-def _named(one: Outcome) -> dict[str, Any]:
+def _identity(outcome: Outcome) -> dict[str, Any]:
     return {
-        "name": one.case.name,
-        "side": one.case.side,
-        "method": one.method,
-        "repetition": one.repetition,
-        "seed": one.seed,
+        "name": outcome.case.name,
+        "side": outcome.case.side,
+        "method": outcome.method,
+        "repetition": outcome.repetition,
+        "seed": outcome.seed,
     }

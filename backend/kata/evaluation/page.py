@@ -1,6 +1,6 @@
-"""The report as one HTML file that needs nothing else: the paper's figures 11 to 18, its Table 2, and ours beside its errors."""
+"""The report as one self-contained HTML file: the paper's figures 11 to 18, its Table 2, and our errors beside the paper's."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from itertools import groupby
 from typing import Final
@@ -14,7 +14,7 @@ from kata.evaluation.outcome import Outcome
 from kata.evaluation.paper import ERRORS
 from kata.motion.linkage import Floats
 
-# As in the service's own figures: told apart by everybody, and in grey by their brightness.
+# The colours of the service's figures: distinguishable with colour blindness, and in grey by their brightness.
 _TAUGHT: Final = "#1f3a93"
 _PLAYED: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
@@ -27,9 +27,9 @@ th { border-bottom: 2px solid #444 } td { border-bottom: 1px solid #ddd }
 
 
 def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
-    """The whole report."""
+    """Return the whole report."""
     where = "Simulated" if simulated else "Measured on the apparatus"
-    shown = [tables.by_method(outcomes), tables.beside_the_paper(outcomes), tables.rom_reached(outcomes)]
+    shown = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
     parts = [_table(one, where) for one in shown if one.rows]
     parts.append(f"<h2>Teaching, playback and error ({where.lower()})</h2>")
     with_script = True
@@ -43,7 +43,7 @@ def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
         for one in outcomes
         if one.problem
     ]
-    title = "Teaching against playback, after Section 4 of Sun et al. 2025"
+    title = "Teaching and playback compared, after Section 4 of Sun et al. 2025"
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>{_STYLE}</style></head>'
         f"<body><h1>{title}</h1><p><strong>{where}.</strong> {_about(simulated)}</p>{''.join(parts)}</body></html>\n"
@@ -53,20 +53,20 @@ def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
 def _about(simulated: bool) -> str:
     if simulated:
         return (
-            "Every figure here comes from simulated drives, mechanics and a simulated hand; control loop, supervision and driver are "
-            "the real ones. The paper's own figures were measured on its apparatus with a healthy subject."
+            "All figures come from simulated drives, mechanics and a simulated hand. Control loop, supervision and driver are the "
+            "real ones. The paper's own figures were measured on its apparatus with a healthy subject."
         )
-    return "Every figure here was measured on the configured apparatus."
+    return "All figures were measured on the configured apparatus."
 
 
-def _table(told: tables.Table, where: str) -> str:
-    heads = "".join(f"<th>{escape(name)}</th>" for name in told.columns)
-    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in told.rows)
-    return f"<h2>{escape(told.title)} ({where.lower()})</h2><table><tr>{heads}</tr>{rows}</table>"
+def _table(table: tables.TextTable, where: str) -> str:
+    heads = "".join(f"<th>{escape(name)}</th>" for name in table.columns)
+    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
+    return f"<h2>{escape(table.title)} ({where.lower()})</h2><table><tr>{heads}</tr>{rows}</table>"
 
 
 def _figures(last: Sequence[Outcome], where: str) -> list[tuple[str, go.Figure]]:
-    """The paper's: one a motion with both sides, and one a side of the arbitrary motion. Of the first seed."""
+    """Return the paper's figures of the first seed: both sides of a motion in one figure; of the arbitrary motion, one figure a side."""
     seed = last[0].seed if last else None
     found = []
     for _, group in groupby((one for one in last if one.seed == seed), key=_figure_of):
@@ -90,86 +90,86 @@ def _number(one: Outcome) -> int | None:
 
 
 def _figure(outcomes: Sequence[Outcome], sides: Sequence[str]) -> go.Figure:
-    """Rows: motors; columns: sides; a button for each method."""
+    """Return a figure with a row for each motor, a column for each side and a button for each method."""
     motors = outcomes[0].case.motors
-    titles = [f"Motor {motor}, {side}" for motor in motors for side in sides]
     figure = make_subplots(
         rows=len(motors),
         cols=len(sides),
-        subplot_titles=titles,
+        subplot_titles=[f"Motor {motor}, {side}" for motor in motors for side in sides],
         specs=[[{"secondary_y": True}] * len(sides)] * len(motors),
         vertical_spacing=0.28 / len(motors),
     )
-    methods = list(dict.fromkeys(one.method for one in outcomes))
-    owners: list[str] = []
-    for one in outcomes:
-        compared = one.comparison
-        assert compared is not None
+    methods = list(dict.fromkeys(outcome.method for outcome in outcomes))
+    trace_methods: list[str] = []
+    for outcome in outcomes:
         for row, motor in enumerate(motors, start=1):
-            place = {"row": row, "col": sides.index(one.case.side) + 1}
-            first = row == 1 and place["col"] == 1
-            times = compared.times_s
-            lines = (
-                ("Teaching", compared.taught_deg, _TAUGHT, "solid", False),
-                ("Playback", compared.played_deg, _PLAYED, "dash", False),
-                ("Error (right axis)", compared.error_deg, _ERROR, "solid", True),
-            )
-            for name, angles, colour, dash, right in lines:
-                line = go.Scatter(
-                    x=_light(times),
-                    y=_light(angles[:, motor - 1]),
-                    name=name,
-                    legendgroup=name,
-                    showlegend=first,
-                    visible=one.method == methods[0],
-                    line={"color": colour, "dash": dash, "width": 1.2 if right else 1.8},
-                )
-                figure.add_trace(line, **place, secondary_y=right)
-                owners.append(one.method)
-            figure.update_xaxes(title_text="Time, s" if row == len(motors) else None, **place)
-            figure.update_yaxes(title_text="Angle, deg", **place, secondary_y=False)
-            reach = _reach_deg(outcomes, motor)
-            figure.update_yaxes(
-                title_text="Error, deg",
-                range=[-reach, reach],
-                tickmode="auto",
-                nticks=6,
-                showgrid=False,
-                secondary_y=True,
-                **place,
-            )
+            cell = {"row": row, "col": sides.index(outcome.case.side) + 1}
+            for trace, on_the_right in _traces(outcome, motor):
+                trace.update(showlegend=cell == {"row": 1, "col": 1}, visible=outcome.method == methods[0])
+                figure.add_trace(trace, **cell, secondary_y=on_the_right)
+                trace_methods.append(outcome.method)
+            _label_axes(figure, cell, last_row=row == len(motors), limit_deg=_error_limit_deg(outcomes, motor))
+    plays = {method: max(one.repetition for one in outcomes if one.method == method) for method in methods}
+    buttons = [
+        {
+            "label": f"{method}, play {plays[method]}",
+            "method": "update",
+            "args": [{"visible": [of_trace == method for of_trace in trace_methods]}],
+        }
+        for method in methods
+    ]
+    top = 1 + 0.35 / len(motors)
     figure.update_layout(
         template="plotly_white",
         height=120 + _ROW_PX * len(motors),
-        legend={"orientation": "h", "y": 1 + 0.35 / len(motors), "x": 0.4},
+        legend={"orientation": "h", "y": top, "x": 0.4},
         margin={"t": 110},
         updatemenus=[
-            {
-                "type": "buttons",
-                "direction": "right",
-                "x": 0,
-                "xanchor": "left",
-                "y": 1 + 0.35 / len(motors),
-                "buttons": [
-                    {
-                        "label": f"{method}, play {max(one.repetition for one in outcomes if one.method == method)}",
-                        "method": "update",
-                        "args": [{"visible": [owner == method for owner in owners]}],
-                    }
-                    for method in methods
-                ],
-            }
+            {"type": "buttons", "direction": "right", "x": 0, "xanchor": "left", "y": top, "buttons": buttons}
         ],
     )
     return figure
 
 
-def _reach_deg(outcomes: Sequence[Outcome], motor: int) -> float:
-    """One error axis for every method and side, zero in its middle: they are to be compared."""
+def _traces(outcome: Outcome, motor: int) -> Iterator[tuple[go.Scatter, bool]]:
+    """Yield the curves of one motor, and True for those on the right axis."""
+    compared = outcome.comparison
+    assert compared is not None
+    for name, angles, colour, dash, on_the_right in (
+        ("Teaching", compared.taught_deg, _TAUGHT, "solid", False),
+        ("Playback", compared.played_deg, _PLAYED, "dash", False),
+        ("Error (right axis)", compared.error_deg, _ERROR, "solid", True),
+    ):
+        trace = go.Scatter(
+            x=_float32(compared.times_s),
+            y=_float32(angles[:, motor - 1]),
+            name=name,
+            legendgroup=name,
+            line={"color": colour, "dash": dash, "width": 1.2 if on_the_right else 1.8},
+        )
+        yield trace, on_the_right
+
+
+def _label_axes(figure: go.Figure, cell: dict[str, int], *, last_row: bool, limit_deg: float) -> None:
+    figure.update_xaxes(title_text="Time, s" if last_row else None, **cell)
+    figure.update_yaxes(title_text="Angle, deg", **cell, secondary_y=False)
+    figure.update_yaxes(
+        title_text="Error, deg",
+        range=[-limit_deg, limit_deg],
+        tickmode="auto",
+        nticks=6,
+        showgrid=False,
+        secondary_y=True,
+        **cell,
+    )
+
+
+def _error_limit_deg(outcomes: Sequence[Outcome], motor: int) -> float:
+    """Return the limit of the error axis, the same for every method and side, so that they can be compared."""
     errors = [one.comparison.error_deg[:, motor - 1] for one in outcomes if one.comparison]
     return 1.1 * max(float(np.abs(error).max()) for error in errors)
 
 
-def _light(values: Floats) -> np.typing.NDArray[np.float32]:
-    """Half the bytes; a screen shows no more."""
+def _float32(values: Floats) -> np.typing.NDArray[np.float32]:
+    """Return 32-bit values: half the bytes, and precise enough for a screen."""
     return values.astype(np.float32)

@@ -1,5 +1,5 @@
-"""The same in real time: through the service's own processes, to the simulated apparatus behind a pseudo-terminal or to the
-configured one.
+"""The evaluation in real time, through the service's processes: on the simulated apparatus behind a pseudo-terminal, or on the
+configured apparatus.
 """
 
 import asyncio
@@ -12,61 +12,61 @@ import numpy as np
 from kata.clinic.recordings.tables import RecordingRow
 from kata.device.journal import PHASE_PLAYING
 from kata.errors import ProblemError
-from kata.evaluation.outcome import Outcome, Played, Recording
+from kata.evaluation.outcome import Outcome, PlaybackSamples, TaughtRecording
 from kata.evaluation.run import Job
-from kata.evaluation.service_driver import Rehearsal, RehearsalError, Show, rehearsing
+from kata.evaluation.service_driver import ServiceDriver, ServiceDriverError, Show, driving_service
 from kata.motion.axes import Side
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 
 
-def carry_out(
+def evaluate_jobs(
     jobs: Sequence[Job],
     station: Path | None,
-    turn_to: Callable[[Side], None],
+    confirm_side: Callable[[Side], None],
     show: Show,
     done: Callable[[Job], None],
 ) -> list[Outcome]:
-    """Every playback, in the order of the jobs, one after another.
+    """Run all jobs one after another and return their outcomes in the order of the jobs.
 
-    ``station``: the configured apparatus. It is turned once for each side, which ``turn_to`` asks for, and one service carries out all
-    jobs of a side, so that its emergency stop is tested once and not before each case. A simulated one is new for each job.
+    ``station``: the configured apparatus. ``confirm_side`` asks a person to turn it, once for each side. One service runs all jobs of a
+    side, so that the emergency stop is tested once and not before each case. Each job has its own simulated apparatus.
     """
     found: dict[int, list[Outcome]] = {}
-    with TemporaryDirectory(prefix="kata-evaluate-") as kept:
+    with TemporaryDirectory(prefix="kata-evaluate-") as parent:
         if station is None:
             for place, job in enumerate(jobs):
-                with TemporaryDirectory(dir=kept) as folder:
+                with TemporaryDirectory(dir=parent) as folder:
                     (found[place],) = asyncio.run(_play([job], None, Path(folder), show, done))
         else:
-            # Turning the apparatus is work for two.
+            # Two people are needed to turn the apparatus.
             for side in dict.fromkeys(job.case.side for job in jobs):
-                turn_to(side)
-                left = [place for place, job in enumerate(jobs) if job.case.side == side]
-                while left:
-                    played = asyncio.run(_play([jobs[place] for place in left], station, Path(kept), show, done))
-                    found.update(zip(left, played, strict=False))
-                    left = left[len(played) :]
+                confirm_side(side)
+                remaining = [place for place, job in enumerate(jobs) if job.case.side == side]
+                while remaining:
+                    played = asyncio.run(_play([jobs[place] for place in remaining], station, Path(parent), show, done))
+                    found.update(zip(remaining, played, strict=False))
+                    remaining = remaining[len(played) :]
     return [outcome for place in range(len(jobs)) for outcome in found[place]]
 
 
 async def _play(
     jobs: Sequence[Job], station: Path | None, folder: Path, show: Show, done: Callable[[Job], None]
 ) -> list[list[Outcome]]:
-    """Carry the jobs out with one service, up to and including the first that fails, which may leave a stop behind; at least one."""
+    """Run the jobs with one service until the first that fails, which may leave a stop behind. Return at least one result."""
     found: list[list[Outcome]] = []
     settings = Settings(
         data=folder, database_url="", station=station, simulate=station is None, seed=jobs[0].seed, rate_hz=None
     )
     try:
-        async with rehearsing(settings, show) as rehearsal:
+        async with driving_service(settings, show) as driver:
             for job in jobs:
                 found.append([])
-                await _repeat(rehearsal, job, found[-1], simulated=settings.simulate)
+                await _repeat(driver, job, found[-1], simulated=settings.simulate)
                 done(job)
-            rehearsal.end()
-    except (RehearsalError, ProblemError, HandRefusedError, OutOfReachError) as error:
+            driver.end()
+    except (ServiceDriverError, ProblemError, HandRefusedError, OutOfReachError) as error:
         if not found:
             found.append([])
         failed = jobs[len(found) - 1]
@@ -75,28 +75,28 @@ async def _play(
     return found
 
 
-async def _repeat(rehearsal: Rehearsal, job: Job, outcomes: list[Outcome], *, simulated: bool) -> None:
-    """Teach, and play as often as wanted; what has been played stays in ``outcomes`` when the next one fails."""
-    recording = await _recording(rehearsal, job, simulated=simulated)
+async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[Outcome], *, simulated: bool) -> None:
+    """Teach and play ``job.repetitions`` times. ``outcomes`` keeps the completed plays when the next one fails."""
+    recording = await _recording(driver, job, simulated=simulated)
     for repetition in range(1, job.repetitions + 1):
         if simulated:
-            laid_down = job.case.laid_down(job.seed, repetition)
-            await rehearsal.guide(laid_down, "Putting the arm back", pedal=False)
-        run = await rehearsal.play(recording, job.method)
-        taught, played = rehearsal.samples(run)
+            repositioning = job.case.repositioning(job.seed, repetition)
+            await driver.guide(repositioning, "Putting the arm back", pedal=False)
+        run = await driver.play(recording, job.method)
+        taught, played = driver.samples(run)
         playing = np.flatnonzero(played["phase"] == PHASE_PLAYING)
-        measured = Played(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
+        measured = PlaybackSamples(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
         outcome = Outcome(job.case, job.method, repetition, job.seed)
-        outcomes.append(outcome.compared(Recording(taught.times_s, taught.angles_deg), measured))
+        outcomes.append(outcome.compared(TaughtRecording(taught.times_s, taught.angles_deg), measured))
 
 
-async def _recording(rehearsal: Rehearsal, job: Job, *, simulated: bool) -> RecordingRow:
-    """Taught by the simulated hand; where there is none, the motion itself."""
+async def _recording(driver: ServiceDriver, job: Job, *, simulated: bool) -> RecordingRow:
+    """Teach by the simulated hand; on a real apparatus, save the motion itself as the recording."""
     case = job.case
     if simulated:
-        return await rehearsal.teach(case.motion, case.side)
-    # Whoever was asked to turn the apparatus has done so.
-    await rehearsal.stand_for(case.side)
-    return rehearsal.given(
+        return await driver.teach(case.motion, case.side)
+    # A person has confirmed that the apparatus is turned.
+    await driver.set_side(case.side)
+    return driver.save_recording(
         case.name, case.side, case.motion.times_s, motor_angles_deg(case.motion.poses_deg, case.side)
     )

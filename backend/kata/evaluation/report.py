@@ -1,4 +1,4 @@
-"""The figures on the terminal."""
+"""Prints the outcomes to the terminal."""
 
 from collections.abc import Sequence
 
@@ -10,22 +10,22 @@ from kata.evaluation.outcome import Outcome
 
 
 def show(outcomes: Sequence[Outcome], console: Console, *, simulated: bool) -> None:
-    """Print what came of it."""
+    """Print the tables and the problems."""
     where = "simulated" if simulated else "measured on the apparatus"
-    for one in (tables.by_motor(outcomes), tables.beside_the_paper(outcomes), tables.by_method(outcomes)):
-        if one.rows:
-            console.print(_drawn(one, where))
+    for table in (tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)):
+        if table.rows:
+            console.print(_rich_table(table, where))
     for outcome in outcomes:
         if outcome.problem:
-            what = f"{outcome.case.name}, {outcome.case.side}, {outcome.method}, play {outcome.repetition}"
+            play = f"{outcome.case.name}, {outcome.case.side}, {outcome.method}, play {outcome.repetition}"
             seed = "" if outcome.seed is None else f", seed {outcome.seed}"
-            console.print(f"{what}{seed}: {outcome.problem}", highlight=False)
+            console.print(f"{play}{seed}: {outcome.problem}", highlight=False)
 
 
-def _drawn(told: tables.Table, where: str) -> Table:
-    table = Table(title=f"{told.title} ({where})")
-    for name in told.columns:
+def _rich_table(content: tables.TextTable, where: str) -> Table:
+    table = Table(title=f"{content.title} ({where})")
+    for name in content.columns:
         table.add_column(name, justify="right" if name.endswith((", deg", ", ms")) else "left")
-    for row in told.rows:
+    for row in content.rows:
         table.add_row(*row)
     return table

@@ -1,7 +1,7 @@
-"""Teaching and playing back through the service, without a browser.
+"""Teaches and plays back through the service, without a browser.
 
-Everything is the real thing: the service with its database, the device process, and the apparatus, or the simulated one behind a
-pseudo-terminal, whose hand then does what a therapist would.
+It uses the real service with its database, the device process, and the apparatus. On the simulated apparatus behind a
+pseudo-terminal, the simulated hand does the therapist's work.
 """
 
 import asyncio
@@ -43,71 +43,71 @@ from kata.station.lease import Browser
 from kata.station.schemas import Live
 
 _SPARE_S: Final = 30.0
-"""Every wait ends this long after it should have been over."""
+"""A wait is given up this long after its expected end."""
 
-_WHO: Final = "Rehearsal"
-_SWITCH_S: Final = 120.0
-"""So long somebody at a real apparatus has for pressing the emergency stop and releasing it."""
+_USER: Final = "Rehearsal"
+_ESTOP_TEST_S: Final = 120.0
+"""Time for a person at a real apparatus to press the emergency stop, and again to release it."""
 
 _Checklist = Callable[[DatabaseSession, checks.Apparatus], tuple[Checked, ...]]
 Show = Callable[[str, float, float], None]
-"""Is told what goes on, how long it takes in all, and how long it still does, in seconds; 0 left: it is over."""
+"""Called with the present step, its duration and the remaining time, in seconds; 0 remaining: it is finished."""
 
 
-_Found = TypeVar("_Found")
+_Saved = TypeVar("_Saved")
 
 
-class RehearsalError(Exception):
-    """It could not go on; the message says why."""
+class ServiceDriverError(Exception):
+    """A step failed; the message is the reason."""
 
 
-class Rehearsal:
-    """One patient's visit at a running service."""
+class ServiceDriver:
+    """One patient's session at a running service."""
 
     def __init__(self, app: FastAPI, show: Show) -> None:
-        """``app`` has been started; see :func:`rehearsing`."""
+        """``app`` has been started; see :func:`driving_service`."""
         services: Services = app.state.services
         self.station, self.database = services.station, services.database
         self._event_spool, self._offline_cache = services.event_spool, services.offline_cache
-        self.browser = Browser(uuid4(), _WHO)
+        self.browser = Browser(uuid4(), _USER)
         self._simulation = services.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
         self._show = show
         with self.database.write() as session:
-            # There may have been others in this folder.
+            # The folder may hold earlier patients.
             number = f"DEMO-{uuid4().hex[:8]}"
             wanted = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
             self._patient_id = patients.create(session, wanted).id
             other: Side = "left" if CANONICAL_SIDE == "right" else "right"
             episodes.open_new(session, self._patient_id, EpisodeCreate(side=other))
-            self._visit_id = sessions.begin(session, self._patient_id, _WHO, station=self.station.info.name).id
+            self._session_id = sessions.begin(session, self._patient_id, _USER, station=self.station.info.name).id
 
-    async def stand_for(self, side: Side) -> None:
-        """Say that the apparatus stands for a side; a simulated one is turned by that."""
+    async def set_side(self, side: Side) -> None:
+        """Set the side of the apparatus; a simulated one is turned."""
         if self.station.config.side == side:
             return
         await commands.set_side(self.station, self._simulation, self.browser, commands.SideRequest(side=side))
         await self.until_mode({"idle"}, "Turning the apparatus", _SPARE_S)
 
-    async def guide(self, motion: Taught, what: str, *, pedal: bool) -> None:
-        """Let the simulated hand take the arm along a motion."""
+    async def guide(self, motion: Taught, step: str, *, pedal: bool) -> None:
+        """Let the simulated hand guide the arm along a motion."""
         hand = self._hand
         assert hand is not None
         started: State = hand.guide(motion, pedal=pedal)
         await self._until(
-            what, started.hand.left_s, lambda: hand.state().hand.left_s, lambda: hand.state().hand.phase == "away"
+            step, started.hand.left_s, lambda: hand.state().hand.left_s, lambda: hand.state().hand.phase == "away"
         )
 
     async def teach(self, motion: Taught, side: Side = CANONICAL_SIDE) -> RecordingRow:
-        """Teach by the simulated hand and pedal."""
-        await self.stand_for(side)
-        # Nobody's arm lies in the simulated apparatus; something has to be named, and looked at.
+        """Teach by the simulated hand and pedal; return the recording."""
+        await self.set_side(side)
+        # The checklist needs a fixture and visual checks, although the simulated apparatus holds no arm.
         wanted = commands.TeachRequest(
             patient_id=self._patient_id, name=motion.name, side=side, fixtures={"arm_fixer_1"},
             looked_at={"side", "fixtures", "belt"},
         )  # fmt: skip
         teach = checks.Teach(self._patient_id, side, wanted.fixtures)
-        await self._try_estop_once(lambda session, there: checks.teaching_checklist(session, teach, there))
+        await self._ensure_estop_tested(lambda session, apparatus: checks.teaching_checklist(session, teach, apparatus))
         teaching = await commands.teach(self.station, self.database, self._event_spool, self.browser, wanted)
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
         await commands.finish_teaching(self.station, self.browser)
@@ -115,25 +115,25 @@ class Rehearsal:
         def saved() -> RecordingRow | None:
             with self.database.read() as session:
                 found = recordings.of_patient(session, self._patient_id)
-            return next((one for one in found if one.teaching_id == teaching.teaching_id), None)
+            return next((recording for recording in found if recording.teaching_id == teaching.teaching_id), None)
 
-        return await self._saved(saved)
+        return await self._wait_until_saved(saved)
 
-    def given(self, name: str, side: Side, times_s: Floats, angles_deg: Floats) -> RecordingRow:
-        """A recording as if it had been taught: times ``(n,)`` from 0 and motor angles ``(n, 5)``."""
+    def save_recording(self, name: str, side: Side, times_s: Floats, angles_deg: Floats) -> RecordingRow:
+        """Save a recording as if it had been taught: times ``(n,)`` from 0 and motor angles ``(n, 5)``."""
         with self.database.write() as session:
             teaching = TeachingRow(id=uuid4(), patient_id=self._patient_id, name=name, side=side, started_at=utc_now())
             session.add(teaching)
             session.flush()
-            kept = recordings.keep_teaching(session, self._as_journal(teaching.id, times_s, angles_deg))
-            assert kept
-            return kept[0]
+            rows = recordings.keep_teaching(session, self._as_journal(teaching.id, times_s, angles_deg))
+            assert rows
+            return rows[0]
 
     async def play(self, recording: RecordingRow, method: Method = "smooth") -> Run:
-        """Load it, move to its start, play it to its end, and back. ``learned`` knows what was played before."""
+        """Load a recording, approach its start, play it and return. ``learned`` uses the earlier plays."""
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(
-            session_id=self._visit_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
+            session_id=self._session_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
         )
         run = await commands.load(
             self.station, self.database, self._event_spool, self._offline_cache, self.browser, wanted
@@ -149,72 +149,75 @@ class Rehearsal:
                 row = runs.get(session, run.id)
                 return runs.as_run(row) if row.ended_at else None
 
-        return await self._saved(ended)
+        return await self._wait_until_saved(ended)
 
     def samples(self, run: Run) -> tuple[recordings.Samples, dict[str, Any]]:
-        """What was taught, and the arrays of :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS` of what was played."""
+        """Return the samples of the recording, and those of the run as arrays by :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`."""
         with self.database.read() as session:
             return recordings.samples(session, run.recording_id), runs.samples(session, run.id)
 
     def end(self) -> None:
-        """The visit is over."""
+        """End the session."""
         with self.database.write() as session:
-            sessions.end(session, self._visit_id)
+            sessions.end(session, self._session_id)
 
-    def look_for_stop(self) -> None:
-        """:raises RehearsalError: when the apparatus has been stopped, saying why."""
+    def raise_if_stopped(self) -> None:
+        """Check for a stop.
+
+        :raises ServiceDriverError: when the apparatus has been stopped, with the causes.
+        """
         live: Live = self.station.live()
         if live.stop:
-            raise RehearsalError(" ".join(cause.message for cause in live.stop.causes))
+            raise ServiceDriverError(" ".join(cause.message for cause in live.stop.causes))
 
-    def leave(self) -> None:
-        """Nobody moves the simulated hand any more."""
+    def close(self) -> None:
+        """Close the connection to the simulated hand."""
         if self._hand:
             self._hand.close()
 
-    async def until_mode(self, modes: set[Mode], what: str, lasts_s: float) -> None:
+    async def until_mode(self, modes: set[Mode], step: str, duration_s: float) -> None:
         """Wait until the apparatus is in one of these modes."""
 
-        def left() -> float:
+        def remaining_s() -> float:
             run = self.station.live().run
             return run.left_s if run else 0.0
 
-        await self._until(what, lasts_s, left, lambda: self.station.live().mode in modes)
+        await self._until(step, duration_s, remaining_s, lambda: self.station.live().mode in modes)
 
     async def _guard(self) -> Guard:
-        """Return what a command carries that is based on the newest state."""
+        """Return the guard of a command that is based on the newest state."""
         live: Live = self.station.live()
         return await commands.guarded(self.station, commands.SeenState(stops=live.stops, seen_at=live.at))
 
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
-        """As a therapist would: first the emergency stop, once a day, then what somebody has to look at."""
+        """Test the emergency stop, once a day, and tick the open checks, as a therapist would."""
 
-        def checklist(session: DatabaseSession, there: checks.Apparatus) -> tuple[Checked, ...]:
-            return checks.checklist(session, self._visit_id, recording.id, there)
+        def checklist(session: DatabaseSession, apparatus: checks.Apparatus) -> tuple[Checked, ...]:
+            return checks.checklist(session, self._session_id, recording.id, apparatus)
 
-        await self._try_estop_once(checklist)
-        tick = CheckTick(checked_by=_WHO, recording_id=recording.id)
-        there = checks.apparatus(self.station.info.name, self.station.live())
+        await self._ensure_estop_tested(checklist)
+        tick = CheckTick(checked_by=_USER, recording_id=recording.id)
+        apparatus = checks.apparatus(self.station.info.name, self.station.live())
         with self.database.write() as session:
-            for check in self._still_open(checklist):
-                checks.tick(session, self._visit_id, check, tick, there)
+            for check in self._open_checks(checklist):
+                checks.tick(session, self._session_id, check, tick, apparatus)
 
-    async def _try_estop_once(self, checklist: _Checklist) -> None:
-        if "estop" in self._still_open(checklist):
-            await self._try_estop()
-            await self._until("Emergency stop", 0.0, lambda: 0.0, lambda: "estop" not in self._still_open(checklist))
+    async def _ensure_estop_tested(self, checklist: _Checklist) -> None:
+        if "estop" in self._open_checks(checklist):
+            await self._test_estop()
+            await self._until("Emergency stop", 0.0, lambda: 0.0, lambda: "estop" not in self._open_checks(checklist))
 
-    def _still_open(self, checklist: _Checklist) -> list[CheckName]:
-        there = checks.apparatus(self.station.info.name, self.station.live())
+    def _open_checks(self, checklist: _Checklist) -> list[CheckName]:
+        apparatus = checks.apparatus(self.station.info.name, self.station.live())
         with self.database.read() as session:
-            found = checklist(session, there)
-        return [one.need.check for one in found if one.answer is None]
+            found = checklist(session, apparatus)
+        return [checked.need.check for checked in found if checked.answer is None]
 
-    async def _try_estop(self) -> None:
-        """The simulated switch is pressed and released; a real one somebody has to."""
+    async def _test_estop(self) -> None:
+        """Press and release the simulated emergency stop; on a real apparatus, wait for a person to do it."""
 
-        async def until(what: str, done: Callable[[Live], bool]) -> None:
-            await self._until(what, _SWITCH_S, lambda: 0.0, lambda: done(self.station.live()), stops=False)
+        async def until(step: str, done: Callable[[Live], bool]) -> None:
+            await self._until(step, _ESTOP_TEST_S, lambda: 0.0, lambda: done(self.station.live()), fail_on_stop=False)
 
         if self._hand:
             self._hand.estop(True)
@@ -225,30 +228,39 @@ class Rehearsal:
         await commands.acknowledge(self.station, await self._guard(), self.browser)
         await until("Acknowledged", lambda live: live.mode == "idle")
 
-    async def _saved(self, look: Callable[[], _Found | None]) -> _Found:
-        found: list[_Found] = []
+    async def _wait_until_saved(self, find: Callable[[], _Saved | None]) -> _Saved:
+        found: list[_Saved] = []
 
-        def there() -> bool:
-            found[:] = [one for one in [look()] if one is not None]
+        def is_saved() -> bool:
+            found[:] = [result for result in [find()] if result is not None]
             return bool(found)
 
-        await self._until("Saving", 0.0, lambda: 0.0, there)
+        await self._until("Saving", 0.0, lambda: 0.0, is_saved)
         return found[0]
 
     async def _until(
-        self, what: str, lasts_s: float, left: Callable[[], float], done: Callable[[], bool], *, stops: bool = True
+        self,
+        step: str,
+        duration_s: float,
+        remaining_s: Callable[[], float],
+        done: Callable[[], bool],
+        *,
+        fail_on_stop: bool = True,
     ) -> None:
-        """:raises RehearsalError: when it takes too long, or a stop comes where ``stops`` says that none should."""
-        total = max(lasts_s, left(), 0.1)
-        limit = asyncio.get_running_loop().time() + lasts_s + _SPARE_S
+        """Wait until ``done``.
+
+        :raises ServiceDriverError: when it takes too long, or the apparatus stops and ``fail_on_stop`` is set.
+        """
+        total = max(duration_s, remaining_s(), 0.1)
+        limit = asyncio.get_running_loop().time() + duration_s + _SPARE_S
         while not done():
-            if stops:
-                self.look_for_stop()
+            if fail_on_stop:
+                self.raise_if_stopped()
             if asyncio.get_running_loop().time() > limit:
-                raise RehearsalError(f"{what}: not over after {lasts_s + _SPARE_S:.0f} s")
-            self._show(what, total, max(left(), 0.01))
+                raise ServiceDriverError(f"{step}: not finished after {duration_s + _SPARE_S:.0f} s")
+            self._show(step, total, max(remaining_s(), 0.01))
             await asyncio.sleep(0.1)
-        self._show(what, total, 0.0)
+        self._show(step, total, 0.0)
 
     def _as_journal(self, teaching_id: UUID, times_s: Floats, angles_deg: Floats) -> Journal:
         return not_written(
@@ -266,18 +278,18 @@ class Rehearsal:
 
 
 @asynccontextmanager
-async def rehearsing(settings: Settings, show: Show) -> AsyncIterator[Rehearsal]:
-    """A service of our own, connected to its apparatus."""
+async def driving_service(settings: Settings, show: Show) -> AsyncIterator[ServiceDriver]:
+    """Start a service, connect it to its apparatus, and yield its driver."""
     app = create_app(settings)
     async with app.router.lifespan_context(app):
-        rehearsal = Rehearsal(app, show)
+        driver = ServiceDriver(app, show)
         try:
-            with rehearsal.station.operating.listening(rehearsal.browser):
-                await rehearsal.until_mode({"idle"}, "Connecting", _SPARE_S)
-                yield rehearsal
+            with driver.station.operating.listening(driver.browser):
+                await driver.until_mode({"idle"}, "Connecting", _SPARE_S)
+                yield driver
         except ProblemError:
-            # Refused because of a stop: why it stopped tells more.
-            rehearsal.look_for_stop()
+            # If a stop was the reason of the refusal, report its causes instead.
+            driver.raise_if_stopped()
             raise
         finally:
-            rehearsal.leave()
+            driver.close()

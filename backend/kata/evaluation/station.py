@@ -1,7 +1,7 @@
-"""A station on virtual time: control loop, supervisor and driver as they are, drives and mechanics simulated, one process.
+"""A station on virtual time: the real control loop, supervisor and driver with simulated drives and mechanics in one process.
 
-Every byte goes through driver, CRC and simulated registers; only clock and disk are stepped and in memory. What happens
-depends on nothing but configuration and seed.
+Every byte goes through driver, CRC and simulated registers. Only the clock is stepped and the disk is in memory. The result depends
+only on configuration and seed.
 """
 
 from collections.abc import Callable
@@ -36,96 +36,96 @@ from kata.motion.taught import Taught
 from kata.simulator.hand import Motion
 
 _NEVER_NS: Final = 2**62
-"""Commands of a virtual station are carried out in the next cycle: they do not expire."""
+"""Commands of a virtual station are executed in the next cycle, so they do not expire."""
 _SPARE_S: Final = 30.0
-"""What has not come about so long after it should have, does not."""
+"""A wait is given up this long after its expected end."""
 
 
 class EvaluationError(Exception):
-    """A case could not be played to its end; the message says why."""
+    """A case could not be completed; the message is the reason."""
 
 
 class VirtualStation:
-    """One apparatus and its control, from switching on."""
+    """One apparatus and its control, from its switching on."""
 
     def __init__(self, config: StationConfig, seed: int | None = None, side: Side = CANONICAL_SIDE) -> None:
-        """``config`` is that of the apparatus as it stands for the canonical side; ``seed`` varies the simulated mechanics."""
+        """``config``: for the canonical side. ``seed`` varies the simulated mechanics."""
         self._side = side
         config = structs.replace(config, side=side)
         self._world = World(config, seed, turned=side != CANONICAL_SIDE)
-        self._desk = _Desk(config)
+        self._link = _DirectLink(config)
         self._loop = ControlLoop(
             config,
             make_bus(config, self._world.open_line),
-            self._desk,
+            self._link,
             real_time=False,
             memory_locked=False,
             now_ns=lambda: self._world.t_ns,
             sleep=self._world.sleep,
         )
-        self._until(lambda: self._desk.mode == "idle", "the apparatus is not there", 0.0)
+        self._until(lambda: self._link.mode == "idle", "the apparatus does not connect", 0.0)
 
     @property
     def t_ns(self) -> int:
-        """Its own clock."""
+        """Time of the station's clock."""
         return self._world.t_ns
 
     def teach(self, motion: Taught) -> Journal:
-        """Teach by the simulated hand, with its foot on the pedal.
+        """Teach by the simulated hand with the pedal pressed.
 
-        :raises EvaluationError: when a stop comes.
+        :raises EvaluationError: when the apparatus stops.
         """
         self._send(Teach(teaching_id=motion.name, side=self._side))
         self._guide(motion, pedal=True)
         self._send(FinishTeaching())
-        return self._desk.journal()
+        return self._link.journal()
 
-    def put_back(self, motion: Taught) -> None:
-        """Let the hand take the arm somewhere; nothing is recorded."""
+    def reposition(self, motion: Taught) -> None:
+        """Let the hand guide the arm without recording."""
         self._guide(motion, pedal=False)
 
     def play(self, load: Load, duration_s: float) -> Journal:
-        """Load a recording, move to its start, play it to its end, and back.
+        """Load a recording, approach its start, play it and return.
 
-        :raises EvaluationError: when it is refused, or a stop comes.
+        :raises EvaluationError: when a command is refused, or the apparatus stops.
         """
         self._send(structs.replace(load, side=self._side))
         self._send(Approach())
-        self._until(lambda: self._desk.mode == "paused", "the start is not reached", _SPARE_S)
+        self._until(lambda: self._link.mode == "paused", "the start is not reached", _SPARE_S)
         self._send(Play())
-        self._until(lambda: self._desk.mode == "idle", "the end is not reached", duration_s + _SPARE_S)
-        return self._desk.journal()
+        self._until(lambda: self._link.mode == "idle", "the end is not reached", duration_s + _SPARE_S)
+        return self._link.journal()
 
     def _guide(self, motion: Taught, *, pedal: bool) -> None:
         hand = Motion()
         hand.add(motion.times_s.tolist(), motion.poses_deg.tolist())
         self._world.apparatus.guide(motion.name, hand, pedal)
-        lasts_s = self._world.apparatus.state().hand.left_s
-        self._until(lambda: self._world.apparatus.hand_is_away, "the hand does not come to its end", lasts_s)
+        duration_s = self._world.apparatus.state().hand.left_s
+        self._until(lambda: self._world.apparatus.hand_is_away, "the hand does not finish", duration_s)
 
     def _send(self, command: Command) -> None:
-        self._desk.put(command)
-        self._turn()
-        refusal = self._desk.refusal
+        self._link.queue(command)
+        self._cycle()
+        refusal = self._link.refusal
         if refusal:
             raise EvaluationError(f"{refusal.message} {refusal.next_step}")
 
-    def _until(self, done: Callable[[], bool], otherwise: str, lasts_s: float) -> None:
-        limit_ns = self._world.t_ns + int((lasts_s + _SPARE_S) * 1e9)
+    def _until(self, done: Callable[[], bool], failure: str, duration_s: float) -> None:
+        limit_ns = self._world.t_ns + int((duration_s + _SPARE_S) * 1e9)
         while not done():
             if self._world.t_ns > limit_ns:
-                raise EvaluationError(otherwise)
-            self._turn()
+                raise EvaluationError(failure)
+            self._cycle()
 
-    def _turn(self) -> None:
+    def _cycle(self) -> None:
         self._loop.turn()
-        stop = self._desk.snapshot and self._desk.snapshot.stop
+        stop = self._link.snapshot and self._link.snapshot.stop
         if stop:
             raise EvaluationError(" ".join(cause.message for cause in stop.causes))
 
 
-class _Desk:
-    """The :class:`~kata.device.ipc.ServiceLink` that asks and looks in the same thread."""
+class _DirectLink:
+    """A :class:`~kata.device.ipc.ServiceLink` to the caller in the same thread."""
 
     closing = False
     stop_requests = 0
@@ -142,29 +142,29 @@ class _Desk:
         self._requests = 0
         self.snapshot: Snapshot | None = None
 
-    def put(self, command: Command) -> None:
-        """To be taken in the next cycle."""
+    def queue(self, command: Command) -> None:
+        """Queue a command for the next cycle."""
         self._requests += 1
         command = stamped(command, self.snapshot.stops if self.snapshot else 0, _NEVER_NS)
-        self._command = _checked(self._requests, command, self._config)
+        self._command = _prepare(self._requests, command, self._config)
 
     @property
     def refusal(self) -> Refusal | None:
-        """Of the last command."""
+        """Refusal of the last command, or None."""
         assert self._reply is not None and self._reply.id == self._requests
         return self._reply.refusal
 
     @property
     def mode(self) -> Mode:
-        """As the newest snapshot tells it."""
+        """Mode in the newest snapshot."""
         return self.snapshot.mode if self.snapshot else "offline"
 
     def journal(self) -> Journal:
-        """The last one, which must have ended."""
+        """Return the last journal, which must have ended."""
         self.wake()
-        return journal.parse(bytes(self._memory.kept), "memory")
+        return journal.parse(bytes(self._memory.data), "memory")
 
-    # -- the control loop's side ----------------------------------------------------------------------------------
+    # -- used by the control loop ----------------------------------------------------------------------------------
 
     def take_stop(self) -> None:
         """See :class:`~kata.device.ipc.ServiceLink`."""
@@ -200,8 +200,8 @@ class _Desk:
             self._writer.write()
 
 
-def _checked(number: int, command: Command, config: StationConfig) -> Taken:
-    """A command as the device process would hand it to the control thread."""
+def _prepare(number: int, command: Command, config: StationConfig) -> Taken:
+    """Return a command as the device process passes it to the control thread."""
     built = references.build(command, config) if isinstance(command, Load) else None
     if isinstance(built, references.Reference):
         return Taken(number, command, built.trajectory, None, built.correction)
@@ -209,17 +209,17 @@ def _checked(number: int, command: Command, config: StationConfig) -> Taken:
 
 
 class _Memory(Files):
-    """Keeps the last journal."""
+    """Stores the last journal in memory."""
 
     def __init__(self) -> None:
-        self.kept = bytearray()
+        self.data = bytearray()
 
     def create(self, path: Path) -> int:
         """See :class:`~kata.device.journal.Files`."""
-        self.kept.clear()
+        self.data.clear()
         return 0
 
     def write(self, file: int, data: bytearray) -> int:
         """See :class:`~kata.device.journal.Files`."""
-        self.kept += data
+        self.data += data
         return len(data)

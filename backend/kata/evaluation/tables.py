@@ -1,4 +1,4 @@
-"""The figures as rows of words, for terminal and report alike."""
+"""Tables of the figures as text, for the terminal and the report."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from kata.motion.tracking import MotorTracking, Range
 
 
 @dataclass(frozen=True)
-class Table:
-    """A title, column heads, and rows; the first columns are words, the others numbers."""
+class TextTable:
+    """A title, column heads and rows; the first columns are words, the others numbers."""
 
     title: str
     columns: tuple[str, ...]
@@ -20,25 +20,25 @@ class Table:
 
 
 def last_plays(outcomes: Sequence[Outcome]) -> list[Outcome]:
-    """Of each case, method and seed the last playback that came to its end."""
+    """Return the last completed playback of each case, method and seed."""
     found: dict[tuple[object, ...], Outcome] = {}
-    for one in outcomes:
-        if one.comparison:
-            found[one.case.name, one.case.side, one.method, one.seed] = one
+    for outcome in outcomes:
+        if outcome.comparison:
+            found[outcome.case.name, outcome.case.side, outcome.method, outcome.seed] = outcome
     return list(found.values())
 
 
-def by_motor(outcomes: Sequence[Outcome]) -> Table:
-    """One row a case, method and motor: the worst over the seeds of the last playback."""
+def by_motor(outcomes: Sequence[Outcome]) -> TextTable:
+    """Return a row for each case, method and motor: the worst of the seeds' last playbacks."""
     rows = []
-    for one, motor, found in _grouped(outcomes):
+    for outcome, motor, found in _grouped(outcomes):
         lags = [tracking.lag_ms for tracking in found if tracking.lag_ms is not None]
         rows.append(
             (
-                one.case.name,
-                one.case.side,
-                one.method,
-                str(one.repetition),
+                outcome.case.name,
+                outcome.case.side,
+                outcome.method,
+                str(outcome.repetition),
                 str(motor),
                 _signed(found, lambda tracking: tracking.peak_deg),
                 f"{max(tracking.rmse_deg for tracking in found):.2f}",
@@ -47,17 +47,20 @@ def by_motor(outcomes: Sequence[Outcome]) -> Table:
             )
         )
     columns = ("Motion", "Side", "Method", "Play", "Motor", "Peak, deg", "RMSE, deg", "Start, deg", "Lag, ms")
-    return Table(f"Playback minus teaching{_of_seeds(outcomes)}", columns, rows)
+    return TextTable(f"Playback minus teaching{_of_seeds(outcomes)}", columns, rows)
 
 
-def by_method(outcomes: Sequence[Outcome]) -> Table:
-    """One row a method and playback: the worst of everything."""
+def by_method(outcomes: Sequence[Outcome]) -> TextTable:
+    """Return a row for each method and playback: the worst of all cases."""
     rows = []
-    played = [one for one in outcomes if one.comparison]
-    methods = list(dict.fromkeys((one.method, one.repetition) for one in played))
+    played = [outcome for outcome in outcomes if outcome.comparison]
+    methods = list(dict.fromkeys((outcome.method, outcome.repetition) for outcome in played))
     for method, repetition in methods:
         found = [
-            motor for one in played if (one.method, one.repetition) == (method, repetition) for motor in one.motors
+            motor
+            for outcome in played
+            if (outcome.method, outcome.repetition) == (method, repetition)
+            for motor in outcome.motors
         ]
         first = [motor for motor in found if motor.motor <= 4]
         fifth = [motor for motor in found if motor.motor == 5]
@@ -73,49 +76,55 @@ def by_method(outcomes: Sequence[Outcome]) -> Table:
     columns = (
         "Method", "Play", "Peak 1-4, deg", "Peak 5, deg", "RMSE 1-4, deg", "RMSE 5, deg", "Start, deg",
     )  # fmt: skip
-    return Table(f"The worst of every case{_of_seeds(outcomes)}", columns, rows)
+    return TextTable(f"The worst of every case{_of_seeds(outcomes)}", columns, rows)
 
 
-def beside_the_paper(outcomes: Sequence[Outcome]) -> Table:
-    """Ours beside Section 4: the largest error of the motors that the paper speaks of; empty without the paper's motions."""
+def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
+    """Return our largest errors of the motors that Section 4 names beside the paper's; empty without the paper's motions."""
     last = last_plays(outcomes)
-    methods = list(dict.fromkeys(one.method for one in last))
+    methods = list(dict.fromkeys(outcome.method for outcome in last))
     rows = []
     for error in ERRORS:
-        ours = [one for one in last if one.case.number == error.motion and error.side in (None, one.case.side)]
+        ours = [
+            outcome
+            for outcome in last
+            if outcome.case.number == error.motion and error.side in (None, outcome.case.side)
+        ]
         if not ours:
             continue
         name = ours[0].case.name + (f", {error.side}" if error.side else "")
         cells = []
         for method in methods:
-            motors = [motor for one in ours if one.method == method for motor in one.motors]
+            motors = [motor for outcome in ours if outcome.method == method for motor in outcome.motors]
             shown = [motor for motor in motors if motor.motor in error.motors]
             cells.append(f"±{_largest(motor.peak_deg for motor in shown)}" if shown else "")
         rows.append((f"{error.figure}", name, ", ".join(map(str, error.motors)), error.words, *cells))
-    plays = {one.method: one.repetition for one in last}
+    plays = {outcome.method: outcome.repetition for outcome in last}
     heads = tuple(f"ours, {method}, play {plays[method]}" for method in methods)
-    return Table(
+    return TextTable(
         f"Errors in degrees beside the paper's (Section 4){_of_seeds(outcomes)}",
         ("Figure", "Motion", "Motors", "Paper", *heads),
         rows,
     )
 
 
-def rom_reached(outcomes: Sequence[Outcome]) -> Table:
-    """Table 2 with what was taught and what playback reached: of each method the least, over sides and seeds."""
+def rom_reached(outcomes: Sequence[Outcome]) -> TextTable:
+    """Return Table 2 with the taught and the reached range of motion: the least of sides and seeds, for each method."""
     last = last_plays(outcomes)
-    methods = list(dict.fromkeys(one.method for one in last))
+    methods = list(dict.fromkeys(outcome.method for outcome in last))
     rows = []
     for basic in BASIC_MOTIONS:
-        ours = [one for one in last if one.case.number == basic.number]
-        figures = {id(one): motion for one in ours for motion in one.motions if motion.motion == basic}
+        ours = [outcome for outcome in last if outcome.case.number == basic.number]
+        figures = {id(outcome): motion for outcome in ours for motion in outcome.motions if motion.motion == basic}
         if not figures:
             continue
         taught = _least(figure.taught for figure in figures.values())
-        reached = [_least(figures[id(one)].played for one in ours if one.method == method) for method in methods]
+        reached = [
+            _least(figures[id(outcome)].played for outcome in ours if outcome.method == method) for method in methods
+        ]
         rows.append((f"{basic.number}", basic.name, _rom(basic.range_deg), _rom(basic.reference_deg), taught, *reached))
     heads = tuple(f"reached, {method}" for method in methods)
-    return Table(
+    return TextTable(
         f"Table 2: range of motion in degrees{_of_seeds(outcomes)}",
         ("No.", "Motion", "Apparatus", "Reference", "taught", *heads),
         rows,
@@ -124,7 +133,7 @@ def rom_reached(outcomes: Sequence[Outcome]) -> Table:
 
 def _least(ranges: Iterable[Range]) -> str:
     found = list(ranges)
-    return _rom((max(one.min_deg for one in found), min(one.max_deg for one in found)))
+    return _rom((max(range_.min_deg for range_ in found), min(range_.max_deg for range_ in found)))
 
 
 def _rom(range_deg: tuple[float, float]) -> str:
@@ -132,20 +141,24 @@ def _rom(range_deg: tuple[float, float]) -> str:
 
 
 def _grouped(outcomes: Sequence[Outcome]) -> Iterable[tuple[Outcome, int, list[MotorTracking]]]:
-    """Case by case and method by method: an outcome of it, a motor, and that motor's figures of every seed."""
+    """Yield an outcome of each case and method, a motor, and that motor's figures of every seed."""
 
-    def key(one: Outcome) -> tuple[str, str, str]:
-        return one.case.name, one.case.side, one.method
+    def key(outcome: Outcome) -> tuple[str, str, str]:
+        return outcome.case.name, outcome.case.side, outcome.method
 
-    order = {key(one): n for n, one in reversed(list(enumerate(outcomes)))}
-    for _, group in groupby(sorted(last_plays(outcomes), key=lambda one: order[key(one)]), key):
+    order = {key(outcome): n for n, outcome in reversed(list(enumerate(outcomes)))}
+    for _, group in groupby(sorted(last_plays(outcomes), key=lambda outcome: order[key(outcome)]), key):
         same = list(group)
         for motor in same[0].case.motors:
-            yield same[0], motor, [tracking for one in same for tracking in one.motors if tracking.motor == motor]
+            yield (
+                same[0],
+                motor,
+                [tracking for outcome in same for tracking in outcome.motors if tracking.motor == motor],
+            )
 
 
 def _signed(found: Iterable[MotorTracking], figure: Callable[[MotorTracking], float]) -> str:
-    return f"{max((figure(one) for one in found), key=abs):+.2f}"
+    return f"{max((figure(tracking) for tracking in found), key=abs):+.2f}"
 
 
 def _largest(figures: Iterable[float]) -> str:
@@ -154,5 +167,5 @@ def _largest(figures: Iterable[float]) -> str:
 
 
 def _of_seeds(outcomes: Sequence[Outcome]) -> str:
-    seeds = len({one.seed for one in outcomes})
+    seeds = len({outcome.seed for outcome in outcomes})
     return f", the worst of {seeds} variations of the mechanics" if seeds > 1 else ""

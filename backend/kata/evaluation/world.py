@@ -1,7 +1,6 @@
-"""The simulated apparatus without its process: drives, mechanics and wire under a stepped clock, in one hand.
+"""The simulated apparatus without its process: drives, mechanics and bus with a stepped clock.
 
-A driver is given a :class:`MemoryLine` instead of a serial port; bytes take their time on it, and waiting for them moves the
-clock on.
+A driver uses a :class:`MemoryLine` instead of a serial port. Bytes take their time on it, and waiting for them advances the clock.
 """
 
 import heapq
@@ -27,7 +26,7 @@ class MemoryLine:
         self._number = 0
         self._busy_until_ns = 0
         self.carried = 0
-        """Bytes both ways."""
+        """Bytes in both directions."""
 
     def now_ns(self) -> int:
         """See :class:`~kata.device.bus.serial_transport.Line`."""
@@ -43,15 +42,15 @@ class MemoryLine:
         self.carried += len(data)
         self._busy_until_ns = max(self._busy_until_ns, world.t_ns) + len(data) * 10_000_000_000 // self._baud
         if world.script.has("echo"):
-            self._arrives(self._busy_until_ns, data)
+            self._queue_answer(self._busy_until_ns, data)
         world.line.hear(data, world.t_ns, self._baud)
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
         """See :class:`~kata.device.bus.serial_transport.Line`."""
         self._check()
         world = self._world
-        # A line may sleep until then, and need not.
-        until_ns = max(world.t_ns, 0 if world.in_pieces else min(earliest_ns, deadline_ns))
+        # A line may sleep until the earliest time, but need not.
+        until_ns = max(world.t_ns, 0 if world.byte_by_byte else min(earliest_ns, deadline_ns))
         self.pump(until_ns)
         if not (self._waiting and self._waiting[0][0] <= until_ns):
             while (due_ns := world.line.due_ns) is not None and due_ns <= deadline_ns:
@@ -59,25 +58,25 @@ class MemoryLine:
             first_ns = self._waiting[0][0] if self._waiting else deadline_ns
             until_ns = max(world.t_ns, min(first_ns, deadline_ns))
         world.t_ns = until_ns
-        came = b""
+        received = b""
         while self._waiting and self._waiting[0][0] <= until_ns:
-            came += heapq.heappop(self._waiting)[2]
-        self.carried += len(came)
-        return came
+            received += heapq.heappop(self._waiting)[2]
+        self.carried += len(received)
+        return received
 
     def close(self) -> None:
         """See :class:`~kata.device.bus.serial_transport.Line`."""
         self._waiting.clear()
 
     def pump(self, until_ns: int) -> None:
-        """What was sent reaches the drives in its time."""
+        """Deliver sent bytes to the drives when they are due."""
         while (due_ns := self._world.line.due_ns) is not None and due_ns <= until_ns:
             for at_ns, answer in self._world.line.carry_out(due_ns):
-                self._arrives(at_ns + int(answer.after_s * 1e9), answer.data)
+                self._queue_answer(at_ns + int(answer.after_s * 1e9), answer.data)
 
-    def _arrives(self, at_ns: int, data: bytes) -> None:
-        """``at_ns``: the last byte. A real adapter hands them over as they come."""
-        size = 1 if self._world.in_pieces else len(data)
+    def _queue_answer(self, at_ns: int, data: bytes) -> None:
+        """Queue an answer; ``at_ns`` is the time of its last byte. A real adapter passes bytes on as they arrive."""
+        size = 1 if self._world.byte_by_byte else len(data)
         byte_ns = 10_000_000_000 // self._baud
         for end in range(size, len(data) + 1, size):
             self._number += 1
@@ -89,7 +88,7 @@ class MemoryLine:
 
 
 class World:
-    """Everything beyond the serial port."""
+    """The apparatus behind the serial port, and its clock."""
 
     def __init__(
         self,
@@ -108,29 +107,29 @@ class World:
         if config.protocol == "modbus":
             modbus = ModbusBus(self.apparatus, config.baud)
             self.line, self.script = ModbusLine(modbus), modbus.script
-            self.faces: list[Servo] | list[ModbusDrive] = modbus.drives
+            self.drives: list[Servo] | list[ModbusDrive] = modbus.drives
         else:
             servos = ServoBus(self.apparatus, config.baud)
             self.line, self.script = DynamixelLine(servos), servos.script
-            self.faces = servos.servos
+            self.drives = servos.servos
         self.opened: MemoryLine | None = None
-        self.in_pieces = False
-        """Answers arrive byte by byte, and not each at once."""
+        self.byte_by_byte = False
+        """True: answers arrive byte by byte; False: each at once."""
 
     def open_line(self, port: str, baud: int) -> MemoryLine:
-        """As a serial port would be opened."""
+        """Open the line, like a serial port."""
         if self.script.has("gone"):
             raise BusError(f"{port} cannot be opened")
         self.opened = MemoryLine(self, baud)
         return self.opened
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass in which nobody sends or listens. The mechanics follow when they are next asked."""
+        """Advance the clock without bus traffic. The mechanics follow at the next request."""
         self.t_ns += round(seconds * 1e9)
         if self.opened:
             self.opened.pump(self.t_ns)
 
     def wait(self, seconds: float) -> None:
-        """:meth:`sleep`, and the mechanics follow at once."""
+        """Advance the clock and the mechanics."""
         self.sleep(seconds)
         self.apparatus.advance(self.t_ns)

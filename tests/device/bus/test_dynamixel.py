@@ -48,7 +48,7 @@ class TestDynamixelInPieces(Conformance):
     arming_request = 3
     alerts = True
     resolution_deg = 0.1
-    in_pieces = True
+    byte_by_byte = True
 
 
 class TestSlowDynamixel(Conformance):

@@ -33,7 +33,7 @@ class TestModbusInPieces(Conformance):
     protocol = "modbus"
     arming_request = 7
     resolution_deg = 0.1
-    in_pieces = True
+    byte_by_byte = True
 
 
 class TestSlowModbus(Conformance):
