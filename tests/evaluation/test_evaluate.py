@@ -25,7 +25,7 @@ from tests.support.motions import write_csv
 def outcomes(short: Taught) -> list[Outcome]:
     """Both sides, two variations, two plays each."""
     cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
-    return [one for seed in (1, 2) for case in cases for one in play(Job(case, "smooth", 2, seed))]
+    return [outcome for seed in (1, 2) for case in cases for outcome in play(Job(case, "smooth", 2, seed))]
 
 
 def test_fourteen_cases_are_the_papers_with_motors_of_its_figures() -> None:
@@ -56,25 +56,25 @@ def test_arm_starts_near_the_motion_and_varies_each_time(short: Taught) -> None:
     poses = [case.repositioning(seed, play).poses_deg[0] for seed in (None, 1) for play in (1, 2)]
     assert len({tuple(pose) for pose in poses}) == 4
     for pose in poses:
-        off = np.abs(pose - short.poses_deg[0])
-        assert 0.5 < off.max() <= REPOSITIONING_ERROR_DEG
+        error_deg = np.abs(pose - short.poses_deg[0])
+        assert 0.5 < error_deg.max() <= REPOSITIONING_ERROR_DEG
     assert np.array_equal(poses[0], case.repositioning(None, 1).poses_deg[0])
 
 
 def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outcome]) -> None:
-    told = as_json(outcomes, simulated=True)
-    assert told["simulated"] is True
-    assert told["problems"] == []
-    assert [(one["seed"], one["side"], one["repetition"]) for one in told["cases"]] == [
+    report = as_json(outcomes, simulated=True)
+    assert report["simulated"] is True
+    assert report["problems"] == []
+    assert [(case["seed"], case["side"], case["repetition"]) for case in report["cases"]] == [
         (seed, side, repetition) for seed in (1, 2) for side in ("left", "right") for repetition in (1, 2)
     ]
-    for one in told["cases"]:
-        assert set(one) == {"name", "side", "method", "repetition", "seed", "motors"}
-        assert [motor["motor"] for motor in one["motors"]] == [1, 2, 3, 4, 5]
-        for motor in one["motors"]:
+    for case in report["cases"]:
+        assert set(case) == {"name", "side", "method", "repetition", "seed", "motors"}
+        assert [motor["motor"] for motor in case["motors"]] == [1, 2, 3, 4, 5]
+        for motor in case["motors"]:
             assert set(motor) == {"motor", "peak_deg", "rmse_deg", "start_deg", "lag_ms"}
             assert motor["rmse_deg"] <= abs(motor["peak_deg"])
-    left, right = told["cases"][0], told["cases"][2]
+    left, right = report["cases"][0], report["cases"][2]
     assert left["motors"][0] != right["motors"][0]
 
 
@@ -89,19 +89,19 @@ def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: lis
 
 def test_refused_motion_is_reported_as_a_problem_without_figures(short: Taught) -> None:
     fast = Taught("fast", short.times_s / 6, short.poses_deg)
-    told = as_json(play(Job(Case("fast", "right", fast, AXES), "smooth", 2, None)), simulated=True)
-    assert told["cases"] == []
-    assert len(told["problems"]) == 1
-    assert told["problems"][0]["repetition"] == 1
-    assert "cannot be played" in told["problems"][0]["problem"]
+    report = as_json(play(Job(Case("fast", "right", fast, AXES), "smooth", 2, None)), simulated=True)
+    assert report["cases"] == []
+    assert len(report["problems"]) == 1
+    assert report["problems"][0]["repetition"] == 1
+    assert "cannot be played" in report["problems"][0]["problem"]
 
 
 def test_motion_beyond_the_linkages_reach_is_a_problem_too(short: Taught) -> None:
     poses = short.poses_deg.copy()
     poses[:, 0] = 80.0
     far = Taught("far", short.times_s, poses)
-    told = as_json(play(Job(Case("far", "right", far, AXES), "smooth", 1, None)), simulated=True)
-    assert "cannot reach" in told["problems"][0]["problem"]
+    report = as_json(play(Job(Case("far", "right", far, AXES), "smooth", 1, None)), simulated=True)
+    assert "cannot reach" in report["problems"][0]["problem"]
 
 
 def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[Outcome]) -> None:
@@ -111,7 +111,7 @@ def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[Outcom
     for title in ("Figure 17: short, left, simulated", "Figure 18: short, right, simulated"):
         assert title in html
     assert "peaks beyond -10" in html
-    assert "Every figure here comes from simulated drives" in html
+    assert "All figures come from simulated drives" in html
     assert all("simulated" in heading for heading in re.findall(r"<h[23]>(.*?)</h[23]>", html))
 
 
@@ -125,8 +125,8 @@ def test_the_command_writes_both_files_and_prints_the_tables(tmp_path: Path, sho
     )
     assert done.returncode == 0, done.stderr
     assert "(simulated)" in done.stdout
-    told = json.loads((tmp_path / "out.json").read_text())
-    assert [(one["name"], one["side"]) for one in told["cases"]] == [("short", "left"), ("short", "right")]
+    report = json.loads((tmp_path / "out.json").read_text())
+    assert [(case["name"], case["side"]) for case in report["cases"]] == [("short", "left"), ("short", "right")]
     assert (tmp_path / "out.html").stat().st_size > 1_000_000
 
 
@@ -136,13 +136,13 @@ def test_the_command_knows_its_methods(tmp_path: Path) -> None:
         capture_output=True, text=True, cwd=tmp_path, timeout=60,
     )  # fmt: skip
     assert done.returncode == 2
-    assert "clever is none of" in done.stderr
+    assert "clever is not one of" in done.stderr
 
 
 def test_only_the_learning_method_changes_from_play_to_play(short: Taught) -> None:
     case = Case("short", "right", short, AXES, 7)
-    told = {method: play(Job(case, method, 3, 1)) for method in get_args(Method)}
-    rmse = {name: [sum(motor.rmse_deg for motor in one.motors) for one in plays] for name, plays in told.items()}
+    outcomes = {method: play(Job(case, method, 3, 1)) for method in get_args(Method)}
+    rmse = {name: [sum(motor.rmse_deg for motor in play.motors) for play in plays] for name, plays in outcomes.items()}
 
     assert rmse["learned"][0] == rmse["smooth"][0]
     assert rmse["learned"][2] < rmse["learned"][1] < rmse["learned"][0]

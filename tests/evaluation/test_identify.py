@@ -1,4 +1,4 @@
-"""The lag of drives is found from what they did."""
+"""The lag of drives is identified from a measured movement."""
 
 import math
 
@@ -26,20 +26,20 @@ APPROACH_DEG_S = 20.0
 
 
 def exercise(seconds: float, *motions: int) -> Floats:
-    """To and fro at all the speeds that an arm is led at, and then some of the built-in motions, (n, 5) in degrees at 100 Hz.
+    """Return movements at all speeds of a guided arm, and then some built-in motions: (n, 5) in degrees at 100 Hz.
 
-    Friction and lag look alike where an axis is never slow, inertia and lag where it is never quick.
+    Friction cannot be separated from lag without slow movements, nor inertia without fast ones.
     """
-    rows = [to_and_fro(seconds)]
+    rows = [oscillation(seconds)]
     for number in motions:
         angles = motor_angles_deg(built_in_motions()[number - 1].poses_deg)
-        way = Approach(rows[-1][-1], angles[0], APPROACH_DEG_S)
-        rows += [np.array([way.at(time) for time in np.arange(0.0, way.duration_s, STEP_S)]), angles]
+        approach = Approach(rows[-1][-1], angles[0], APPROACH_DEG_S)
+        rows += [np.array([approach.at(time) for time in np.arange(0.0, approach.duration_s, STEP_S)]), angles]
     return np.concatenate(rows)
 
 
-def to_and_fro(seconds: float) -> Floats:
-    """All axes at once, beginning and ending at rest."""
+def oscillation(seconds: float) -> Floats:
+    """Return a movement of all axes that begins and ends at rest."""
     times = np.arange(0.0, seconds, STEP_S)
     rise = np.minimum(1.0, np.minimum(times, times[-1] - times) / 4.0)
     rise = 3 * rise**2 - 2 * rise**3
@@ -52,35 +52,35 @@ def to_and_fro(seconds: float) -> Floats:
     return np.column_stack(columns)
 
 
-def played(asked_deg: Floats, seed: int | None) -> tuple[Floats, Floats, Floats]:
-    """A station plays these angles with nothing ahead of them: times, where it should have been, and where it was.
+def played(setpoint_deg: Floats, seed: int | None) -> tuple[Floats, Floats, Floats]:
+    """Play angles without feed-forward; return times, setpoints and measured angles.
 
-    Without what the pace at beginning and end makes uneven.
+    Leaves out beginning and end, where the speed override makes the samples uneven.
     """
     config = simulated("virtual")
     unknown = tuple(structs.replace(axis, lag_s=0.0, lag2_s2=0.0, friction_deg=0.0) for axis in config.axes)
-    times = np.arange(len(asked_deg)) * STEP_S
+    times = np.arange(len(setpoint_deg)) * STEP_S
     load = Load(
         run_id="run",
         recording_id="recording",
         times_s=times.astype("<f8").tobytes(),
-        angles_deg=asked_deg.astype("<f8").tobytes(),
+        angles_deg=setpoint_deg.astype("<f8").tobytes(),
         method="smooth",
     )
     run = VirtualStation(structs.replace(config, axes=unknown), seed).play(load, float(times[-1]))
     even = (run.phase == PHASE_PLAYING) & (run.path_s > 1.0) & (run.path_s < times[-1] - 1.0)
     places = run.path_s[even]
-    return places, Trajectory(times, asked_deg).along(places), run.measured_deg[even].astype(np.float64)
+    return places, Trajectory(times, setpoint_deg).along(places), run.measured_deg[even].astype(np.float64)
 
 
 def test_known_lag_is_identified() -> None:
-    """In a movement that obeys the model exactly, seen through a noise of an encoder's steps."""
+    """The movement follows the model exactly; the noise is that of an encoder's steps."""
     times = np.arange(0, 30, 0.01)
     measured = 20 * np.sin(math.tau * 0.2 * times) + 5 * np.sin(math.tau * 0.9 * times)
-    speed, bend = np.gradient(measured, times), np.gradient(np.gradient(measured, times), times)
-    asked = measured + 0.08 * speed + 0.004 * bend + 0.3 * np.tanh(speed / FRICTION_REVERSAL_DEG_S) + 1.5
+    speed, acceleration = np.gradient(measured, times), np.gradient(np.gradient(measured, times), times)
+    setpoint = measured + 0.08 * speed + 0.004 * acceleration + 0.3 * np.tanh(speed / FRICTION_REVERSAL_DEG_S) + 1.5
     noise = np.random.default_rng(1).uniform(-0.044, 0.044, times.shape)
-    (found,) = identify(times, asked[:, None], (measured + noise)[:, None])
+    (found,) = identify(times, setpoint[:, None], (measured + noise)[:, None])
     assert found.lag_s == pytest.approx(0.08, abs=0.001)
     assert found.lag2_s2 == pytest.approx(0.004, abs=0.0003)
     assert found.friction_deg == pytest.approx(0.3, abs=0.03)
@@ -90,11 +90,11 @@ def test_known_lag_is_identified() -> None:
 @pytest.mark.parametrize("seed", [None, 3])
 def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None) -> None:
     found = identify(*played(exercise(15.0, 7), seed))
-    for axis, own, joint in zip(found, DRIVES, JOINTS, strict=True):
-        # Friction at the turns looks a little like lag, and takes some from it.
-        assert axis.lag_s == pytest.approx(own.d_nm_s_rad / own.p_nm_rad + GOAL_SMOOTHING_S, rel=0.12)
+    for axis, drive, joint in zip(found, DRIVES, JOINTS, strict=True):
+        # Friction at the reversals reduces the identified lag a little.
+        assert axis.lag_s == pytest.approx(drive.d_nm_s_rad / drive.p_nm_rad + GOAL_SMOOTHING_S, rel=0.12)
         assert 0.0 < axis.lag2_s2 < 0.01
-        coulomb_deg = math.degrees((joint.rotor_coulomb_nm + joint.arm_coulomb_nm) / own.p_nm_rad)
+        coulomb_deg = math.degrees((joint.rotor_coulomb_nm + joint.arm_coulomb_nm) / drive.p_nm_rad)
         assert 0.0 < axis.friction_deg < 1.5 * coulomb_deg
         assert axis.residual_deg < 0.25
 
@@ -117,5 +117,5 @@ def test_samples_without_information_are_refused() -> None:
         identify(times, wave, np.zeros_like(wave))
     with pytest.raises(ValueError, match="hundred"):
         identify(times[:50], wave[:50], wave[:50])
-    with pytest.raises(ValueError, match="alike"):
+    with pytest.raises(ValueError, match="as many setpoints"):
         identify(times, wave, wave[:-1])

@@ -1,4 +1,4 @@
-"""Virtual time tells what real time does: the same motion through the service, the device process and a pseudo-terminal."""
+"""Virtual time gives the same figures as real time through the service, the device process and a pseudo-terminal."""
 
 from contextlib import closing
 from pathlib import Path
@@ -18,10 +18,10 @@ from kata.simulator.process import SimulatorProcess
 
 
 def test_both_agree_within_a_fifth_of_a_degree(short: Taught) -> None:
-    """In RMSE, and in what 95 of 100 errors do not exceed.
+    """Compares the RMSE and the 95th percentile of the errors.
 
-    Where the computer itself stands still for some cycles, the drives go on to their last setpoint, and a few errors are larger than
-    any on virtual time: that is the computer's, not the station's.
+    When the computer stops for some cycles, the drives hold their last setpoint, and a few errors exceed those on virtual time. The
+    station is not their cause.
     """
     job = Job(Case("short", "right", short, AXES), "smooth", 1, 1)
     (virtual,) = play(job)
@@ -37,15 +37,15 @@ def test_both_agree_within_a_fifth_of_a_degree(short: Taught) -> None:
 
 def test_configured_apparatus_plays_the_motion_itself(tmp_path: Path, short: Taught) -> None:
     turned: list[str] = []
-    tried: list[str] = []
+    tested: list[str] = []
     with closing(SimulatorProcess(tmp_path)) as apparatus, closing(apparatus.client()) as hand:
 
-        def obey(what: str, total_s: float, left_s: float) -> None:
-            """As somebody who stands there and is told to try the emergency stop."""
-            if what in ("Press the emergency stop", "Release it"):
-                hand.estop(what.startswith("Press"))
+        def obey(step: str, total_s: float, left_s: float) -> None:
+            """Test the emergency stop when the step asks for it, like a person at the apparatus."""
+            if step in ("Press the emergency stop", "Release it"):
+                hand.estop(step.startswith("Press"))
                 if left_s == 0.0:
-                    tried.append(what)
+                    tested.append(step)
 
         station = tmp_path / "station.toml"
         config.write(config.simulated(apparatus.port), station)
@@ -53,8 +53,8 @@ def test_configured_apparatus_plays_the_motion_itself(tmp_path: Path, short: Tau
         outcome, again = real_time.evaluate_jobs([job, job], station, turned.append, obey, lambda _: None)
 
     assert turned == ["right"]
-    # Once a day is enough, and not before each case.
-    assert tried == ["Press the emergency stop", "Release it"]
+    # Once a day, not before each case.
+    assert tested == ["Press the emergency stop", "Release it"]
     assert (outcome.problem, again.problem) == (None, None)
     assert outcome.comparison is not None
     wanted = motor_angles_deg(short.poses_deg)

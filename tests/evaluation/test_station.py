@@ -1,4 +1,4 @@
-"""The station on virtual time: it is the real one, and nothing in it is left to chance."""
+"""The station on virtual time behaves like the real one and is deterministic."""
 
 import numpy as np
 import pytest
@@ -63,20 +63,20 @@ def test_station_stop_is_reported_in_its_words(short: Taught) -> None:
 
 @pytest.mark.parametrize("seed", [None, 17])
 def test_motion_begins_alike_from_either_side_of_its_start(short: Taught, seed: int | None) -> None:
-    """The play of the gears and friction are to be as they were the last time, or what was learned there is wrong here."""
+    """Gear backlash and friction must be the same at each start, or a learned correction does not fit."""
     station = VirtualStation(simulated("virtual"), seed)
     taught = station.teach(short)
 
-    def began(aside_deg: float) -> Journal:
-        poses = np.array([short.poses_deg[0] + aside_deg] * 2)
+    def play_from(offset_deg: float) -> Journal:
+        poses = np.array([short.poses_deg[0] + offset_deg] * 2)
         station.reposition(Taught("put back", np.array([0.0, 0.5]), poses))
         return station.play(load(taught), short.duration_s)
 
-    below, above = began(-3.0), began(3.0)
+    below, above = play_from(-3.0), play_from(3.0)
     for run in (below, above):
         assert run.end is not None
         assert run.end.reason == "completed"
-    # Until every axis has left the start; three counts of an encoder.
+    # During the first second; the limit is three counts of an encoder.
     grid = np.arange(0.0, 1.0, 0.01)
     paths = [
         np.column_stack([np.interp(grid, run.path_s[on], axis[on]) for axis in run.measured_deg.T])
