@@ -259,7 +259,7 @@ def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     zeros = np.zeros((count, 5))
     taught = counts(at(times_s), _COUNT_DEG)
     end = JournalEnd(reason="finished")
-    saved = recordings.keep_teaching(
+    saved = recordings.store_teaching(
         session, not_written("teaching", teaching.id, STATIONS[0], _RATE_HZ, began, times_s, taught, zeros, zeros, end)
     )
     assert saved
@@ -267,5 +267,5 @@ def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     run = runs.begin(session, visit.id, saved[0].id)
     end = JournalEnd(reason="completed")
     played = not_written("run", run.id, STATIONS[0], _RATE_HZ, began, times_s, measured, at(times_s), torque, end)
-    runs.keep(session, played, StationConfig())
+    runs.complete(session, played, StationConfig())
     return run.id

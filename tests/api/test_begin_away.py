@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from benchmarks import postgresql
 from kata.audit.tables import AuditRow
-from kata.clinic.events.observer import ESTOP_TESTED, Happening
+from kata.clinic.events.observer import ESTOP_TESTED, NewDeviceEvent
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
@@ -42,7 +42,7 @@ from tests.support.station_api import accepted, until, until_mode
 from tests.support.visits import eventually
 
 LIMIT_S = 60.0
-THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
+THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
 @pytest.fixture(scope="module")
@@ -268,7 +268,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
             assert "emergency stop" in refused["detail"]
             # That it is tried while the database is away is heard all the same.
             tomorrow_at = today + timedelta(days=1)
-            tried = Happening(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
+            tried = NewDeviceEvent(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
             offline_cache.on_event(tried)
             assert "estop" not in still_open(client, visit["id"], first)
         assert accepted(client, "load", load | {"load_level": 10})["load_level"] == 10

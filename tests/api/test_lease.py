@@ -13,7 +13,7 @@ from sqlalchemy import select
 from kata.actor import Role
 from kata.audit.tables import AuditRow
 from kata.auth.login_session import COOKIE
-from kata.clinic.episodes.limits import Allowed
+from kata.clinic.episodes.limits import DoctorLimits
 from kata.station.lease import GIVEN_UP_S
 from tests.support.login import signed_in
 from tests.support.recordings import lifted, taught
@@ -191,13 +191,13 @@ def test_new_operator_does_not_inherit_a_recording_still_being_checked(
     client: TestClient, other: Browser, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     until_mode(client, "idle")
-    check, answers = Allowed.check, []
+    check, answers = DoctorLimits.check, []
 
     def meanwhile(*given: Any) -> Any:
         answers.append(other.post("lease", {"take_over": True}).status_code)
         return check(*given)
 
-    monkeypatch.setattr(Allowed, "check", meanwhile)
+    monkeypatch.setattr(DoctorLimits, "check", meanwhile)
     with pytest.raises(AssertionError, match="not_operating"):
         load(client, {"id": recording["patient_id"]}, recording)
 
@@ -212,14 +212,14 @@ def test_limits_changed_during_loading_refuse_the_recording(
 ) -> None:
     until_mode(client, "idle")
     (episode,) = client.get(f"/api/patients/{recording['patient_id']}/episodes").json()["items"]
-    check = Allowed.check
+    check = DoctorLimits.check
 
     def meanwhile(*given: Any) -> Any:
         change = {"max_load_level": 3, "limits_by": "Dr. Mori"}
         assert client.patch(f"/api/episodes/{episode['id']}", json=change).status_code == 200
         return check(*given)
 
-    monkeypatch.setattr(Allowed, "check", meanwhile)
+    monkeypatch.setattr(DoctorLimits, "check", meanwhile)
     with pytest.raises(AssertionError, match="edited_meanwhile"):
         load(client, {"id": recording["patient_id"]}, recording, load_level=8)
 

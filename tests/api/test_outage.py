@@ -17,10 +17,10 @@ from sqlalchemy.orm import Session
 from benchmarks import postgresql
 from kata.audit.tables import AuditRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.events.observer import Happening
+from kata.clinic.events.observer import NewDeviceEvent
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import checks, runs
-from kata.clinic.sessions.offline_cache import OfflineCache, ToPlay
+from kata.clinic.sessions.offline_cache import CheckedRun, OfflineCache
 from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.availability import DatabaseUnavailableError
@@ -49,23 +49,23 @@ def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) 
 
 
 @pytest.fixture(scope="module")
-def told(client: TestClient) -> list[Happening]:
+def told(client: TestClient) -> list[NewDeviceEvent]:
     """What the device tells from now on, as it is put down."""
     app: Any = client.app
-    heard: list[Happening] = []
+    heard: list[NewDeviceEvent] = []
     put = app.state.services.event_spool.spool.put
 
     def listening(payload: bytes) -> None:
         kept = msgspec.json.decode(payload)
         if kept["type"] == "happened":
-            heard.append(msgspec.convert(kept["happening"], Happening))
+            heard.append(msgspec.convert(kept["happening"], NewDeviceEvent))
         put(payload)
 
     app.state.services.event_spool.spool.put = listening
     return heard
 
 
-def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict[str, Any]:
+def all_is_there(client: TestClient, told: list[NewDeviceEvent], run_id: str) -> dict[str, Any]:
     """Every event once and in order, every sample of the run once; the run itself."""
     app: Any = client.app
     assert app.state.services.event_spool.until_taken(LIMIT_S)
@@ -95,7 +95,7 @@ def noted(client: TestClient) -> list[str]:
 
 
 def test_session_continues_while_the_database_hangs_and_page_shows_it(
-    client: TestClient, server: postgresql.Server, told: list[Happening]
+    client: TestClient, server: postgresql.Server, told: list[NewDeviceEvent]
 ) -> None:
     until_mode(client, "idle")
     patient = client.post(
@@ -142,7 +142,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
 
 
 def test_run_ended_during_an_outage_exists_after_a_restart(
-    client: TestClient, server: postgresql.Server, told: list[Happening]
+    client: TestClient, server: postgresql.Server, told: list[NewDeviceEvent]
 ) -> None:
     until_mode(client, "idle")
     patient = client.post(
@@ -163,7 +163,7 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
     accepted(client, "acknowledge")
 
 
-THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
+THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
 def still_open_ahead(offline_cache: OfflineCache, session_id: str, recording_id: str) -> list[str] | None:
@@ -202,7 +202,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
 
 
 def test_session_continues_its_programme_during_an_outage(
-    client: TestClient, server: postgresql.Server, told: list[Happening], visit: dict[str, Any]
+    client: TestClient, server: postgresql.Server, told: list[NewDeviceEvent], visit: dict[str, Any]
 ) -> None:
     second = {
         "session_id": visit["id"],
@@ -299,7 +299,7 @@ def test_programme_time_continues_during_an_outage(
     offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     offline_cache.refresh()
 
-    def begin(position: int | None) -> ToPlay | None:
+    def begin(position: int | None) -> CheckedRun | None:
         return offline_cache.start_run(
             UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, THERE
         )

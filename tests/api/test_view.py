@@ -14,7 +14,7 @@ from kata.auth import login_session
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.restricted.tables import CareTeamRow
-from kata.clinic.sessions.schemas import CheckTick, SessionSign
+from kata.clinic.sessions.schemas import CheckConfirmation, SessionSign
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
@@ -101,9 +101,9 @@ def test_save_notices_reach_only_users_with_the_patient(clinic: Database) -> Non
 def test_unattributed_action_shows_the_requesting_user(clinic: Database) -> None:
     before = CURRENT_ACTOR.set(actor(clinic, "therapist"))
     try:
-        assert CheckTick().checked_by == "Test therapist"
+        assert CheckConfirmation().checked_by == "Test therapist"
         assert SessionSign(signed_by=" ", note="Went well.").signed_by == "Test therapist"
-        assert CheckTick(checked_by="Ito Mai").checked_by == "Ito Mai"
+        assert CheckConfirmation(checked_by="Ito Mai").checked_by == "Ito Mai"
     finally:
         CURRENT_ACTOR.reset(before)
-    assert CheckTick().checked_by == ""
+    assert CheckConfirmation().checked_by == ""

@@ -20,7 +20,7 @@ from kata.auth.tables import AccountRow, SignInRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
-from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
+from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.login import signed_in
@@ -415,7 +415,7 @@ def test_break_glass_needs_a_reason_and_lasts_four_hours(
     assert administrator.post(f"/api/break-glass-accesses/{first['id']}/review").json()["code"] == "reviewed"
 
     with _database(service).write() as session:
-        session.execute(update(BrokenGlassRow).values(until=utc_now()))
+        session.execute(update(BreakGlassAccessRow).values(until=utc_now()))
     assert therapist.get(path).json()["code"] == "restricted"
 
 

@@ -5,14 +5,21 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from kata.clinic.sessions import checks
-from kata.clinic.sessions.checklist import Answer, Checked, CheckName, checked, needed, playback_fixtures
+from kata.clinic.sessions.checklist import (
+    Answer,
+    CheckName,
+    CheckState,
+    match_answers,
+    playback_fixtures,
+    required_checks,
+)
 
 NOON = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 NOTHING: dict[CheckName, datetime | None] = {"pedal": None, "estop": None}
 EVERYTHING: dict[CheckName, datetime | None] = {"pedal": NOON, "estop": NOON}
 
 
-def still_open(checks: tuple[Checked, ...]) -> list[str]:
+def still_open(checks: tuple[CheckState, ...]) -> list[str]:
     return [one.need.check for one in checks if one.answer is None]
 
 
@@ -36,7 +43,7 @@ def test_fixer_follows_teaching_or_else_the_rotation(
 
 
 def test_all_checks_are_open_at_first_and_have_names() -> None:
-    checks = checked(needed("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
+    checks = match_answers(required_checks("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
     assert still_open(checks) == ["side", "fixtures", "belt", "pedal", "estop"]
     assert checks[0].need.sentence == "The apparatus stands for the left shoulder, and its pin is in."
     assert checks[1].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
@@ -44,18 +51,18 @@ def test_all_checks_are_open_at_first_and_have_names() -> None:
 
 def test_automatic_checks_cannot_be_ticked() -> None:
     ticked = [answer("pedal", ""), answer("estop", ""), answer("belt", "")]
-    checks = checked(needed("left", ("arm_fixer_1",)), ticked, NOTHING)
+    checks = match_answers(required_checks("left", ("arm_fixer_1",)), ticked, NOTHING)
     assert still_open(checks) == ["side", "fixtures", "pedal", "estop"]
-    seen = checked(needed("left", ("arm_fixer_1",)), ticked, EVERYTHING)
+    seen = match_answers(required_checks("left", ("arm_fixer_1",)), ticked, EVERYTHING)
     assert [(one.answer.by, one.answer.at) for one in seen[3:] if one.answer] == [("", NOON), ("", NOON)]
 
 
 def test_changed_fixtures_reopen_only_their_own_check() -> None:
     given = [answer("side", "left"), answer("fixtures", "arm_fixer_1"), answer("belt", "")]
-    assert still_open(checked(needed("left", ("arm_fixer_1",)), given, EVERYTHING)) == []
-    other = needed("left", ("arm_fixer_2", "elbow_fixer_2"))
-    assert still_open(checked(other, given, EVERYTHING)) == ["fixtures"]
-    assert still_open(checked(needed("right", ("arm_fixer_1",)), given, EVERYTHING)) == ["side"]
+    assert still_open(match_answers(required_checks("left", ("arm_fixer_1",)), given, EVERYTHING)) == []
+    other = required_checks("left", ("arm_fixer_2", "elbow_fixer_2"))
+    assert still_open(match_answers(other, given, EVERYTHING)) == ["fixtures"]
+    assert still_open(match_answers(required_checks("right", ("arm_fixer_1",)), given, EVERYTHING)) == ["side"]
 
 
 def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
@@ -65,7 +72,7 @@ def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
         answer("fixtures", "arm_fixer_1"),
         answer("fixtures", "arm_fixer_2+elbow_fixer_2", minutes=5),
     ]
-    assert still_open(checked(needed("left", ("arm_fixer_1",)), given, EVERYTHING)) == ["fixtures"]
+    assert still_open(match_answers(required_checks("left", ("arm_fixer_1",)), given, EVERYTHING)) == ["fixtures"]
 
 
 @pytest.mark.parametrize(
@@ -75,17 +82,17 @@ def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
 def test_an_estop_test_counts_since_the_drives_are_verified(verified_ago_min: int | None, counts: bool) -> None:
     now = max(datetime.now(UTC), checks.today().astimezone(UTC) + timedelta(minutes=11))
     verified = None if verified_ago_min is None else now - timedelta(minutes=verified_ago_min)
-    there = checks.Apparatus("Station 1", pedal_answers=True, verified_since=verified)
+    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=verified)
     tested_at = now - timedelta(minutes=10)
 
     assert checks.estop_test(tested_at, there) == (tested_at if counts else None)
-    found = checks.against(needed("left", ("arm_fixer_1",)), [], there, tested_at)
+    found = checks.check_states(required_checks("left", ("arm_fixer_1",)), [], there, tested_at)
     assert ("estop" in still_open(found)) is not counts
 
 
 def test_an_estop_test_of_yesterday_does_not_count() -> None:
     long_ago = datetime(2020, 1, 1, tzinfo=UTC)
-    there = checks.Apparatus("Station 1", pedal_answers=True, verified_since=long_ago)
+    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=long_ago)
 
     assert checks.estop_test(checks.today() - timedelta(seconds=1), there) is None
     assert checks.estop_test(None, there) is None

@@ -20,7 +20,7 @@ from kata.clinic.sessions.schemas import (
     SessionProgramme,
 )
 from kata.reporting.note_draft import draft
-from kata.reporting.note_draft_words import WORDS
+from kata.reporting.note_draft_phrases import WORDS
 from kata.station.schemas import TextKey
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)

@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service
-from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening, Observer
+from kata.clinic.events.observer import ESTOP_TESTED, AlarmsEnded, NewDeviceEvent, Observer
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
@@ -54,72 +54,74 @@ def stop(*codes: str, **given: Any) -> Live:
     return state(mode="stopped", stop=StopLive(causes=causes, arm_held=False), **given)
 
 
-def alarms(told: list[Happening | Ended]) -> list[Happening]:
-    return [one for one in told if isinstance(one, Happening) and one.kind == "alarm"]
+def alarms(told: list[NewDeviceEvent | AlarmsEnded]) -> list[NewDeviceEvent]:
+    return [one for one in told if isinstance(one, NewDeviceEvent) and one.kind == "alarm"]
 
 
 def test_stop_alarms_its_run_and_reports_each_cause_once() -> None:
     observer = Observer("Station 1")
-    assert observer.look(playing(), OCCUPATION) == []
-    (first,) = alarms(observer.look(stop("estop_pressed"), OCCUPATION))
+    assert observer.observe_state(playing(), OCCUPATION) == []
+    (first,) = alarms(observer.observe_state(stop("estop_pressed"), OCCUPATION))
     assert (first.code, first.patient_id, first.session_id, first.run_id) == ("estop_pressed", PATIENT, SESSION, RUN)
     assert (first.station, first.category) == ("Station 1", 1)
-    (second,) = alarms(observer.look(stop("estop_pressed", "drive_silent"), OCCUPATION))
+    (second,) = alarms(observer.observe_state(stop("estop_pressed", "drive_silent"), OCCUPATION))
     assert second.code == "drive_silent"
-    assert observer.look(stop("estop_pressed", "drive_silent"), OCCUPATION) == []
+    assert observer.observe_state(stop("estop_pressed", "drive_silent"), OCCUPATION) == []
 
 
 def test_alarm_ends_when_acknowledged_or_its_control_program_ends() -> None:
     observer = Observer("Station 1")
     for gone in (state(), state(device="restarting", mode="offline")):
-        (alarm,) = alarms(observer.look(stop("operator_stop"), None))
-        (ended,) = observer.look(gone, None)
-        assert isinstance(ended, Ended)
+        (alarm,) = alarms(observer.observe_state(stop("operator_stop"), None))
+        (ended,) = observer.observe_state(gone, None)
+        assert isinstance(ended, AlarmsEnded)
         assert ended.ids == (alarm.id,)
 
 
 def test_event_without_a_patient_belongs_to_none() -> None:
     observer = Observer("Station 1")
-    observer.look(playing(), OCCUPATION)
-    observer.look(state(), OCCUPATION)
-    (alarm,) = alarms(observer.look(stop("drive_silent"), OCCUPATION))
+    observer.observe_state(playing(), OCCUPATION)
+    observer.observe_state(state(), OCCUPATION)
+    (alarm,) = alarms(observer.observe_state(stop("drive_silent"), OCCUPATION))
     assert (alarm.patient_id, alarm.session_id, alarm.run_id) == (None, None, None)
 
 
 def test_estop_is_tested_when_pressed_and_released() -> None:
     observer = Observer("Station 1")
-    assert alarms(observer.look(stop("estop_pressed", estop="pressed"), None))
-    (tried,) = observer.look(stop("estop_pressed", estop="released"), None)
-    assert isinstance(tried, Happening)
+    assert alarms(observer.observe_state(stop("estop_pressed", estop="pressed"), None))
+    (tried,) = observer.observe_state(stop("estop_pressed", estop="released"), None)
+    assert isinstance(tried, NewDeviceEvent)
     assert (tried.code, tried.kind) == (ESTOP_TESTED, "event")
-    assert observer.look(stop("estop_pressed", estop="released"), None) == []
+    assert observer.observe_state(stop("estop_pressed", estop="released"), None) == []
 
 
 @pytest.mark.parametrize("before", ["unknown", "closed"])
 def test_unseen_press_does_not_test_the_estop(before: str) -> None:
     observer = Observer("Station 1")
-    observer.look(state(estop=before), None)
-    told = observer.look(stop("estop_pressed", estop="released"), None)
-    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, Happening)]
+    observer.observe_state(state(estop=before), None)
+    told = observer.observe_state(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, NewDeviceEvent)]
 
 
 def test_press_before_a_control_program_restart_does_not_count() -> None:
     observer = Observer("Station 1")
-    observer.look(stop("estop_pressed", estop="pressed"), None)
-    observer.look(state(device="restarting", estop="unknown"), None)
-    told = observer.look(stop("estop_pressed", estop="released"), None)
-    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, Happening)]
+    observer.observe_state(stop("estop_pressed", estop="pressed"), None)
+    observer.observe_state(state(device="restarting", estop="unknown"), None)
+    told = observer.observe_state(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, NewDeviceEvent)]
 
 
 def test_events_are_stored_unchanged_except_alarms() -> None:
     observer = Observer("Station 1")
-    (heard,) = observer.hear(EventLive(number=1, code="take_started", message="Take 1 is being recorded.", at=AT))
+    (heard,) = observer.observe_event(
+        EventLive(number=1, code="take_started", message="Take 1 is being recorded.", at=AT)
+    )
     assert (heard.kind, heard.code, heard.at) == ("event", "take_started", AT)
-    assert observer.hear(EventLive(number=2, code="fault", message="Stopped.", at=AT)) == []
+    assert observer.observe_event(EventLive(number=2, code="fault", message="Stopped.", at=AT)) == []
 
 
-def happening(code: str = "torque", at: datetime = AT, **given: Any) -> Happening:
-    return Happening(station="Station 1", at=at, kind="event", code=code, message=f"{code}.", **given)
+def happening(code: str = "torque", at: datetime = AT, **given: Any) -> NewDeviceEvent:
+    return NewDeviceEvent(station="Station 1", at=at, kind="event", code=code, message=f"{code}.", **given)
 
 
 def kept(database: Database) -> list[DeviceEventRow]:
@@ -129,8 +131,15 @@ def kept(database: Database) -> list[DeviceEventRow]:
 
 def test_event_put_repeatedly_is_stored_once_and_ended(database: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(database, "Station 1", tmp_path)
-    alarm = Happening(station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1)
-    for item in (alarm, happening(at=AT + timedelta(seconds=1)), alarm, Ended((alarm.id,), AT + timedelta(minutes=1))):
+    alarm = NewDeviceEvent(
+        station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1
+    )
+    for item in (
+        alarm,
+        happening(at=AT + timedelta(seconds=1)),
+        alarm,
+        AlarmsEnded((alarm.id,), AT + timedelta(minutes=1)),
+    ):
         event_spool.put_event(item)
     event_spool.close()
     rows = kept(database)

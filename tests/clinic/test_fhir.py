@@ -16,7 +16,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.interop import bundle
 from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN
-from kata.interop.fhir_import import NotUnderstoodError, read_patients
+from kata.interop.fhir_import import FhirImportError, read_patients
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 from tests.support.validators import judge
 
@@ -280,7 +280,7 @@ def test_import_names_omitted_elements() -> None:
     ],
 )  # fmt: skip
 def test_unsupported_element_is_refused_by_its_path(change: Json, path: str, what: str) -> None:
-    with pytest.raises(NotUnderstoodError) as caught:
+    with pytest.raises(FhirImportError) as caught:
         read_patients(incoming(**change), "left")
     assert [where for where, _ in caught.value.places] == [path]
     assert caught.value.places[0][1].startswith(what)
@@ -288,10 +288,10 @@ def test_unsupported_element_is_refused_by_its_path(change: Json, path: str, wha
 
 def test_every_bundle_path_is_reported_and_patients_are_required() -> None:
     patients_in = [incoming(), incoming(gender="f"), incoming(birthDate="today")]
-    with pytest.raises(NotUnderstoodError) as caught:
+    with pytest.raises(FhirImportError) as caught:
         read_patients({"resourceType": "Bundle", "entry": [{"resource": one} for one in patients_in]}, "left")
     assert [where for where, _ in caught.value.places] == [
         "Bundle.entry[1].resource.gender", "Bundle.entry[2].resource.birthDate",
     ]  # fmt: skip
-    with pytest.raises(NotUnderstoodError, match=r"Bundle\.entry must hold at least one Patient"):
+    with pytest.raises(FhirImportError, match=r"Bundle\.entry must hold at least one Patient"):
         read_patients({"resourceType": "Bundle", "entry": [{"resource": {"resourceType": "Group"}}]}, "left")

@@ -20,7 +20,7 @@ from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
 from kata.motion.edit import AS_TAUGHT, Motion
 from kata.motion.tracking import compare
 from kata.plotting import downsampling, figures
-from kata.plotting.figures import RecordingParts, RunParts, Window
+from kata.plotting.figures import RecordingFigureSamples, RunFigureSamples, Window
 
 COUNT = 30_000
 TIMES_S: Floats = np.linspace(0.0, (COUNT - 1) / 100, COUNT)
@@ -36,7 +36,7 @@ def played_deg() -> Floats:
     return angles
 
 
-def run_parts(window: Window | None = None) -> RunParts:
+def run_parts(window: Window | None = None) -> RunFigureSamples:
     """Samples as a run leaves them: an approach, and what was played."""
     approach = np.zeros((APPROACH, 5))
     measured = np.vstack([approach, played_deg()])
@@ -49,12 +49,12 @@ def run_parts(window: Window | None = None) -> RunParts:
         "torque_nm": np.zeros_like(measured),
     }
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
-    return RunParts(taught, pack(columns, PLAYED_COLUMNS), AS_TAUGHT, None, window)
+    return RunFigureSamples(taught, pack(columns, PLAYED_COLUMNS), AS_TAUGHT, None, window)
 
 
-def kept_overview() -> RunParts:
+def kept_overview() -> RunFigureSamples:
     compared = compare(TIMES_S, ANGLES_DEG, TIMES_S, played_deg())
-    return RunParts(None, None, AS_TAUGHT, downsampling.of_run(Motion(TIMES_S, ANGLES_DEG), compared), None)
+    return RunFigureSamples(None, None, AS_TAUGHT, downsampling.of_run(Motion(TIMES_S, ANGLES_DEG), compared), None)
 
 
 def numbers(encoded: dict[str, str]) -> Floats:
@@ -66,7 +66,7 @@ def lines(told: dict[str, Any]) -> dict[str, tuple[Floats, Floats]]:
 
 
 @pytest.mark.parametrize("parts", [run_parts(), kept_overview()], ids=["samples", "overview"])
-def test_long_run_is_plotted_with_few_points_and_every_peak(parts: RunParts) -> None:
+def test_long_run_is_plotted_with_few_points_and_every_peak(parts: RunFigureSamples) -> None:
     motors = json.loads(figures.run(parts))["motors"]
     third = lines(motors[2]["figure"])
     for x, y in third.values():
@@ -83,8 +83,8 @@ def test_long_run_is_plotted_with_few_points_and_every_peak(parts: RunParts) -> 
 
 def test_overview_is_much_smaller_than_its_samples() -> None:
     parts, whole = kept_overview(), run_parts()
-    assert parts.overview is not None and whole.played is not None
-    assert len(parts.overview) < 80_000
+    assert parts.downsampled is not None and whole.played is not None
+    assert len(parts.downsampled) < 80_000
 
 
 def test_window_of_a_run_shows_every_sample_inside() -> None:
@@ -121,11 +121,11 @@ def test_window_plots_although_another_minute_is_damaged() -> None:
 def test_recording_plots_from_its_overview_and_zooms_into_samples() -> None:
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     seen = downsampling.of_recording(TIMES_S, ANGLES_DEG)
-    for parts in (RecordingParts(taught, None, None), RecordingParts(None, seen, None)):
+    for parts in (RecordingFigureSamples(taught, None, None), RecordingFigureSamples(None, seen, None)):
         x, y = lines(json.loads(figures.recording(parts)))["Motor 5"]
         assert len(x) == downsampling.LINE_POINTS
         assert (y.min(), y.max()) == pytest.approx((ANGLES_DEG[:, 4].min(), ANGLES_DEG[:, 4].max()), abs=1e-3)
-    closer = json.loads(figures.recording(RecordingParts(taught, None, (100.0, 101.0))))
+    closer = json.loads(figures.recording(RecordingFigureSamples(taught, None, (100.0, 101.0))))
     assert len(lines(closer)["Motor 1"][0]) == pytest.approx(101, abs=1)
     assert closer["layout"]["xaxis5"]["range"] == [100.0, 101.0]
 
@@ -140,7 +140,7 @@ def test_plotly_accepts_the_handmade_figures() -> None:
     """It checks every name and value when it is given a figure as JSON."""
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     made = [
-        json.loads(figures.recording(RecordingParts(taught, None, None))),
+        json.loads(figures.recording(RecordingFigureSamples(taught, None, None))),
         json.loads(figures.derived(taught, taught)),
     ]
     made += [motor["figure"] for motor in json.loads(figures.run(run_parts((1.0, 2.0))))["motors"]]

@@ -17,7 +17,7 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow
 from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.lists import Wanted
+from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.sessions.tables import RunCorrectionRow, SessionRow
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -133,7 +133,7 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
 
     with clinic.database.read() as session:
         run = runs.as_run(runs.get(session, run_id))
-        parts = runs.figure_parts(session, run_id)
+        parts = runs.figure_samples(session, run_id)
     assert (run.speed_percent, run.repetitions, run.pause_s, run.range_percent) == (50.0, 2, 1.0, 80.0)
     assert run.comparison is not None
     # No scapula stands at these angles of motors 1 and 2: they are compared all the same.
@@ -239,12 +239,12 @@ def test_long_recording_is_saved_with_an_overview_for_plotting(clinic: Clinic, m
     clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))
     clinic.importer.run()
     with clinic.database.read() as session:
-        seen = runs.figure_parts(session, run_id)
-        closer = runs.figure_parts(session, run_id, (0.5, 1.0))
-        taught = recordings.figure_parts(session, recording_id, None)
-        taught_closer = recordings.figure_parts(session, recording_id, (0.5, 1.0))
+        seen = runs.figure_samples(session, run_id)
+        closer = runs.figure_samples(session, run_id, (0.5, 1.0))
+        taught = recordings.figure_samples(session, recording_id, None)
+        taught_closer = recordings.figure_samples(session, recording_id, (0.5, 1.0))
         assert len(runs.samples(session, run_id)["time_s"]) == 201
-    assert (seen.played, taught.taught, closer.overview, taught_closer.overview) == (None, None, None, None)
+    assert (seen.played, taught.taught, closer.downsampled, taught_closer.downsampled) == (None, None, None, None)
     assert trace(json.loads(figures.run(seen)), motor=3, name="Error") == pytest.approx(0.5, abs=2e-3)
     assert len(trace(json.loads(figures.run(closer)), motor=3, name="Error")) == 51
     drawn = [json.loads(figures.recording(parts))["data"][0] for parts in (taught, taught_closer)]
@@ -284,7 +284,8 @@ def test_stopped_run_is_found_by_its_cause_and_session(clinic: Clinic) -> None:
     def found(therapist: str) -> list[UUID]:
         with clinic.database.read() as session:
             return [
-                one.id for one in lists.find(session, Wanted(stop="estop_pressed", therapist=therapist), 2, None)[0]
+                one.id
+                for one in lists.find(session, SessionFilter(stop="estop_pressed", therapist=therapist), 2, None)[0]
             ]
 
     with clinic.database.read() as session:
@@ -426,7 +427,7 @@ def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     worker = figures.FigureWorker()
     try:
         with clinic.database.read() as session:
-            parts = runs.figure_parts(session, run_id)
+            parts = runs.figure_samples(session, run_id)
         told = json.loads(worker.build(figures.run, parts))
         with pytest.raises(ProblemError) as caught:
             worker.build(figures.run, replace(parts, taught=Series(b"damaged")))

@@ -17,7 +17,7 @@ from kata.actor import Actor
 from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
-from kata.clinic.sessions.lists import Wanted
+from kata.clinic.sessions.lists import SessionFilter
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
 
@@ -77,7 +77,7 @@ def beside_an_index(steps: list[str]) -> list[str]:
     ids=str,
 )
 def test_sessions_are_read_off_an_index(empty: Database, wanted: dict[str, Any]) -> None:
-    found = looks(empty, lambda session: lists.find(session, Wanted(hidden=HIDDEN, **wanted), 50, None))
+    found = looks(empty, lambda session: lists.find(session, SessionFilter(hidden=HIDDEN, **wanted), 50, None))
     assert not beside_an_index(found)
 
 
@@ -96,7 +96,7 @@ def test_sessions_are_read_off_an_index(empty: Database, wanted: dict[str, Any])
 def test_stopped_sessions_are_found_in_order_without_scanning_every_session(
     empty: Database, whose: dict[str, Any], index: str
 ) -> None:
-    wanted = Wanted(hidden=HIDDEN, stop="estop_pressed", **whose)
+    wanted = SessionFilter(hidden=HIDDEN, stop="estop_pressed", **whose)
     found = looks(empty, lambda session: lists.find(session, wanted, 50, None))
     assert any(f"SEARCH session_stops USING COVERING INDEX {index}" in step for step in found), found
 

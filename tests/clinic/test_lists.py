@@ -20,7 +20,7 @@ from kata.clinic.patients import search, service
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions import lists
-from kata.clinic.sessions.lists import Wanted
+from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
@@ -225,7 +225,7 @@ def listed(database: Database, **wanted: object) -> list[UUID]:
     after: str | None = None
     while True:
         with database.read() as session:
-            items, after = lists.find(session, Wanted(**wanted), 2, after)  # type: ignore[arg-type]
+            items, after = lists.find(session, SessionFilter(**wanted), 2, after)  # type: ignore[arg-type]
             keys += [item.id for item in items]
         if after is None:
             return keys
@@ -284,7 +284,7 @@ def test_session_list_loads_its_rows_in_one_query(database: Database) -> None:
     asked: list[str] = []
     event.listen(database.reader, "before_cursor_execute", lambda *args: asked.append(args[2]))
     with database.read() as session:
-        items, _ = lists.find(session, Wanted(), 50, None)
+        items, _ = lists.find(session, SessionFilter(), 50, None)
     assert len([sentence for sentence in asked if sentence.startswith("SELECT")]) == 1
     newest = items[0]
     assert (newest.patient.name, newest.patient.clinic_number) == ("Satō Ken", "K-1")
@@ -295,11 +295,11 @@ def test_session_list_loads_its_rows_in_one_query(database: Database) -> None:
 def test_filter_options_match_the_existing_sessions(database: Database) -> None:
     patient = sign_up(database, "1")
     with database.read() as session:
-        assert lists.choices(session) == lists.SessionChoices(therapists=[], stations=[], stops=[])
+        assert lists.filter_options(session) == lists.SessionFilterOptions(therapists=[], stations=[], stops=[])
     for hour, (therapist, station) in enumerate([("Sato", "S 2"), ("Ito", "S 1"), ("", ""), ("Sato", "S 2")]):
         visit(database, patient, hour, therapist, station, ("estop_pressed", "drive_silent"))
     with database.read() as session:
-        told = lists.choices(session)
-    assert told == lists.SessionChoices(
+        told = lists.filter_options(session)
+    assert told == lists.SessionFilterOptions(
         therapists=["Ito", "Sato"], stations=["S 1", "S 2"], stops=["drive_silent", "estop_pressed"]
     )

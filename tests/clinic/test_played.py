@@ -74,7 +74,9 @@ def play(
     run_id = clinic.begin_run(clinic.recording(), asked, method)
     end = JournalEnd(reason=reason) if reason else None
     with clinic.database.write() as session:
-        kept = runs.keep(session, journal(run_id, list(parts), end, 10 if method == "paper" else 100), StationConfig())
+        kept = runs.complete(
+            session, journal(run_id, list(parts), end, 10 if method == "paper" else 100), StationConfig()
+        )
         assert kept
         return kept
 

@@ -14,7 +14,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.programmes import adherence, planned, service
-from kata.clinic.programmes.adherence import Said, Visit, by_week
+from kata.clinic.programmes.adherence import VersionWish, Visit, by_week
 from kata.clinic.programmes.planned import Setting
 from kata.clinic.programmes.schemas import ItemWanted, ProgrammeCreate, ProgrammeItem, ProgrammeUpdate, VersionCreate
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
@@ -381,11 +381,11 @@ def test_monday_begins_where_the_clinic_is() -> None:
 def test_goal_is_the_last_one_set_by_each_week() -> None:
     one, other = uuid4(), uuid4()
     said = [
-        Said(one, MONDAY, 2, None),
-        Said(one, MONDAY + 8 * DAY, 3, None),
-        Said(other, MONDAY + 15 * DAY, None, None),
-        Said(other, MONDAY + 22 * DAY, 4, MONDAY + 30 * DAY),
-        Said(one, MONDAY + 43 * DAY, None, None),
+        VersionWish(one, MONDAY, 2, None),
+        VersionWish(one, MONDAY + 8 * DAY, 3, None),
+        VersionWish(other, MONDAY + 15 * DAY, None, None),
+        VersionWish(other, MONDAY + 22 * DAY, 4, MONDAY + 30 * DAY),
+        VersionWish(one, MONDAY + 43 * DAY, None, None),
     ]
     wishes = [week.sessions_wished for week in by_week([], said, MONDAY + 43 * DAY, timedelta())]
     # The other's is archived in the fifth week, and the first withdraws its wish in the seventh.

@@ -16,7 +16,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress import figures, numbers, service
-from kata.clinic.progress.series import Line, Point, RomPanel, SpadiPoint, Tracked
+from kata.clinic.progress.series import LineSeries, Point, RomPanel, SpadiPoint, Tracked
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.engine import Database
@@ -91,9 +91,9 @@ def traces(figure: go.Figure) -> dict[str, tuple[list[Any], list[Any]]]:
     return {trace.name: (list(trace.x), list(trace.y)) for trace in figure.data}
 
 
-def told(database: Database, episode_id: UUID, read: Callable[[Session, service.Course], Any]) -> Any:
+def told(database: Database, episode_id: UUID, read: Callable[[Session, service.EpisodeTimeline], Any]) -> Any:
     with database.read() as session:
-        return read(session, service.course(session, episode_id))
+        return read(session, service.timeline_of(session, episode_id))
 
 
 def names(table: numbers.Table) -> list[str]:
@@ -154,7 +154,7 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
         episode.treat(7, pain_before=4, pain_during=5, pain_after=3)
         episode.treat(8)
 
-    lines: list[Line] = told(database, fill(how), service.pain_lines)
+    lines: list[LineSeries] = told(database, fill(how), service.pain_lines)
     assert traces(drawn(figures.pain(lines))) == {
         "At rest": ([0.25], [4]),
         "Average of the week": ([0.25], [7]),
@@ -233,7 +233,7 @@ def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, 
         episode.treat(0, *learned)
         episode.treat(7, run(lift, 1.0, 3.0, learned_rms_deg=0.75), run(lift, 1.0, 3.0, minute=3))
 
-    lines: list[Line] = told(database, fill(how), service.correction_lines)
+    lines: list[LineSeries] = told(database, fill(how), service.correction_lines)
     assert traces(drawn(figures.correction(lines))) == {"Lift": ([0, 1], [0.5, 0.75])}
     assert numbers.correction(lines).rows[1] == [DAY + timedelta(days=7), "Lift", 0.75]
 
@@ -289,12 +289,12 @@ def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fi
 
 def test_missing_episode_is_not_found(database: Database) -> None:
     with pytest.raises(ProblemError) as problem, database.read() as session:
-        service.course(session, uuid4())
+        service.timeline_of(session, uuid4())
     assert problem.value.status == 404
 
 
 def test_thirty_series_in_one_chart_look_different() -> None:
-    lines = [Line(str(number), (Point(DAY, 0, number),)) for number in range(30)]
+    lines = [LineSeries(str(number), (Point(DAY, 0, number),)) for number in range(30)]
     looks = {
         (trace.line.color, trace.line.dash, trace.marker.symbol) for trace in drawn(figures.correction(lines)).data
     }

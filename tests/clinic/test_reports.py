@@ -22,12 +22,12 @@ from kata.database.series import Series
 from kata.device.faults import FAULTS
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from kata.plotting.figures import RunParts
-from kata.reporting import charts, episode, letterhead, paper, session
+from kata.plotting.figures import RunFigureSamples
+from kata.reporting import charts, episode, letterhead, rendering, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
-from kata.reporting.paper import Page, Print
-from kata.reporting.words import LANGUAGES, STOPS_JA, WORDS, Language, Speaker
+from kata.reporting.phrases import LANGUAGES, STOPS_JA, WORDS, Language, Phrases
+from kata.reporting.rendering import Page, Print
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
@@ -103,7 +103,7 @@ class Parsed(HTMLParser):
 
 def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
-    text = " ".join(Parsed(paper.session_page(visit, how())).text.split())
+    text = " ".join(Parsed(rendering.session_page(visit, how())).text.split())
     for said in (
         "Yamada Hanako (ヤマダ ハナコ)", "12 April 1968 (58 years)", "09:30 to 10:11, 41 min", "Sato Ken", "Kata 1", "Left",
         "Went well. More range next time.", "Signed by Sato Ken, 2 November 2026 10:30", "Motor 3 does not answer.",
@@ -112,16 +112,16 @@ def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, 
         "taken back by resistance: 2", "least range 80 %", "4.5 to 85.5", "5.0 to 84.9", "Before During After 7 6 5",
     ):  # fmt: skip
         assert said in text, said
-    speaker = Speaker("en", "")
+    phrases = Phrases("en", "")
     for run in visit.runs:
         assert run.motors
         for motor in run.motors:
-            errors = [speaker.number(motor.peak_deg, 2), speaker.number(motor.rmse_deg, 2)]
+            errors = [phrases.number(motor.peak_deg, 2), phrases.number(motor.rmse_deg, 2)]
             assert f"{motor.motor} {' '.join(errors)}" in text.replace("\n", " ")
 
 
 def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
-    text = " ".join(texts_of(paper.session_pdf(draft, how("ja"))))
+    text = " ".join(texts_of(rendering.session_pdf(draft, how("ja"))))
     for said in ("治療セッション報告書", "患者番号", "ヤマダ ハナコ", "2026年11月2日", "09:30〜10:11", "モータ3が応答しない", "最後まで再生",
                  "みどり整形外科", "宮城県仙台市青葉区", "未署名"):  # fmt: skip
         assert said in text, said
@@ -129,7 +129,7 @@ def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
 
 def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     _, care = signed
-    text = " ".join(Parsed(paper.episode_page(care, how())).text.split())
+    text = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
     for said in (
         "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
         "Highest load level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
@@ -138,7 +138,7 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
         "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "A change of 8 to 13 points",
     ):  # fmt: skip
         assert said in text, said
-    japanese = " ".join(texts_of(paper.episode_pdf(care, how("ja"))))
+    japanese = " ".join(texts_of(rendering.episode_pdf(care, how("ja"))))
     for said in ("治療経過報告書", "屈曲", "外旋", "外旋(1st)", "安静時", "禁忌", "発症日", "2026年6月1日", "推移"):
         assert said in japanese, said
 
@@ -150,7 +150,7 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
         limits_by="", stages=(),
         assessed_at=(), rom=(), pain=(), spadi=(), visits=(), stops=(), closing_note="",
     )  # fmt: skip
-    text = Parsed(paper.episode_page(bare, how())).text
+    text = Parsed(rendering.episode_page(bare, how())).text
     assert "Nothing has been assessed yet." in text
     assert "There has been no session yet." in text
     assert "Trends" not in text
@@ -162,8 +162,8 @@ def test_run_with_damaged_samples_is_reported_without_curves(
     visit, _ = signed
     first = visit.runs[0]
     assert first.parts
-    damaged = replace(first, parts=replace(first.parts, played=Series(b"nonsense"), overview=None))
-    page = Parsed(paper.session_page(replace(visit, runs=(damaged, *visit.runs[1:])), how()))
+    damaged = replace(first, parts=replace(first.parts, played=Series(b"nonsense"), downsampled=None))
+    page = Parsed(rendering.session_page(replace(visit, runs=(damaged, *visit.runs[1:])), how()))
     assert "The samples of this run cannot be read" in page.text
     assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
 
@@ -196,14 +196,14 @@ def test_unsigned_reports_say_draft_on_every_page(
     draft: SessionContent, signed: tuple[SessionContent, EpisodeContent], language: Language
 ) -> None:
     mark = WORDS["draft"][LANGUAGES.index(language)]
-    pages = texts_of(paper.session_pdf(draft, how(language)))
+    pages = texts_of(rendering.session_pdf(draft, how(language)))
     assert len(pages) > 1
     assert all(mark in page for page in pages)
-    assert not any(mark in page for page in texts_of(paper.session_pdf(signed[0], how(language))))
+    assert not any(mark in page for page in texts_of(rendering.session_pdf(signed[0], how(language))))
 
 
 def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> None:
-    pages = texts_of(paper.session_pdf(draft, how()))
+    pages = texts_of(rendering.session_pdf(draft, how()))
     for number, page in enumerate(pages, start=1):
         assert f"{number} / {len(pages)}" in page
         assert f"Yamada Hanako, {draft.patient.clinic_number}" in page
@@ -213,7 +213,7 @@ def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> 
 def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionContent) -> None:
     one = draft.runs[0]
     many = replace(draft, runs=tuple(replace(one, number=number) for number in range(1, 61)))
-    pages = texts_of(paper.session_pdf(many, how()))
+    pages = texts_of(rendering.session_pdf(many, how()))
     assert 14 <= len(pages) <= 24
     listed = [page for page in pages if "Settings Outcome" in page]
     assert len(listed) >= 2
@@ -222,7 +222,7 @@ def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionCont
 
 
 def test_a_pdf_carries_its_title_and_its_own_font(draft: SessionContent) -> None:
-    reader = PdfReader(io.BytesIO(paper.session_pdf(draft, how("ja"))))
+    reader = PdfReader(io.BytesIO(rendering.session_pdf(draft, how("ja"))))
     assert reader.metadata
     assert reader.metadata.title == "治療セッション報告書、2026年11月2日"
     assert reader.metadata.author == CLINIC.name
@@ -244,7 +244,7 @@ def _fonts(reader: PdfReader) -> list[Any]:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_pages_are_sound(signed: tuple[SessionContent, EpisodeContent], language: Language) -> None:
     visit, care = signed
-    for page in (paper.session_page(visit, how(language)), paper.episode_page(care, how(language))):
+    for page in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
         parsed = Parsed(page)
         assert parsed.all("html") == [{"lang": language}]
         assert len(parsed.all("h1")) == 1
@@ -256,7 +256,7 @@ def test_the_pages_are_sound(signed: tuple[SessionContent, EpisodeContent], lang
 
 
 def test_nothing_runs_and_nothing_is_fetched(signed: tuple[SessionContent, EpisodeContent]) -> None:
-    page = paper.session_page(signed[0], how())
+    page = rendering.session_page(signed[0], how())
     parsed = Parsed(page)
     for tag, attributes in parsed.elements:
         assert tag not in ("script", "link", "iframe", "object", "embed", "form", "base", "a")
@@ -277,8 +277,8 @@ def test_whatever_people_write_is_only_text(sqlite: Database, language: Language
     letters = Print(Letterhead(HOSTILE, (HOSTILE,), HOSTILE), language, "Asia/Tokyo", AT)
     harmless, its_care = contents(sqlite)
     for page, plain in (
-        (paper.session_page(visit, letters), paper.session_page(harmless, how(language))),
-        (paper.episode_page(care, letters), paper.episode_page(its_care, how(language))),
+        (rendering.session_page(visit, letters), rendering.session_page(harmless, how(language))),
+        (rendering.episode_page(care, letters), rendering.episode_page(its_care, how(language))),
     ):
         parsed = Parsed(page)
         assert HOSTILE in parsed.text
@@ -286,14 +286,14 @@ def test_whatever_people_write_is_only_text(sqlite: Database, language: Language
         assert "9989001" not in parsed.style
         assert "<" not in parsed.style
         assert parsed.style.count("@page") == 1
-    pages = texts_of(paper.session_pdf(visit, letters))
+    pages = texts_of(rendering.session_pdf(visit, letters))
     assert all("</style></title><script>" in page for page in pages)
 
 
 def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None:
     long = Texts(name="W" * 100, recording="M" * 100, therapist="W" * 100, other="W" * 100)
     visit, _ = contents(sqlite, long)
-    text = "".join(texts_of(paper.session_pdf(visit, how()))).replace(" ", "")
+    text = "".join(texts_of(rendering.session_pdf(visit, how()))).replace(" ", "")
     assert "W" * 100 in text
     assert "M" * 100 in text
 
@@ -302,7 +302,7 @@ def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None
 
 
 def test_every_text_exists_in_both_languages_and_is_used() -> None:
-    python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "words.py"]
+    python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "phrases.py"]
     source = "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python]) + '"to" "rom" named("rom"'
     for key, (english, japanese) in WORDS.items():
         assert english.strip(" ")
@@ -317,8 +317,8 @@ def test_every_stop_and_outcome_has_a_text() -> None:
     for fault in FAULTS:
         assert ("{motor}" in STOPS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
     assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(WORDS)
-    assert Speaker("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
-    assert Speaker("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."
+    assert Phrases("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
+    assert Phrases("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."
 
 
 @pytest.mark.parametrize(
@@ -326,13 +326,13 @@ def test_every_stop_and_outcome_has_a_text() -> None:
     [(-0.004, 2, False, "0.00"), (-1.25, 1, False, "−1.2"), (3.0, 0, True, "+3"), (None, 1, False, "–"), (0.0, 0, True, "0")],
 )  # fmt: skip
 def test_numbers_use_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
-    assert Speaker("en", "").number(value, digits, sign=sign) == text
+    assert Phrases("en", "").number(value, digits, sign=sign) == text
 
 
 def test_a_day_is_the_clinics() -> None:
     late = datetime(2026, 11, 2, 20, 0, tzinfo=UTC)
-    assert Speaker("en", "Asia/Tokyo").moment(late) == "3 November 2026 05:00"
-    assert Speaker("ja", "Asia/Tokyo").day(late) == "2026年11月3日"
+    assert Phrases("en", "Asia/Tokyo").moment(late) == "3 November 2026 05:00"
+    assert Phrases("ja", "Asia/Tokyo").day(late) == "2026年11月3日"
 
 
 # -- curves ---------------------------------------------------------------------------------------------------------
@@ -355,7 +355,7 @@ def test_curve_keeps_its_peak_inside_its_frame(signed: tuple[SessionContent, Epi
 
 def test_damaged_samples_are_no_curves() -> None:
     with pytest.raises(UnreadableError):
-        charts.tracking(RunParts(Series(b""), Series(b""), AS_TAUGHT, None, None))
+        charts.tracking(RunFigureSamples(Series(b""), Series(b""), AS_TAUGHT, None, None))
 
 
 @pytest.mark.parametrize(
@@ -384,19 +384,19 @@ def test_letterhead_appears_on_both_reports(
     assert ours.address == ("1-2-3 Aoba", "Sendai")
     visit, care = signed
     printed = Print(ours, "en", "", AT)
-    for page in (paper.session_page(visit, printed), paper.episode_page(care, printed)):
+    for page in (rendering.session_page(visit, printed), rendering.episode_page(care, printed)):
         parsed = Parsed(page)
         assert [one["src"] for one in parsed.all("img")] == [
             f"data:image/{kind};base64,{base64.b64encode(image).decode()}"
         ]
         assert "Midori Clinic" in parsed.text
         assert "Tel. 022" in parsed.text
-    assert "Midori Clinic" in texts_of(paper.episode_pdf(care, printed))[0]
+    assert "Midori Clinic" in texts_of(rendering.episode_pdf(care, printed))[0]
 
 
 def test_report_without_a_letterhead_has_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
     nobody = Print(letterhead.read("", "", "", None), "en", "", AT)
-    assert not Parsed(paper.session_page(signed[0], nobody)).all("header")
+    assert not Parsed(rendering.session_page(signed[0], nobody)).all("header")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from kata.audit.audit_log import AuditHook
 from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from kata.reporting import paper, words
+from kata.reporting import rendering, words
 from tests.support.browser_clinic import START_LIMIT_S, Clinic
 from tests.support.hostile_texts import CALL, hostile
 from tests.support.login import signed_in_at
@@ -369,7 +369,7 @@ def test_a_hostile_translation_of_a_report_is_a_text(
     database.close()
     shown_of: set[str] = set()
     for language in words.LANGUAGES:
-        for made in (paper.session_page(visit, how(language)), paper.episode_page(care, how(language))):
+        for made in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
             where = f"{poisoned.url}/translated"
             page.route(where, partial(_answer_with, made))
             page.goto(where)
@@ -380,6 +380,6 @@ def test_a_hostile_translation_of_a_report_is_a_text(
     assert len(shown_of) > len(behind) / 2, "most words of a report stand on one of these four"
 
 
-def _answer_with(made: paper.Page, route: Route) -> None:
+def _answer_with(made: rendering.Page, route: Route) -> None:
     headers = {"Content-Security-Policy": made.policy}
     route.fulfill(content_type="text/html; charset=utf-8", headers=headers, body=made.html)

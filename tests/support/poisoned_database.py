@@ -18,7 +18,7 @@ from kata.clinic import tables
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.restricted.tables import BrokenGlassRow
+from kata.clinic.restricted.tables import BreakGlassAccessRow
 from kata.clinic.sessions.tables import AddendumRow, SessionStopRow
 from kata.clinic.stations.tables import StationRow
 from kata.database.base import Base, utc_now
@@ -137,7 +137,7 @@ def _of_the_clinic(session: Session, first: Place) -> list[Base]:
     """A row of each kind that is listed for all patients together, or is of none."""
     now = utc_now()
     account = session.scalars(select(AccountRow)).one()
-    glass = BrokenGlassRow(
+    glass = BreakGlassAccessRow(
         id=uuid4(), patient_id=first.patients, account_id=account.id, reason="", at=now, until=now, reviewed_at=now
     )
     backup = BackupRow(id=uuid4(), at=now, kind="asked", file="", bytes=1, tested_at=now)

@@ -7,8 +7,8 @@ from kata.database.engine import Database
 from kata.reporting import episode, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead
-from kata.reporting.paper import Print
-from kata.reporting.words import Language
+from kata.reporting.phrases import Language
+from kata.reporting.rendering import Print
 from tests.support.treatment import PLAIN, Texts, treat
 
 CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")

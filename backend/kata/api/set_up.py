@@ -36,7 +36,7 @@ from kata.backups.key import make_key
 from kata.backups.router import Backups
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service as event_service
-from kata.clinic.events.observer import Ended, Happening
+from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.sessions import runs
@@ -299,7 +299,7 @@ async def set_up_metrics(storage: Storage, at_station: StationServices, stack: A
 async def set_up_events(event_spool: EventSpool, at_station: StationServices, stack: AsyncExitStack) -> None:
     """Write every event of the device to the spool."""
 
-    def on_event(item: Happening | Ended) -> None:
+    def on_event(item: NewDeviceEvent | AlarmsEnded) -> None:
         event_spool.put_event(item)
         at_station.offline_cache.on_event(item)
 

@@ -224,7 +224,7 @@ async def teach(
     Refused while the checklist is open, in a session as without one. Refused in another mode before anything is looked up.
     """
     _refuse_by_mode(station, "teach")
-    there = checks.apparatus(station.info.name, station.live())
+    there = checks.apparatus_state(station.info.name, station.live())
     teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, there)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
@@ -258,7 +258,7 @@ async def load(
     what was fetched ahead. Refused in another mode before anything is looked up.
     """
     _refuse_by_mode(station, "load")
-    there = checks.apparatus(station.info.name, station.live())
+    there = checks.apparatus_state(station.info.name, station.live())
     # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
     try:
         begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, there)
@@ -379,7 +379,7 @@ class _Begun:
 
 
 def _begin_teaching(
-    database: Database, event_spool: EventSpool, wanted: TeachRequest, there: checks.Apparatus
+    database: Database, event_spool: EventSpool, wanted: TeachRequest, there: checks.ApparatusState
 ) -> tuple[TeachingRow, PatientRow]:
     with _written(database, event_spool, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
@@ -391,7 +391,7 @@ def _begin_teaching(
                 clinic_texts.RESTORE_PATIENT_FIRST(),
             )
         side = checks.teaching_side(patient, wanted.side)
-        asked = checks.Teach(patient.id, side, wanted.fixtures)
+        asked = checks.TeachingRequest(patient.id, side, wanted.fixtures)
         checks.require_teaching(session, asked, wanted.looked_at, wanted.taught_by, there)
         row = TeachingRow(
             id=uuid4(),
@@ -425,15 +425,17 @@ def _written(
         raise
 
 
-def _begin_run(database: Database, event_spool: EventSpool, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
+def _begin_run(
+    database: Database, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
+) -> _Begun:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
     asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
     with database.read() as session:
-        looked_at = runs.to_begin(session, *what, wanted.programme_position)
+        prepared = runs.to_begin(session, *what, wanted.programme_position)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
-        learned = learning.correction(session, looked_at.corrected_by)
+        learned = learning.correction(session, prepared.corrected_by)
         recording = recordings.get(session, wanted.recording_id)
         side = side_of(recording.side)
         allowed = doctor.allowed(session, recording.patient_id, side)
@@ -441,7 +443,7 @@ def _begin_run(database: Database, event_spool: EventSpool, wanted: LoadRequest,
     motion = runs.with_settings(taught, asked)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
     with _written(database, event_spool, "run") as (session, began):
-        row = runs.begin(session, *what, wanted.programme_position, looked_at=looked_at)
+        row = runs.begin(session, *what, wanted.programme_position, prepared=prepared)
         began.append(row.id)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
@@ -467,7 +469,7 @@ def _begin_run(database: Database, event_spool: EventSpool, wanted: LoadRequest,
 
 
 def _begin_without_database(
-    offline_cache: OfflineCache, event_spool: EventSpool, wanted: LoadRequest, there: checks.Apparatus
+    offline_cache: OfflineCache, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
 ) -> _Begun | None:
     """None where it is not known well enough, or cannot be kept."""
     asked = runs.asked_of(wanted)
@@ -475,7 +477,7 @@ def _begin_without_database(
     found = offline_cache.start_run(*what, wanted.programme_position, there)
     if found is None:
         return None
-    for told in found.told:
+    for told in found.new_answers:
         event_spool.put_offline_event(told)
     if not event_spool.put_offline_event(found.begun):
         event_spool.put_not_begun("run", found.begun.id)
@@ -502,6 +504,6 @@ def _forget_run(database: Database, event_spool: EventSpool, offline_cache: Offl
         return
     try:
         with database.write() as session:
-            runs.forget(session, begun.run.id)
+            runs.remove_refused(session, begun.run.id)
     except DatabaseUnavailableError:
         event_spool.put_not_begun("run", begun.run.id)

@@ -180,7 +180,7 @@ class _Invented:
         journal = not_written(
             "teaching", row.id, _STATION, _RATE_HZ, at, built_in.times_s, _counts(angles), nothing, nothing, end
         )
-        kept = recordings.keep_teaching(self._session, journal)
+        kept = recordings.store_teaching(self._session, journal)
         if not kept:
             raise AssertionError("a motion that was just begun is known")
         return _Taught(kept[0], Motion(built_in.times_s, _counts(angles)))
@@ -264,7 +264,7 @@ class _Invented:
         if stopped:
             end = JournalEnd(reason="stopped", cause_code="operator_stop", cause_message="Stopped by the operator.")
         journal = not_written("run", row.id, _STATION, _RATE_HZ, at, times_s, measured, setpoints, torque, end)
-        runs.keep(self._session, journal, StationConfig(name=_STATION))
+        runs.complete(self._session, journal, StationConfig(name=_STATION))
 
     def _assess(self, episode_id: UUID, week: int) -> None:
         at = self._first + timedelta(days=7 * week, minutes=-20)

@@ -18,7 +18,7 @@ from kata.actor import by_program
 from kata.audit import chain
 from kata.audit.chain import Entry
 from kata.audit.entries import NOTED, note
-from kata.clinic.events.observer import Ended, Happening
+from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import replay, runs, service
@@ -44,15 +44,15 @@ _ROOM: Final = 5000
 """From this number of events that wait for the disk, looks and refusals wait to be noted. Commands to the apparatus never wait."""
 
 
-class _Happened(msgspec.Struct, frozen=True, tag="happened"):
-    happening: Happening
+class _DeviceEvent(msgspec.Struct, frozen=True, tag="happened"):
+    happening: NewDeviceEvent
 
 
-class _Over(msgspec.Struct, frozen=True, tag="over"):
-    ended: Ended
+class _Acknowledged(msgspec.Struct, frozen=True, tag="over"):
+    ended: AlarmsEnded
 
 
-class _Noted(msgspec.Struct, frozen=True, tag="noted"):
+class _AuditEntry(msgspec.Struct, frozen=True, tag="noted"):
     entry: Entry
 
 
@@ -63,10 +63,10 @@ class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
     id: UUID
 
 
-_Alone = NotBegun | OfflineEvent
+_SingleItem = NotBegun | OfflineEvent
 """Stored in a transaction of its own, with its audit entry."""
-_Kept = _Happened | _Over | _Noted | _Alone
-_DECODER: Final = msgspec.json.Decoder(_Kept)
+_SpoolItem = _DeviceEvent | _Acknowledged | _AuditEntry | _SingleItem
+_DECODER: Final = msgspec.json.Decoder(_SpoolItem)
 
 
 class EventSpool:
@@ -80,20 +80,20 @@ class EventSpool:
         """
         self._station = station
         self.spool = Spool(folder)
-        self.delivery = Delivery(self.spool, database, station, self._take, folder, again_s=again_s)
+        self.delivery = Delivery(self.spool, database, station, self._store_batch, folder, again_s=again_s)
 
     @property
     def has_room(self) -> bool:
         """False while so many events wait for the disk that looks and refusals must wait to be noted."""
         return self.spool.unwritten < _ROOM
 
-    def put_event(self, item: Happening | Ended) -> None:
+    def put_event(self, item: NewDeviceEvent | AlarmsEnded) -> None:
         """Spool a device event."""
-        self._put(_Happened(item) if isinstance(item, Happening) else _Over(item))
+        self._put(_DeviceEvent(item) if isinstance(item, NewDeviceEvent) else _Acknowledged(item))
 
     def put_entry(self, entry: Entry) -> None:
         """Spool an audit entry. It gets its place in the chain on delivery."""
-        self._put(_Noted(entry))
+        self._put(_AuditEntry(entry))
 
     def put_not_begun(self, what: Literal["run", "teaching", "session"], id_: UUID) -> None:
         """Spool the removal of something that never began."""
@@ -114,27 +114,27 @@ class EventSpool:
         self.delivery.close(_LAST_S)
         self.spool.close()
 
-    def _put(self, item: _Kept) -> None:
+    def _put(self, item: _SpoolItem) -> None:
         self.spool.put(msgspec.json.encode(item))
 
-    def _take(self, session: Session, records: Sequence[Record]) -> int:
+    def _store_batch(self, session: Session, records: Sequence[Record]) -> int:
         items = [_decoded(record) for record in records]
-        if isinstance(first := items[0], _Alone):
-            self._take_alone(session, first)
+        if isinstance(first := items[0], _SingleItem):
+            self._store_single(session, first)
             return 1
-        told = list(takewhile(lambda item: not isinstance(item, _Alone), items))
-        _keep_events(session, told)
-        entries = [item.entry for item in told if isinstance(item, _Noted)]
+        batch = list(takewhile(lambda item: not isinstance(item, _SingleItem), items))
+        _store_events(session, batch)
+        entries = [item.entry for item in batch if isinstance(item, _AuditEntry)]
         if entries:
             session.info.setdefault(NOTED, []).extend(entries)
-        return len(told)
+        return len(batch)
 
-    def _take_alone(self, session: Session, item: _Alone) -> None:
+    def _store_single(self, session: Session, item: _SingleItem) -> None:
         match item:
             case NotBegun():
                 with by_program("never_begun", self._station):
                     note(session, "never_begun", subject=f"{item.what} {item.id}")
-                _forget(session, item)
+                _remove(session, item)
                 return
             case SessionOpened():
                 with by_program("opened_without_database", self._station):
@@ -154,32 +154,32 @@ class EventSpool:
         replay.store(session, item)
 
 
-def _decoded(record: Record) -> _Kept:
+def _decoded(record: Record) -> _SpoolItem:
     try:
-        decoded: _Kept = _DECODER.decode(record.payload)
+        decoded: _SpoolItem = _DECODER.decode(record.payload)
     except msgspec.MsgspecError as error:
         raise ValueError(f"record {record.number} of the spool is of another version: {error}") from error
     return decoded
 
 
-def _keep_events(session: Session, items: Sequence[_Kept]) -> None:
-    new = [item.happening for item in items if isinstance(item, _Happened)]
-    there = set(session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([one.id for one in new]))))
-    rows = {one.id: DeviceEventRow(**vars(one), ended_at=None) for one in new if one.id not in there}
+def _store_events(session: Session, items: Sequence[_SpoolItem]) -> None:
+    new = [item.happening for item in items if isinstance(item, _DeviceEvent)]
+    there = set(session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([event.id for event in new]))))
+    rows = {event.id: DeviceEventRow(**vars(event), ended_at=None) for event in new if event.id not in there}
     session.add_all(rows.values())
     session.flush()
     for item in items:
-        if isinstance(item, _Over):
+        if isinstance(item, _Acknowledged):
             ended = update(DeviceEventRow).where(DeviceEventRow.id.in_(item.ended.ids))
             session.execute(ended.values(ended_at=item.ended.at))
 
 
-def _forget(session: Session, item: NotBegun) -> None:
+def _remove(session: Session, item: NotBegun) -> None:
     # A server that hung may still have the commit to do that nobody waited for.
     chain.wait_for_others(session)
     if item.what == "run":
-        runs.forget(session, item.id)
+        runs.remove_refused(session, item.id)
     elif item.what == "session":
-        service.never_began(session, item.id)
+        service.remove_unannounced(session, item.id)
     elif row := session.get(TeachingRow, item.id):
         session.delete(row)

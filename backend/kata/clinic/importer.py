@@ -59,7 +59,7 @@ class Importer:
         config: StationConfig,
         on_saved: Callable[[Saved], None],
         has_undelivered: Callable[[], bool] = lambda: False,
-        on_waiting: Callable[[journal.Journal], None] = lambda kept: None,
+        on_waiting: Callable[[journal.Journal], None] = lambda recorded: None,
     ) -> None:
         """``on_saved`` is called from the importing thread, after the commit. ``has_undelivered``: whether something that happened
         before is not in the database yet; then whom a journal belongs to may be among it. ``on_waiting``: called with one that is
@@ -140,21 +140,21 @@ class Importer:
 
     def _import(self, path: Path) -> None:
         try:
-            kept = journal.read(path)
-            identity = UUID(kept.id)
+            recorded = journal.read(path)
+            identity = UUID(recorded.id)
         except ValueError as error:
             log.error("%s; it is kept in %s", error, _UNREADABLE)
             self._give_up(path)
             _move(path, _UNREADABLE)
             return
-        if kept.truncated:
+        if recorded.truncated:
             log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
         # Asked before: what comes in between has not been looked for.
         has_undelivered = self._has_undelivered()
         if self._database.unavailable_since:
-            self._on_waiting(kept)
+            self._on_waiting(recorded)
         with self._database.write() as session:
-            saved = self._keep(session, kept, identity)
+            saved = self._store(session, recorded, identity)
         if saved is None and has_undelivered:
             raise _NotYetError(f"what {path.name} belongs to is not in the database yet")
         if saved is None:
@@ -174,11 +174,11 @@ class Importer:
                 with self._database.write() as session:
                     runs.give_up(session, run_id)
 
-    def _keep(self, session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:
-        if kept.kind == "teaching":
-            rows = recordings.keep_teaching(session, kept)
+    def _store(self, session: Session, recorded: journal.Journal, identity: UUID) -> list[Saved] | None:
+        if recorded.kind == "teaching":
+            rows = recordings.store_teaching(session, recorded)
             return None if rows is None else [Saved("recording", row.id, row.patient_id, None) for row in rows]
-        run = runs.keep(session, kept, self._config)
+        run = runs.complete(session, recorded, self._config)
         if run is None:
             return None
         return [Saved("run", identity, run.recording.patient_id, run.session_id)]

@@ -9,7 +9,7 @@ from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
-from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
+from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.clinic.sessions.tables import (
     AddendumRow,
     MotionTrackingRow,
@@ -31,7 +31,7 @@ __all__ = [
     "AssessmentRow",
     "AuditRow",
     "BackupRow",
-    "BrokenGlassRow",
+    "BreakGlassAccessRow",
     "CareTeamRow",
     "DeviceEventRow",
     "EpisodeRow",

@@ -26,8 +26,8 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions import checks, runs
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.checklist import Checked, CheckName
-from kata.clinic.sessions.schemas import CheckTick, Run
+from kata.clinic.sessions.checklist import CheckName, CheckState
+from kata.clinic.sessions.schemas import CheckConfirmation, Run
 from kata.database.base import utc_now
 from kata.device.journal import Journal, JournalEnd, not_written
 from kata.device.messages import LOAD_LEVELS, Mode
@@ -49,7 +49,7 @@ _USER: Final = "Rehearsal"
 _ESTOP_TEST_S: Final = 120.0
 """Time for a person at a real apparatus to press the emergency stop, and again to release it."""
 
-_Checklist = Callable[[DatabaseSession, checks.Apparatus], tuple[Checked, ...]]
+_Checklist = Callable[[DatabaseSession, checks.ApparatusState], tuple[CheckState, ...]]
 Show = Callable[[str, float, float], None]
 """Called with the present step, its duration and the remaining time, in seconds; 0 remaining: it is finished."""
 
@@ -106,7 +106,7 @@ class ServiceDriver:
             patient_id=self._patient_id, name=motion.name, side=side, fixtures={"arm_fixer_1"},
             looked_at={"side", "fixtures", "belt"},
         )  # fmt: skip
-        teach = checks.Teach(self._patient_id, side, wanted.fixtures)
+        teach = checks.TeachingRequest(self._patient_id, side, wanted.fixtures)
         await self._ensure_estop_tested(lambda session, apparatus: checks.teaching_checklist(session, teach, apparatus))
         teaching = await commands.teach(self.station, self.database, self._event_spool, self.browser, wanted)
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
@@ -125,7 +125,7 @@ class ServiceDriver:
             teaching = TeachingRow(id=uuid4(), patient_id=self._patient_id, name=name, side=side, started_at=utc_now())
             session.add(teaching)
             session.flush()
-            rows = recordings.keep_teaching(session, self._as_journal(teaching.id, times_s, angles_deg))
+            rows = recordings.store_teaching(session, self._as_journal(teaching.id, times_s, angles_deg))
             assert rows
             return rows[0]
 
@@ -192,15 +192,15 @@ class ServiceDriver:
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
         """Test the emergency stop, once a day, and tick the open checks, as a therapist would."""
 
-        def checklist(session: DatabaseSession, apparatus: checks.Apparatus) -> tuple[Checked, ...]:
+        def checklist(session: DatabaseSession, apparatus: checks.ApparatusState) -> tuple[CheckState, ...]:
             return checks.checklist(session, self._session_id, recording.id, apparatus)
 
         await self._ensure_estop_tested(checklist)
-        tick = CheckTick(checked_by=_USER, recording_id=recording.id)
-        apparatus = checks.apparatus(self.station.info.name, self.station.live())
+        tick = CheckConfirmation(checked_by=_USER, recording_id=recording.id)
+        apparatus = checks.apparatus_state(self.station.info.name, self.station.live())
         with self.database.write() as session:
             for check in self._open_checks(checklist):
-                checks.tick(session, self._session_id, check, tick, apparatus)
+                checks.confirm(session, self._session_id, check, tick, apparatus)
 
     async def _ensure_estop_tested(self, checklist: _Checklist) -> None:
         if "estop" in self._open_checks(checklist):
@@ -208,7 +208,7 @@ class ServiceDriver:
             await self._until("Emergency stop", 0.0, lambda: 0.0, lambda: "estop" not in self._open_checks(checklist))
 
     def _open_checks(self, checklist: _Checklist) -> list[CheckName]:
-        apparatus = checks.apparatus(self.station.info.name, self.station.live())
+        apparatus = checks.apparatus_state(self.station.info.name, self.station.live())
         with self.database.read() as session:
             found = checklist(session, apparatus)
         return [checked.need.check for checked in found if checked.answer is None]

@@ -16,14 +16,14 @@ from kata.interop.codes import (
     SPADI,
     STAGE_SINCE,
     Resource,
+    annotation,
     concept,
-    key,
-    lean,
-    local,
-    noted,
+    derived_id,
+    fhir_date,
+    local_concept,
     reference,
     shoulder,
-    when,
+    without_empty,
 )
 from kata.motion.axes import BASIC_MOTIONS
 
@@ -32,7 +32,7 @@ def patient(row: PatientRow) -> Resource:
     """Who it is; one whose record was erased is nobody."""
     if row.erased_at:
         raise ValueError("an erased patient is not exported")
-    return lean(
+    return without_empty(
         {
             "resourceType": "Patient",
             "id": str(row.id),
@@ -47,13 +47,13 @@ def patient(row: PatientRow) -> Resource:
             "active": row.archived_at is None,
             "name": [_name(row.name, "ABC" if row.name.isascii() else "IDE"), _name(row.kana, "SYL")],
             "gender": row.sex,
-            "birthDate": when(row.birth_date),
+            "birthDate": fhir_date(row.birth_date),
         }
     )
 
 
 def _name(text: str | None, representation: str) -> Resource | None:
-    """Kanji or letters, and their reading, are told apart as JP Core does it."""
+    """Kanji or letters, and their reading, are limits apart as JP Core does it."""
     if not text:
         return None
     return {
@@ -64,12 +64,12 @@ def _name(text: str | None, representation: str) -> Resource | None:
 
 
 def condition(row: EpisodeRow) -> Resource:
-    """What is treated. Ours are frozen shoulders; where the diagnosis says something else and no stage was noted, it stays text."""
+    """What is treated. Ours are frozen shoulders; where the diagnosis says something else and no stage was annotation, it stays text."""
     closed = row.closed_at is not None
     code: Resource = {"text": row.diagnosis}
     if row.stages or not row.diagnosis:
         code = concept(SNOMED, "399114005", "Adhesive capsulitis of shoulder", row.diagnosis)
-    return lean(
+    return without_empty(
         {
             "resourceType": "Condition",
             "id": str(row.id),
@@ -81,35 +81,35 @@ def condition(row: EpisodeRow) -> Resource:
             "code": code,
             "bodySite": [shoulder(row.side)],
             "subject": reference(row.patient_id),
-            "onsetDateTime": when(row.onset_on),
-            "abatementDateTime": when(row.closed_at),
-            "recordedDate": when(row.opened_at),
+            "onsetDateTime": fhir_date(row.onset_on),
+            "abatementDateTime": fhir_date(row.closed_at),
+            "recordedDate": fhir_date(row.opened_at),
             "stage": [
                 {
-                    "extension": [{"url": STAGE_SINCE, "valueDate": when(stage.since)}],
-                    "summary": local(f"stage-{stage.stage}"),
+                    "extension": [{"url": STAGE_SINCE, "valueDate": fhir_date(stage.since)}],
+                    "summary": local_concept(f"stage-{stage.stage}"),
                 }
                 for stage in row.stages
             ],
             "note": [
-                noted(f"Contraindications: {row.contraindications}" if row.contraindications else ""),
-                noted(_limits(row), row.limits_by),
-                noted(row.closing_note, at=row.closed_at),
+                annotation(f"Contraindications: {row.contraindications}" if row.contraindications else ""),
+                annotation(_limits(row), row.limits_by),
+                annotation(row.closing_note, at=row.closed_at),
             ],
         }
     )
 
 
 def _limits(row: EpisodeRow) -> str:
-    told = [
+    limits = [
         f"{BASIC_MOTIONS[limit['motion'] - 1].name}: {_bound(limit.get('lowest_deg'))} to {_bound(limit.get('highest_deg'))}"
         for limit in row.limits
     ]
     if row.max_load_level is not None:
-        told.append(f"load level at most {row.max_load_level}")
+        limits.append(f"load level at most {row.max_load_level}")
     if row.max_speed_deg_s is not None:
-        told.append(f"speed at most {row.max_speed_deg_s:g} deg/s")
-    return f"Limits set by the doctor: {'; '.join(told)}." if told else ""
+        limits.append(f"speed at most {row.max_speed_deg_s:g} deg/s")
+    return f"Limits set by the doctor: {'; '.join(limits)}." if limits else ""
 
 
 def _bound(angle_deg: float | None) -> str:
@@ -122,7 +122,7 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID) -> Resource:
     before, after = versions.get(row.number - 1), versions.get(row.number + 1)
     ended_at = after.made_at if after else row.programme.archived_at
     status = "revoked" if after else "completed" if row.programme.archived_at else "active"
-    return lean(
+    return without_empty(
         {
             "resourceType": "CarePlan",
             "id": str(row.id),
@@ -131,30 +131,32 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID) -> Resource:
             "intent": "plan",
             "title": f"{row.programme.name}, version {row.number}",
             "subject": reference(patient_id),
-            "period": lean({"start": when(row.made_at), "end": when(ended_at)}),
-            "created": when(row.made_at),
+            "period": without_empty({"start": fhir_date(row.made_at), "end": fhir_date(ended_at)}),
+            "created": fhir_date(row.made_at),
             "addresses": [reference(row.programme.episode_id)],
             "activity": [_activity(item, status) for item in row.items],
             "note": [
-                noted(row.note or f"Made by {row.made_by}." if row.made_by else row.note, row.made_by, row.made_at),
-                noted(f"Nothing new is begun after {row.timer_minutes:g} minutes." if row.timer_minutes else ""),
+                annotation(
+                    row.note or f"Made by {row.made_by}." if row.made_by else row.note, row.made_by, row.made_at
+                ),
+                annotation(f"Nothing new is begun after {row.timer_minutes:g} minutes." if row.timer_minutes else ""),
             ],
         }
     )
 
 
 def _activity(item: ProgrammeItemRow, status: str) -> Resource:
-    told = (
+    description = (
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
         f"pause {item.pause_s:g} s, load level {item.load_level}, {item.method}"
     )
     return {
         "detail": {
-            "code": local("session"),
+            "code": local_concept("session"),
             "status": "in-progress" if status == "active" else "completed" if status == "completed" else "stopped",
             "doNotPerform": False,
             "quantity": {"value": item.repetitions},
-            "description": told,
+            "description": description,
         }
     }
 
@@ -167,20 +169,20 @@ def device(station: str) -> Resource:
         "identifier": [{"system": LOCAL, "value": station}],
         "status": "active",
         "deviceName": [{"name": station, "type": "user-friendly-name"}],
-        "type": local("apparatus"),
+        "type": local_concept("apparatus"),
     }
 
 
 def device_key(station: str) -> UUID:
     """A station has a name, and an id that follows from it."""
-    return key("device", station)
+    return derived_id("device", station)
 
 
 def code_system() -> Resource:
     """Our own codes, declared."""
     return {
         "resourceType": "CodeSystem",
-        "id": str(key("code-system")),
+        "id": str(derived_id("code-system")),
         "url": LOCAL,
         "version": "1",
         "name": "KataCodes",
@@ -197,7 +199,7 @@ def questionnaire() -> Resource:
     """The Shoulder Pain and Disability Index' items, as they are numbered in a response."""
     return {
         "resourceType": "Questionnaire",
-        "id": str(key("spadi")),
+        "id": str(derived_id("spadi")),
         "url": SPADI,
         "version": "1",
         "name": "SPADI",

@@ -71,14 +71,14 @@ LOCAL_CODES: Final[dict[str, str]] = {
 """Every code of our own and what it means."""
 
 
-def local(code: str) -> Resource:
+def local_concept(code: str) -> Resource:
     """A concept of our own; it must be declared."""
     return concept(LOCAL, code, LOCAL_CODES[code])
 
 
 def concept(system: str, code: str, display: str, text: str = "") -> Resource:
     """A CodeableConcept of one code."""
-    return lean({"coding": [{"system": system, "code": code, "display": display}], "text": text})
+    return without_empty({"coding": [{"system": system, "code": code, "display": display}], "text": text})
 
 
 def rom_code(motion: str, position: str, kind: str) -> Resource:
@@ -87,7 +87,7 @@ def rom_code(motion: str, position: str, kind: str) -> Resource:
     if measure is None:
         return {"text": f"{motion.replace('_', ' ')}, {kind} range of motion"}
     if measure.loinc is None:
-        return local(f"rom-{motion.replace('_', '-')}-{kind}")
+        return local_concept(f"rom-{motion.replace('_', '-')}-{kind}")
     code = measure.loinc.active if kind == "active" else measure.loinc.passive
     name = f"Shoulder {measure.english.partition(',')[0]} {kind.capitalize()} Range of Motion Quantitative"
     return concept(LOINC, code, name)
@@ -109,28 +109,28 @@ def quantity(value: float | None, unit: str) -> Resource | None:
 
 def reference(to: UUID, display: str = "") -> Resource:
     """A reference to an entry of the same bundle."""
-    return lean({"reference": f"urn:uuid:{to}", "display": display})
+    return without_empty({"reference": f"urn:uuid:{to}", "display": display})
 
 
-def key(*names: object) -> UUID:
+def derived_id(*names: object) -> UUID:
     """The id of something that has none of its own: the same every time."""
     return uuid5(NAMESPACE, "/".join(str(name) for name in names))
 
 
-def when(moment: datetime | date | None) -> str | None:
+def fhir_date(moment: datetime | date | None) -> str | None:
     """A dateTime or date."""
     return moment.isoformat() if moment else None
 
 
-def noted(text: str, by: str = "", at: datetime | None = None) -> Resource | None:
+def annotation(text: str, by: str = "", at: datetime | None = None) -> Resource | None:
     """An Annotation; None where nothing is written."""
-    return lean({"authorString": by, "time": when(at), "text": text}) if text.strip() else None
+    return without_empty({"authorString": by, "time": fhir_date(at), "text": text}) if text.strip() else None
 
 
-def lean(resource: Resource) -> Resource:
+def without_empty(resource: Resource) -> Resource:
     """Without what is empty: FHIR has no empty values."""
     return {
-        name: [one for one in value if one] if isinstance(value, list) else value
+        name: [element for element in value if element] if isinstance(value, list) else value
         for name, value in resource.items()
         if value not in (None, "", [], {}) and not (isinstance(value, list) and not any(value))
     }

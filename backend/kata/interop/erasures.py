@@ -1,4 +1,4 @@
-"""Requests for erasure: noted, and decided. What tells who somebody was goes; what a shoulder did stays, with nobody's name.
+"""Requests for erasure: annotation, and decided. What tells who somebody was goes; what a shoulder did stays, with nobody's name.
 
 Commits nothing: the request does.
 """
@@ -47,7 +47,7 @@ def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRo
     :raises ProblemError: 404; 409 when one is open already, or the record is erased.
     """
     patients.get(session, patient_id, to_change=True)
-    service.person(session, patient_id)
+    service.identified_patient(session, patient_id)
     if any(row.decided_at is None for row in of_patient(session, patient_id)):
         raise ProblemError(409, "already_asked", texts.ERASURE_ALREADY_REQUESTED(), texts.DECIDE_THAT_REQUEST())
     row = ErasureRow(

@@ -30,7 +30,7 @@ _GENDERS: Final = ("female", "male", "other", "unknown")
 _PREFERENCE: Final = ("official", "usual")
 
 
-class NotUnderstoodError(ValueError):
+class FhirImportError(ValueError):
     """Something cannot be taken over; ``places`` has each path and what is wrong there."""
 
     def __init__(self, places: list[tuple[str, str]]) -> None:
@@ -41,7 +41,7 @@ class NotUnderstoodError(ValueError):
 
 
 @dataclass(frozen=True)
-class PatientIn:
+class ImportedPatient:
     """One patient as it can be signed up; ``path`` is where it stands in what was sent."""
 
     path: str
@@ -54,19 +54,19 @@ class _Reading:
     left_out: list[str] = field(default_factory=list)
 
 
-def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[PatientIn], list[str]]:
+def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[ImportedPatient], list[str]]:
     """The patients of a Patient resource or of a Bundle with some, and the paths of what is not kept here.
 
-    :raises NotUnderstoodError: naming every path that cannot be taken over; then nothing is.
+    :raises FhirImportError: naming every path that cannot be taken over; then nothing is.
     """
     reading = _Reading()
     found = [
-        PatientIn(path, patient)
-        for path, one in _patients(resource, reading)
-        if (patient := _patient(one, path, affected_side, reading))
+        ImportedPatient(path, patient)
+        for path, patient_resource in _patients(resource, reading)
+        if (patient := _patient(patient_resource, path, affected_side, reading))
     ]
     if reading.wrong:
-        raise NotUnderstoodError(reading.wrong)
+        raise FhirImportError(reading.wrong)
     return found, reading.left_out
 
 
@@ -83,27 +83,27 @@ def _patients(resource: dict[str, Any], reading: _Reading) -> Iterator[tuple[str
         for place, entry in enumerate(_objects(resource, "entry", "Bundle", reading))
         if isinstance(entry.get("resource"), dict)
     ]
-    patients = [(path, one) for path, one in entries if one.get("resourceType") == "Patient"]
+    patients = [(path, resource) for path, resource in entries if resource.get("resourceType") == "Patient"]
     if not 0 < len(patients) <= MOST_PATIENTS:
         reading.wrong.append(("Bundle.entry", texts.FHIR_PATIENT_COUNT(most=MOST_PATIENTS)))
         return
     reading.left_out += [
-        f"{path} ({_shown(str(one.get('resourceType')))})"
-        for path, one in entries
-        if one.get("resourceType") != "Patient"
+        f"{path} ({_shown(str(resource.get('resourceType')))})"
+        for path, resource in entries
+        if resource.get("resourceType") != "Patient"
     ]
     yield from patients
 
 
-def _patient(one: dict[str, Any], path: str, affected_side: Side, reading: _Reading) -> PatientCreate | None:
+def _patient(resource: dict[str, Any], path: str, affected_side: Side, reading: _Reading) -> PatientCreate | None:
     wrong_before = len(reading.wrong)
-    _elements(one, path, reading)
-    number_path, number = _number(one, path, reading)
-    name_path, name, kana = _names(one, path, reading)
-    gender = one.get("gender", "unknown")
+    _elements(resource, path, reading)
+    number_path, number = _number(resource, path, reading)
+    name_path, name, kana = _names(resource, path, reading)
+    gender = resource.get("gender", "unknown")
     if gender not in _GENDERS:
         reading.wrong.append((f"{path}.gender", texts.FHIR_ONE_OF(choices=", ".join(_GENDERS))))
-    born = _birth_date(one, path, reading)
+    born = _birth_date(resource, path, reading)
     if len(reading.wrong) > wrong_before:
         return None
     try:
@@ -112,15 +112,15 @@ def _patient(one: dict[str, Any], path: str, affected_side: Side, reading: _Read
         )
     except ValidationError as error:
         paths = {"clinic_number": number_path, "name": name_path, "kana": name_path, "birth_date": f"{path}.birthDate"}
-        for told in error.errors():
-            where = paths.get(str(told["loc"][0]) if told["loc"] else "", path)
-            what = told["msg"].removeprefix("Value error, ")
+        for complaint in error.errors():
+            where = paths.get(str(complaint["loc"][0]) if complaint["loc"] else "", path)
+            what = complaint["msg"].removeprefix("Value error, ")
             reading.wrong.append((where, what[0].lower() + what[1:]))
         return None
 
 
-def _elements(one: dict[str, Any], path: str, reading: _Reading) -> None:
-    for name, value in one.items():
+def _elements(resource: dict[str, Any], path: str, reading: _Reading) -> None:
+    for name, value in resource.items():
         where = f"{path}.{_shown(name)}"
         if name in _CHANGES_MEANING:
             reading.wrong.append((where, _CHANGES_MEANING[name]))
@@ -135,16 +135,16 @@ def _elements(one: dict[str, Any], path: str, reading: _Reading) -> None:
             reading.wrong.append((where, texts.FHIR_UNKNOWN_ELEMENT()))
 
 
-def _number(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str]:
-    """The clinic's own number: the one that is marked as ours, or as a medical record number, or the only one."""
+def _number(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str]:
+    """The clinic's own number: the patient that is marked as ours, or as a medical record number, or the only patient."""
     wrong_before = len(reading.wrong)
     found = [
         (f"{path}.identifier[{place}]", identifier)
-        for place, identifier in enumerate(_objects(one, "identifier", path, reading))
+        for place, identifier in enumerate(_objects(patient, "identifier", path, reading))
         if identifier.get("use") != "old"
     ]
-    ours = [told for told in found if told[1].get("system") == CLINIC_NUMBER]
-    numbers = ours or [told for told in found if "MR" in _codes(told[1].get("type"))] or found
+    ours = [candidate for candidate in found if candidate[1].get("system") == CLINIC_NUMBER]
+    numbers = ours or [candidate for candidate in found if "MR" in _codes(candidate[1].get("type"))] or found
     if len(reading.wrong) > wrong_before:
         return "", ""
     if len(numbers) != 1:
@@ -162,15 +162,19 @@ def _number(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str
 
 def _codes(concept: Any) -> set[str]:
     codings = concept.get("coding") if isinstance(concept, dict) else None
-    return {str(one.get("code")) for one in codings if isinstance(one, dict)} if isinstance(codings, list) else set()
+    return (
+        {str(coding.get("code")) for coding in codings if isinstance(coding, dict)}
+        if isinstance(codings, list)
+        else set()
+    )
 
 
-def _names(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str, str | None]:
+def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str, str | None]:
     """The name by which the patient is called, and its reading (representation SYL)."""
     wrong_before = len(reading.wrong)
     spoken: list[tuple[int, str, str]] = []
     written: list[tuple[int, str, str]] = []
-    for place, name in enumerate(_objects(one, "name", path, reading)):
+    for place, name in enumerate(_objects(patient, "name", path, reading)):
         where = f"{path}.name[{place}]"
         text = _text(name, where, reading)
         use = str(name.get("use"))
@@ -185,9 +189,9 @@ def _names(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str,
         reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
         return f"{path}.name", "", None
     # Stable: of equal rank the first counts.
-    chosen = min(written or spoken, key=lambda told: told[0])
-    kana = min(spoken, key=lambda told: told[0]) if spoken else None
-    reading.left_out += [told[1] for told in [*written, *spoken] if told not in (chosen, kana)]
+    chosen = min(written or spoken, key=lambda candidate: candidate[0])
+    kana = min(spoken, key=lambda candidate: candidate[0]) if spoken else None
+    reading.left_out += [candidate[1] for candidate in [*written, *spoken] if candidate not in (chosen, kana)]
     return chosen[1], chosen[2], kana[2] if kana else None
 
 
@@ -202,22 +206,22 @@ def _text(name: dict[str, Any], where: str, reading: _Reading) -> str:
 
 def _representation(name: dict[str, Any]) -> str | None:
     extensions = name.get("extension")
-    for one in extensions if isinstance(extensions, list) else []:
-        if isinstance(one, dict) and one.get("url") == NAME_REPRESENTATION:
-            return str(one.get("valueCode"))
+    for extension in extensions if isinstance(extensions, list) else []:
+        if isinstance(extension, dict) and extension.get("url") == NAME_REPRESENTATION:
+            return str(extension.get("valueCode"))
     return None
 
 
-def _birth_date(one: dict[str, Any], path: str, reading: _Reading) -> date | None:
-    told = one.get("birthDate")
-    if told is None:
+def _birth_date(patient: dict[str, Any], path: str, reading: _Reading) -> date | None:
+    text = patient.get("birthDate")
+    if text is None:
         return None
     try:
-        if isinstance(told, str) and re.fullmatch(r"\d{4}-\d{2}-\d{2}", told, re.ASCII):
-            return date.fromisoformat(told)
+        if isinstance(text, str) and re.fullmatch(r"\d{4}-\d{2}-\d{2}", text, re.ASCII):
+            return date.fromisoformat(text)
     except ValueError:
         pass
-    reading.wrong.append((f"{path}.birthDate", texts.FHIR_NOT_DATE(given=repr(str(told)[:40]))))
+    reading.wrong.append((f"{path}.birthDate", texts.FHIR_NOT_DATE(given=repr(str(text)[:40]))))
     return None
 
 
@@ -226,8 +230,8 @@ def _shown(text: str) -> str:
     return text[:60].encode("utf-8", "replace").decode()
 
 
-def _objects(one: dict[str, Any], name: str, path: str, reading: _Reading) -> list[dict[str, Any]]:
-    found = one.get(name, [])
+def _objects(patient: dict[str, Any], name: str, path: str, reading: _Reading) -> list[dict[str, Any]]:
+    found = patient.get(name, [])
     if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
         reading.wrong.append((f"{path}.{name}", texts.FHIR_NOT_OBJECTS()))
         return []

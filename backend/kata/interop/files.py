@@ -11,7 +11,7 @@ from fastapi.responses import StreamingResponse
 _PIECE: Final = 1 << 18
 
 
-def sent(write: Callable[[Path], None], media_type: str, name: str) -> StreamingResponse:
+def file_response(write: Callable[[Path], None], media_type: str, name: str) -> StreamingResponse:
     """What ``write`` writes to the path it is given, as an answer in pieces, to be saved under a name."""
     file = _written(write)
     headers = {

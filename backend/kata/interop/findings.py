@@ -14,16 +14,16 @@ from kata.interop.codes import (
     PAIN,
     SPADI,
     Resource,
+    annotation,
     concept,
-    key,
-    lean,
-    local,
-    noted,
+    derived_id,
+    fhir_date,
+    local_concept,
     quantity,
     reference,
     rom_code,
     shoulder,
-    when,
+    without_empty,
 )
 
 _EXAM = concept(f"{HL7}observation-category", "exam", "Exam")
@@ -34,13 +34,13 @@ _PAINS = ("rest", "active", "passive", "average")
 
 def procedure(row: SessionRow, side: str | None) -> Resource:
     """One session, with its note and what was added to it."""
-    return lean(
+    return without_empty(
         {
             "resourceType": "Procedure",
             "id": str(row.id),
             "basedOn": [reference(row.programme_version_id)] if row.programme_version_id else [],
             "status": "completed" if row.ended_at else "in-progress",
-            "code": local("session"),
+            "code": local_concept("session"),
             "subject": reference(row.patient_id),
             "performedPeriod": _period(row),
             "performer": [{"actor": {"display": row.therapist}}] if row.therapist else [],
@@ -48,8 +48,8 @@ def procedure(row: SessionRow, side: str | None) -> Resource:
             "bodySite": [shoulder(side)] if side else [],
             "usedReference": [reference(device_key(row.station), row.station)] if row.station else [],
             "note": [
-                noted(row.note, row.signed_by or row.therapist, row.signed_at),
-                *(noted(addendum.text, addendum.written_by, addendum.written_at) for addendum in row.addenda),
+                annotation(row.note, row.signed_by or row.therapist, row.signed_at),
+                *(annotation(addendum.text, addendum.written_by, addendum.written_at) for addendum in row.addenda),
             ],
         }
     )
@@ -57,15 +57,15 @@ def procedure(row: SessionRow, side: str | None) -> Resource:
 
 def device_use(row: SessionRow, side: str | None) -> Resource:
     """That the apparatus was used in a session."""
-    return lean(
+    return without_empty(
         {
             "resourceType": "DeviceUseStatement",
-            "id": str(key("device-use", row.id)),
+            "id": str(derived_id("device-use", row.id)),
             "status": "completed" if row.ended_at else "active",
             "subject": reference(row.patient_id),
             "derivedFrom": [reference(row.id)],
             "timingPeriod": _period(row),
-            "recordedOn": when(row.started_at),
+            "recordedOn": fhir_date(row.started_at),
             "device": reference(device_key(row.station), row.station),
             "reasonReference": [reference(row.episode_id)] if row.episode_id else [],
             "bodySite": shoulder(side) if side else None,
@@ -79,8 +79,8 @@ def session_pain(row: SessionRow) -> Iterator[Resource]:
     for context, at in moments.items():
         score: int | None = getattr(row, f"pain_{context}")
         if score is not None:
-            told = _pain(key("pain", context, row.id), row.patient_id, context, score, at)
-            yield told | {"partOf": [reference(row.id)]}
+            observation = _pain(derived_id("pain", context, row.id), row.patient_id, context, score, at)
+            yield observation | {"partOf": [reference(row.id)]}
 
 
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
@@ -98,16 +98,17 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
         ]
     value = quantity(row.worst_rmse_deg, "deg")
     unknown = concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed")
-    return lean(
+    return without_empty(
         {
             "resourceType": "Observation",
             "id": str(row.id),
             "partOf": [reference(row.session_id)],
             "status": "final" if row.ended_at else "preliminary",
             "category": [_THERAPY],
-            "code": local("run-tracking") | {"text": f"Tracking error (root mean square) of {row.recording.name}"},
+            "code": local_concept("run-tracking")
+            | {"text": f"Tracking error (root mean square) of {row.recording.name}"},
             "subject": reference(patient_id),
-            "effectivePeriod": lean({"start": when(row.started_at), "end": when(row.ended_at)}),
+            "effectivePeriod": without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)}),
             "valueQuantity": value,
             "dataAbsentReason": None if value else unknown,
             "bodySite": shoulder(row.recording.side),
@@ -119,22 +120,22 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
 def assessment(row: AssessmentRow, patient_id: UUID) -> Iterator[Resource]:
     """Everything that was found on a day; what was withdrawn says so, and corrects what was sent before."""
     status = "entered-in-error" if row.withdrawn_at else "final"
-    who = lean({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
+    who = without_empty({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
     for measured in row.rom:
         yield _rom(measured, row, patient_id) | {"status": status} | who
     for context in _PAINS:
         score: int | None = getattr(row, f"pain_{context}")
         if score is not None:
-            told = _pain(key("pain", context, row.id), patient_id, context, score, row.assessed_at)
-            yield told | {"status": status} | who
+            observation = _pain(derived_id("pain", context, row.id), patient_id, context, score, row.assessed_at)
+            yield observation | {"status": status} | who
     if row.spadi is not None:
         yield _answers(row, row.spadi, patient_id)
         if score_percent := quantity(row.spadi_score, "{score}"):
             yield (
-                _observation(key("spadi", row.id), patient_id, row.assessed_at, _SURVEY)
+                _observation(derived_id("spadi", row.id), patient_id, row.assessed_at, _SURVEY)
                 | {
                     "status": status,
-                    "code": local("spadi-total"),
+                    "code": local_concept("spadi-total"),
                     "valueQuantity": score_percent,
                     "derivedFrom": [reference(row.id)],
                 }
@@ -142,10 +143,10 @@ def assessment(row: AssessmentRow, patient_id: UUID) -> Iterator[Resource]:
             )
     if row.note.strip():
         yield (
-            _observation(key("assessment-note", row.id), patient_id, row.assessed_at, _EXAM)
+            _observation(derived_id("assessment-note", row.id), patient_id, row.assessed_at, _EXAM)
             | {
                 "status": status,
-                "code": local("assessment-note"),
+                "code": local_concept("assessment-note"),
                 "valueString": row.note,
             }
             | who
@@ -156,9 +157,9 @@ def _rom(measured: RomRow, row: AssessmentRow, patient_id: UUID) -> Resource:
     names = (measured.side, measured.motion, measured.kind, measured.position)
     at = None
     if measured.position:
-        at = _component("arm-position", valueCodeableConcept=local(f"position-{measured.position}"))
-    return lean(
-        _observation(key("rom", row.id, *names), patient_id, row.assessed_at, _EXAM)
+        at = _component("arm-position", valueCodeableConcept=local_concept(f"position-{measured.position}"))
+    return without_empty(
+        _observation(derived_id("rom", row.id, *names), patient_id, row.assessed_at, _EXAM)
         | {
             "code": rom_code(measured.motion, measured.position, measured.kind),
             "bodySite": shoulder(measured.side),
@@ -175,9 +176,9 @@ def _answers(row: AssessmentRow, answers: list[int | None], patient_id: UUID) ->
         "questionnaire": SPADI,
         "status": "entered-in-error" if row.withdrawn_at else "completed",
         "subject": reference(patient_id),
-        "authored": when(row.assessed_at),
+        "authored": fhir_date(row.assessed_at),
         "item": [
-            lean(
+            without_empty(
                 {
                     "linkId": str(number),
                     "text": f"{item.subscale.capitalize()}: {item.english}",
@@ -193,7 +194,7 @@ def _pain(identity: UUID, patient_id: UUID, context: str, score: int, at: dateti
     return _observation(identity, patient_id, at, _SURVEY) | {
         "code": concept(LOINC, PAIN, "Pain severity - 0-10 verbal numeric rating [Score] - Reported"),
         "valueQuantity": quantity(score, "{score}"),
-        "component": [_component("pain-context", valueCodeableConcept=local(f"pain-{context}"))],
+        "component": [_component("pain-context", valueCodeableConcept=local_concept(f"pain-{context}"))],
     }
 
 
@@ -204,15 +205,15 @@ def _observation(identity: UUID, patient_id: UUID, at: datetime, category: Resou
         "status": "final",
         "category": [category],
         "subject": reference(patient_id),
-        "effectiveDateTime": when(at),
+        "effectiveDateTime": fhir_date(at),
     }
 
 
 def _component(code: str, **value: object) -> Resource | None:
     """None where it has no value."""
-    (told,) = value.values()
-    return None if told is None else {"code": local(code), **value}
+    (given,) = value.values()
+    return None if given is None else {"code": local_concept(code), **value}
 
 
 def _period(row: SessionRow) -> Resource:
-    return lean({"start": when(row.started_at), "end": when(row.ended_at)})
+    return without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)})

@@ -35,20 +35,20 @@ _SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "com
 
 
 @dataclass(frozen=True)
-class Understood:
+class ParsedMotion:
     """What a file says. ``series`` are its motor angles as a recording's samples are stored."""
 
     layout: Layout
     separator: Literal["comma", "semicolon", "tab"]
     left_alone: tuple[str, ...]
     series: Series
-    overview: bytes | None
+    downsampled: bytes | None
     samples: int
     duration_s: float
     rate_hz: int
 
 
-def understand(data: bytes, side: Side, config: StationConfig) -> Understood:
+def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion:
     """Read it, and check what comes of it.
 
     :raises TableError: naming line and column of what is wrong.
@@ -66,7 +66,7 @@ def understand(data: bytes, side: Side, config: StationConfig) -> Understood:
         config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
     except TrajectoryError as error:
         raise _at_its_line(error, table, times_s, layout) from error
-    return Understood(
+    return ParsedMotion(
         layout,
         _SEPARATORS[table.separator],
         table.others,
@@ -101,8 +101,8 @@ def _check_clock(table: Table) -> None:
     times_s = table.values[:, 0]
     steps = np.diff(times_s)
     if len(steps) > 1 and np.median(steps) > _LONGEST_GAP_S:
-        told = texts.ROWS_FAR_APART(step_s=np.median(steps))
-        table.complain([(1, 0, told)])
+        complaint = texts.ROWS_FAR_APART(step_s=np.median(steps))
+        table.complain([(1, 0, complaint)])
     check_time(table)
     if times_s[-1] - times_s[0] > LONGEST_S:
         row = int(np.argmax(times_s - times_s[0] > LONGEST_S))
@@ -123,8 +123,8 @@ def _check_degrees(table: Table) -> None:
     )
     if np.abs(angles).max() <= _LIKE_RADIANS and np.ptp(angles, axis=0).max() > 0:
         row, axis = np.unravel_index(int(np.argmax(np.abs(angles))), angles.shape)
-        told = texts.LOOKS_LIKE_RADIANS(angle_deg=angles[row, axis])
-        table.complain([(int(row), int(axis) + 1, told)])
+        complaint = texts.LOOKS_LIKE_RADIANS(angle_deg=angles[row, axis])
+        table.complain([(int(row), int(axis) + 1, complaint)])
 
 
 def _of_poses(table: Table, side: Side) -> Floats:

@@ -31,7 +31,7 @@ _README: Final = """Everything that Kata keeps of one patient.
 
 patient.json      who it is; episodes of care with stages and limits, programmes with versions, assessments, requests
 sessions.json     every session: checklist, pain, note, signature and addenda, stops, runs with their tracking error
-events.json       what the apparatus told while it worked for this patient
+events.json       what the apparatus record while it worked for this patient
 fhir.json         the same as an HL7 FHIR R4 transaction, for other systems
 recordings.csv    what was taught, imported or made of that, a line each, with the file of its samples
 recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock stand in each file)
@@ -84,17 +84,17 @@ def _files(database: Database, worker: FigureWorker, patient_id: UUID, folder: P
     path.write_text(_README, encoding="utf-8")
     yield "README.txt", path
     with database.read() as session:
-        _write_json(path, _record(session, service.person(session, patient_id)))
+        _write_json(path, _record(session, service.identified_patient(session, patient_id)))
     yield "patient.json", path
     with database.read() as session:
-        _write_sessions(path, session, service.person(session, patient_id))
+        _write_sessions(path, session, service.identified_patient(session, patient_id))
     yield "sessions.json", path
     with database.read() as session:
         events = select(DeviceEventRow).where(DeviceEventRow.patient_id == patient_id).order_by(DeviceEventRow.at)
         _write_json(path, [_plain(row) for row in session.scalars(events)])
     yield "events.json", path
     with database.read() as session:
-        bundle.write(session, service.person(session, patient_id), path)
+        bundle.write(session, service.identified_patient(session, patient_id), path)
     yield "fhir.json", path
     yield from _recordings(database, worker, patient_id, path)
     yield from _runs(database, worker, patient_id, path)
@@ -164,14 +164,14 @@ def _write_sessions(path: Path, session: Session, patient: PatientRow) -> None:
         file.write("[")
         for number, visit in enumerate(bundle.visits(session, patient)):
             stops = session.scalars(select(SessionStopRow).where(SessionStopRow.session_id == visit.id))
-            told = _plain(visit, addenda=visit.addenda, stops=list(stops))
-            told["runs"] = [_plain(run, motors=run.tracking, motions=run.motions) for run in visit.runs]
-            file.write((",\n" if number else "\n") + json.dumps(told, ensure_ascii=False))
+            record = _plain(visit, addenda=visit.addenda, stops=list(stops))
+            record["runs"] = [_plain(run, motors=run.tracking, motions=run.motions) for run in visit.runs]
+            file.write((",\n" if number else "\n") + json.dumps(record, ensure_ascii=False))
         file.write("\n]\n")
 
 
-def _write_json(path: Path, told: object) -> None:
-    path.write_text(json.dumps(told, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+def _write_json(path: Path, content: object) -> None:
+    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
 
 
 def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
@@ -184,8 +184,8 @@ def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
 def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
     """Every column of a row, and of the rows that are part of it: what is added to a table is exported with it."""
     columns = {column.key: getattr(row, column.key) for column in inspect(type(row)).column_attrs}
-    told = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
-    return told | {name: [_plain(part) for part in some] for name, some in parts.items()}
+    plain = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
+    return plain | {name: [_plain(part) for part in some] for name, some in parts.items()}
 
 
 def _as_json(value: Any) -> Any:

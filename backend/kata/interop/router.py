@@ -16,9 +16,9 @@ from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
 from kata.interop import bundle, patient_export, samples, service, texts
-from kata.interop.fhir_import import NotUnderstoodError, read_patients
-from kata.interop.files import sent
-from kata.interop.motion_csv import Understood, understand
+from kata.interop.fhir_import import FhirImportError, read_patients
+from kata.interop.files import file_response
+from kata.interop.motion_csv import ParsedMotion, parse_motion
 from kata.interop.samples import Origin, SampleFormat
 from kata.interop.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
 from kata.messages import text_of
@@ -110,7 +110,7 @@ def preview_imported_motion(
     """What a CSV file of a motion would be taken for; checked as at the import, and not kept."""
     with database.read() as session:
         patients.get(session, patient_id)
-    return _as_understood(_understood(worker, station, csv, side), side)
+    return _as_understood(_parsed(worker, station, csv, side), side)
 
 
 @router.post("/api/patients/{patient_id}/recordings/import", status_code=201, responses=PROBLEMS.of(404, 409, 422))
@@ -130,10 +130,10 @@ def import_motion(
     """
     with database.read() as session:
         patients.get(session, patient_id)
-    made = _understood(worker, station, csv, side)
+    made = _parsed(worker, station, csv, side)
     understood = _as_understood(made, side)
     with database.write() as session:
-        row = service.keep_motion(
+        row = service.store_imported_motion(
             session, patient_id, made, name=name, side=side, taught_by=taught_by, station=station.config.name
         )
     plain = Recording.model_validate(row).model_dump()
@@ -152,9 +152,9 @@ def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingRespon
 
     def write(path: Path) -> None:
         with database.read() as session:
-            bundle.write(session, service.person(session, patient_id), path)
+            bundle.write(session, service.identified_patient(session, patient_id), path)
 
-    return sent(write, bundle.MEDIA_TYPE, f"patient-{patient_id}.fhir.json")
+    return file_response(write, bundle.MEDIA_TYPE, f"patient-{patient_id}.fhir.json")
 
 
 @router.post("/api/patients/import/fhir", status_code=201, responses=PROBLEMS.of(409, 422))
@@ -173,12 +173,12 @@ def import_fhir_patients(
     """
     try:
         found, left_out = read_patients(resource, affected_side)
-    except NotUnderstoodError as error:
+    except FhirImportError as error:
         raise ProblemError(
             422, "not_understood", texts.IMPORT_REFUSED(reasons=error.texts), _MEND, error.places
         ) from error
     with database.write() as session:
-        rows = service.sign_up(session, found)
+        rows = service.register_patients(session, found)
     return ImportedPatients(items=[Patient.model_validate(row) for row in rows], left_out=left_out)
 
 
@@ -190,7 +190,7 @@ def import_fhir_patients(
 def get_whole_patient(database: TheDatabase, worker: TheFigures, patient_id: UUID) -> StreamingResponse:
     """Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run."""
     with database.read() as session:
-        service.person(session, patient_id)
+        service.identified_patient(session, patient_id)
     headers = {"Content-Disposition": f'attachment; filename="patient-{patient_id}.zip"'}
     return StreamingResponse(
         patient_export.pieces(database, worker, patient_id), media_type="application/zip", headers=headers
@@ -199,23 +199,23 @@ def get_whole_patient(database: TheDatabase, worker: TheFigures, patient_id: UUI
 
 def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:
     name = f"{origin.kind}-{origin.id}.{wanted}"
-    return sent(lambda path: worker.build(samples.write, series, origin, wanted, path), _MEDIA[wanted], name)
+    return file_response(lambda path: worker.build(samples.write, series, origin, wanted, path), _MEDIA[wanted], name)
 
 
-def _understood(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> Understood:
+def _parsed(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> ParsedMotion:
     try:
-        return worker.build(understand, csv, side, station.config)
+        return worker.build(parse_motion, csv, side, station.config)
     except TableError as error:
         raise ProblemError(
             422,
             "not_a_motion",
             texts.FILE_REFUSED(reason=text_of(error)),
             _MEND,
-            [(f"line {one.line}, column {one.column}", one.what) for one in error.complaints],
+            [(f"line {complaint.line}, column {complaint.column}", complaint.what) for complaint in error.complaints],
         ) from error
 
 
-def _as_understood(made: Understood, side: Side) -> UnderstoodMotion:
+def _as_understood(made: ParsedMotion, side: Side) -> UnderstoodMotion:
     columns = unpack(made.series)
     return UnderstoodMotion(
         layout=made.layout,

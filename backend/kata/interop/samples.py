@@ -83,7 +83,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
         rounded = np.round(values, _DECIMALS[unit])
         # Only the place on the path can be missing; a list is slow, and the only way to say null.
         array = (
-            Array([None if math.isnan(one) else one for one in rounded.tolist()], DataType.float64())
+            Array([None if math.isnan(value) else value for value in rounded.tolist()], DataType.float64())
             if np.isnan(rounded).any()
             else Array.from_numpy(rounded)
         )
@@ -102,7 +102,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
 
 
 def _metadata(origin: Origin) -> dict[str, str]:
-    told: dict[str, Any] = {
+    metadata: dict[str, Any] = {
         "schema": SCHEMA_VERSION,
         f"{origin.kind}_id": origin.id,
         "patient_id": origin.patient_id,
@@ -114,5 +114,5 @@ def _metadata(origin: Origin) -> dict[str, str]:
         "begins_at": origin.begins_at,
     }
     if origin.kind == "run":
-        told["path_s"] = "place on the motion that was asked for; missing where the arm was on its way to it"
-    return told
+        metadata["path_s"] = "place on the motion that was asked for; missing where the arm was on its way to it"
+    return metadata

@@ -17,14 +17,14 @@ from kata.database.base import utc_now
 from kata.database.series import Series
 from kata.errors import ProblemError
 from kata.interop import texts
-from kata.interop.fhir_import import PatientIn
-from kata.interop.motion_csv import DONE, Understood
+from kata.interop.fhir_import import ImportedPatient
+from kata.interop.motion_csv import DONE, ParsedMotion
 from kata.interop.samples import Origin
 from kata.messages import sent_key
 from kata.motion.axes import Side
 
 
-def person(session: Session, patient_id: UUID) -> PatientRow:
+def identified_patient(session: Session, patient_id: UUID) -> PatientRow:
     """A patient of whom it is still known who that is.
 
     :raises ProblemError: 404; 409 when the record was erased.
@@ -84,22 +84,22 @@ def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
     return series, origin
 
 
-def sign_up(session: Session, patients_in: list[PatientIn]) -> list[PatientRow]:
+def register_patients(session: Session, patients_in: list[ImportedPatient]) -> list[PatientRow]:
     """Sign them all up, or none: nobody's record is changed by an import.
 
     :raises ProblemError: 409 when a clinic number is taken, with its path.
     """
     made = []
-    for one in patients_in:
+    for imported in patients_in:
         try:
-            made.append(patients.create(session, one.patient))
+            made.append(patients.create(session, imported.patient))
         except ProblemError as error:
-            raise error.at(one.path, texts.IMPORTED_PLACE(place=one.path, problem=error.message)) from error
+            raise error.at(imported.path, texts.IMPORTED_PLACE(place=imported.path, problem=error.message)) from error
     return made
 
 
-def keep_motion(
-    session: Session, patient_id: UUID, made: Understood, *, name: str, side: Side, taught_by: str, station: str
+def store_imported_motion(
+    session: Session, patient_id: UUID, made: ParsedMotion, *, name: str, side: Side, taught_by: str, station: str
 ) -> RecordingRow:
     """Write down an imported motion as a recording that has neither a teaching nor a parent.
 
@@ -131,5 +131,5 @@ def keep_motion(
     )
     session.add(row)
     session.flush()
-    RECORDING_SAMPLES.keep(session, row.id, made.series, made.overview)
+    RECORDING_SAMPLES.keep(session, row.id, made.series, made.downsampled)
     return row

@@ -50,22 +50,22 @@ _COMMON: Final = {
 
 
 @dataclass(frozen=True)
-class RecordingParts:
-    """What a recording's figure is drawn from: its overview, or its samples, those of a window at least."""
+class RecordingFigureSamples:
+    """What a recording's figure is drawn from: its downsampled, or its samples, those of a window at least."""
 
     taught: Series | None
-    overview: bytes | None
+    downsampled: bytes | None
     window: Window | None
 
 
 @dataclass(frozen=True)
-class RunParts:
-    """What a run's figures are drawn from: its overview, or what was taught and how it was to be played, and its own samples."""
+class RunFigureSamples:
+    """What a run's figures are drawn from: its downsampled, or what was taught and how it was to be played, and its own samples."""
 
     taught: Series | None
     played: Series | None
     asked: PlaybackSettings
-    overview: bytes | None
+    downsampled: bytes | None
     window: Window | None
 
 
@@ -127,7 +127,7 @@ def pieces(figure: str) -> Iterator[bytes]:
         yield figure[start : start + _PIECE].encode()
 
 
-def recording(parts: RecordingParts) -> str:
+def recording(parts: RecordingFigureSamples) -> str:
     """A recording's five angles over time, one under the other, as JSON of a Plotly figure."""
     lines = _recording_lines(parts)
     angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
@@ -154,7 +154,7 @@ def derived(before_series: Series, after_series: Series) -> str:
     return _stacked(traces, angles, None, legend=True)
 
 
-def run(parts: RunParts) -> str:
+def run(parts: RunFigureSamples) -> str:
     """The paper's figure for each motor, as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
 
     Teaching is what was taught, played as it was asked for.
@@ -223,9 +223,9 @@ def _range(window: Window | None) -> _Layout:
     return {"range": list(window)} if window else {}
 
 
-def _recording_lines(parts: RecordingParts) -> downsampling.Lines:
-    if parts.overview is not None:
-        return decode(parts.overview)
+def _recording_lines(parts: RecordingFigureSamples) -> downsampling.Lines:
+    if parts.downsampled is not None:
+        return decode(parts.downsampled)
     assert parts.taught is not None
     if parts.window is None:
         return _thinned(unpack(parts.taught))
@@ -236,13 +236,13 @@ def _thinned(taught: dict[str, Floats]) -> downsampling.Lines:
     return downsampling.recording_lines(taught["time_s"], taught["angle_deg"])
 
 
-def run_lines(parts: RunParts) -> downsampling.Lines:
+def run_lines(parts: RunFigureSamples) -> downsampling.Lines:
     """What is drawn of a run (:func:`kata.plotting.downsampling.run_lines`).
 
     :raises UnreadableError: when its samples, or its recording's, are damaged.
     """
-    if parts.overview is not None:
-        return decode(parts.overview)
+    if parts.downsampled is not None:
+        return decode(parts.downsampled)
     assert parts.taught is not None and parts.played is not None
     taught = unpack(parts.taught)
     motion = with_settings(Motion(taught["time_s"], taught["angle_deg"]), parts.asked)

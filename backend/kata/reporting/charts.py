@@ -10,7 +10,7 @@ from tsdownsample import MinMaxDownsampler
 
 from kata.motion.axes import AXES
 from kata.motion.linkage import Floats
-from kata.plotting.figures import RunParts, run_lines
+from kata.plotting.figures import RunFigureSamples, run_lines
 
 _PLACES: Final = 90
 """A curve this narrow has room for so many places: each has its lowest and its highest angle, so that no peak is lost."""
@@ -53,7 +53,7 @@ class Tick:
 
 
 @dataclass(frozen=True)
-class Line:
+class Curve:
     """A curve: what it shows, its points as SVG writes them, and whether each point is marked."""
 
     name: str
@@ -69,11 +69,11 @@ class Chart:
     frame: Frame
     x_ticks: tuple[Tick, ...]
     y_ticks: tuple[Tick, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[Curve, ...]
 
 
 @dataclass(frozen=True)
-class Series:
+class DatedSeries:
     """Values over days; a value that has no day goes all the way across."""
 
     name: str
@@ -81,7 +81,7 @@ class Series:
     values: tuple[float, ...]
 
 
-def tracking(parts: RunParts) -> tuple[Chart, ...]:
+def tracking(parts: RunFigureSamples) -> tuple[Chart, ...]:
     """Teaching and playback of each motor over the recording's clock, as small charts.
 
     :raises UnreadableError: when the samples are damaged.
@@ -98,17 +98,17 @@ def tracking(parts: RunParts) -> tuple[Chart, ...]:
     )
 
 
-def over_days(name: str, series: Sequence[Series], labels: Sequence[Tick], low: float, high: float) -> Chart:
+def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], low: float, high: float) -> Chart:
     """Values between two days: ``labels`` are days from the first and how they are called, the last of them the end."""
     end = max(labels[-1].at, 1.0)
     ticks = nice_ticks(low, high, 4)
     low, high = min(low, ticks[0]), max(high, ticks[-1])
     lines = []
-    for one in series:
-        days = one.days or (0.0, end)
-        values = one.values if one.days else one.values * 2
+    for curve in series:
+        days = curve.days or (0.0, end)
+        values = curve.values if curve.days else curve.values * 2
         places = [(WIDE.x(day / end), WIDE.y((v - low) / (high - low))) for day, v in zip(days, values, strict=True)]
-        lines.append(Line(one.name, _points(places), tuple(places) if one.days else ()))
+        lines.append(Curve(curve.name, _points(places), tuple(places) if curve.days else ()))
     return Chart(
         name,
         WIDE,
@@ -139,7 +139,7 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
     lines = []
     for line, times, angles in curves:
         places = [(SMALL.x(min(time / duration_s, 1.0)), y(angle)) for time, angle in _thinned(times, angles)]
-        lines.append(Line(line, _points(places)))
+        lines.append(Curve(line, _points(places)))
     return Chart(
         name,
         SMALL,
@@ -152,8 +152,8 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
 def _thinned(times: Floats, angles: Floats) -> list[tuple[float, float]]:
     """At most the lowest and the highest of every place, in their order."""
     if len(times) > 2 * _PLACES:
-        kept = MinMaxDownsampler().downsample(np.ascontiguousarray(angles), n_out=2 * _PLACES)  # type: ignore[no-untyped-call]
-        times, angles = times[kept], angles[kept]
+        points = MinMaxDownsampler().downsample(np.ascontiguousarray(angles), n_out=2 * _PLACES)  # type: ignore[no-untyped-call]
+        times, angles = times[points], angles[points]
     return list(zip(times.tolist(), angles.tolist(), strict=True))
 
 

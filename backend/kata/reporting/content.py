@@ -6,11 +6,11 @@ from datetime import date, datetime
 from typing import Any
 
 from kata.motion.edit import PlaybackSettings
-from kata.plotting.figures import RunParts
+from kata.plotting.figures import RunFigureSamples
 
 
 @dataclass(frozen=True)
-class Person:
+class ReportPatient:
     """Whose report it is."""
 
     name: str
@@ -47,8 +47,8 @@ def motor_of(key: Mapping[str, Any] | None) -> int | None:
 
 
 @dataclass(frozen=True)
-class How:
-    """How a recording is played."""
+class PlaybackDescription:
+    """PlaybackDescription a recording is played."""
 
     asked: PlaybackSettings
     load_level: int | None
@@ -69,7 +69,7 @@ class MotorErrors:
 
 @dataclass(frozen=True)
 class MotionReach:
-    """How far the body went in one basic motion: what was asked, what was reached, what a healthy shoulder does."""
+    """PlaybackDescription far the body went in one basic motion: what was asked, what was reached, what a healthy shoulder does."""
 
     motion: int
     peak_deg: float
@@ -89,7 +89,7 @@ class RunContent:
     ended_at: datetime | None
     outcome: str
     stop: Stop | None
-    how: How
+    how: PlaybackDescription
     rate_hz: int | None
     reversals: int | None
     least_range_percent: float | None
@@ -97,7 +97,7 @@ class RunContent:
     worst_peak_deg: float | None
     motors: tuple[MotorErrors, ...]
     motions: tuple[MotionReach, ...]
-    parts: RunParts | None
+    parts: RunFigureSamples | None
     """What its curves are drawn from; None where there is nothing to draw."""
 
 
@@ -107,7 +107,7 @@ class PlannedItem:
 
     position: int
     recording: str
-    how: How
+    how: PlaybackDescription
     repetitions_done: int
     runs: tuple[tuple[int, str], ...]
 
@@ -138,7 +138,7 @@ class Addendum:
 class SessionContent:
     """One visit."""
 
-    patient: Person
+    patient: ReportPatient
     side: str | None
     diagnosis: str
     started_at: datetime
@@ -176,7 +176,7 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Reading:
+class DatedValue:
     """A number and when it was found."""
 
     at: datetime
@@ -184,25 +184,25 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class RomLine:
+class RomSeries:
     """One motion's range: the treated shoulder over time, and what it is held against."""
 
     motion: str
     kind: str
     position: str
-    readings: tuple[Reading, ...]
+    readings: tuple[DatedValue, ...]
     """Of the treated side, oldest first; at least one."""
-    other: Reading | None
+    other: DatedValue | None
     """The newest of the other side."""
     reference_deg: float | None
 
 
 @dataclass(frozen=True)
-class Course:
+class ScoreSeries:
     """One score over time, oldest first; at least one reading."""
 
     name: str
-    readings: tuple[Reading, ...]
+    readings: tuple[DatedValue, ...]
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class Visit:
     planned: int | None
     """Repetitions that its programme prescribes; None without one."""
     done: int
-    """How many of those were played to their end; without a programme, how many were at all."""
+    """PlaybackDescription many of those were played to their end; without a programme, how many were at all."""
     stops: int
     pain_before: int | None
     pain_after: int | None
@@ -226,7 +226,7 @@ class Visit:
 class EpisodeContent:
     """The care of one shoulder."""
 
-    patient: Person
+    patient: ReportPatient
     side: str
     diagnosis: str
     onset_on: date | None
@@ -239,9 +239,9 @@ class EpisodeContent:
     limits_by: str
     stages: tuple[Stage, ...]
     assessed_at: tuple[datetime, ...]
-    rom: tuple[RomLine, ...]
-    pain: tuple[Course, ...]
-    spadi: tuple[Reading, ...]
+    rom: tuple[RomSeries, ...]
+    pain: tuple[ScoreSeries, ...]
+    spadi: tuple[DatedValue, ...]
     visits: tuple[Visit, ...]
     stops: tuple[tuple[Stop, int], ...]
     """Causes and in how many sessions each came."""

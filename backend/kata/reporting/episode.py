@@ -15,8 +15,18 @@ from kata.clinic.patients import service as patients
 from kata.clinic.programmes.tables import ProgrammeItemRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.errors import not_found
-from kata.reporting.content import Course, EpisodeContent, Limit, Reading, RomLine, Stage, Stop, Visit, motor_of
-from kata.reporting.session import person
+from kata.reporting.content import (
+    DatedValue,
+    EpisodeContent,
+    Limit,
+    RomSeries,
+    ScoreSeries,
+    Stage,
+    Stop,
+    Visit,
+    motor_of,
+)
+from kata.reporting.session import report_patient
 
 PAINS: Final = ("rest", "active", "passive", "average")
 
@@ -42,7 +52,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
     ).all()
     return EpisodeContent(
-        patient=person(patients.get(session, row.patient_id)),
+        patient=report_patient(patients.get(session, row.patient_id)),
         side=row.side,
         diagnosis=row.diagnosis,
         onset_on=row.onset_on,
@@ -54,24 +64,28 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         max_speed_deg_s=row.max_speed_deg_s,
         limits_by=row.limits_by,
         stages=tuple(Stage(stage.stage, stage.since) for stage in row.stages),
-        assessed_at=tuple(one.assessed_at for one in found),
+        assessed_at=tuple(assessment.assessed_at for assessment in found),
         rom=_rom(found, row.side),
         pain=_pain(found),
-        spadi=tuple(Reading(one.assessed_at, one.spadi_score) for one in found if one.spadi_score is not None),
+        spadi=tuple(
+            DatedValue(assessment.assessed_at, assessment.spadi_score)
+            for assessment in found
+            if assessment.spadi_score is not None
+        ),
         visits=_visits(session, episode_id),
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
     )
 
 
-def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomLine, ...]:
+def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomSeries, ...]:
     """Direction by direction, active before passive."""
-    own: dict[tuple[str, str, str], list[Reading]] = {}
-    other: dict[tuple[str, str, str], Reading] = {}
-    for one in found:
-        for measured in one.rom:
+    own: dict[tuple[str, str, str], list[DatedValue]] = {}
+    other: dict[tuple[str, str, str], DatedValue] = {}
+    for assessment in found:
+        for measured in assessment.rom:
             key = (measured.motion, measured.kind, measured.position)
-            reading = Reading(one.assessed_at, measured.angle_deg)
+            reading = DatedValue(assessment.assessed_at, measured.angle_deg)
             if measured.side == treated:
                 own.setdefault(key, []).append(reading)
             else:
@@ -86,18 +100,20 @@ def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomLine, ...]:
         return measure.reference_deg if measure else None
 
     return tuple(
-        RomLine(*key, tuple(own[key]), other.get(key), reference(key[0], key[2])) for key in sorted(own, key=place)
+        RomSeries(*key, tuple(own[key]), other.get(key), reference(key[0], key[2])) for key in sorted(own, key=place)
     )
 
 
-def _pain(found: Iterable[AssessmentRow]) -> tuple[Course, ...]:
+def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
     courses = []
     for name in PAINS:
         readings = tuple(
-            Reading(one.assessed_at, score) for one in found if (score := getattr(one, f"pain_{name}")) is not None
+            DatedValue(assessment.assessed_at, score)
+            for assessment in found
+            if (score := getattr(assessment, f"pain_{name}")) is not None
         )
         if readings:
-            courses.append(Course(name, readings))
+            courses.append(ScoreSeries(name, readings))
     return tuple(courses)
 
 

@@ -10,11 +10,11 @@ from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
-from kata.reporting import episode, paper, session
+from kata.reporting import episode, rendering, session
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
-from kata.reporting.paper import Page, Print
-from kata.reporting.words import Language
+from kata.reporting.phrases import Language
+from kata.reporting.rendering import Page, Print
 from kata.settings import Settings
 
 router = APIRouter(tags=["reports"])
@@ -59,7 +59,7 @@ def get_session_page(database: TheDatabase, worker: TheFigures, how: ThePrint, s
     """A session's report, to be read and printed. Until it is signed, it says so on every page."""
     with database.read() as reading:
         content = session.content(reading, session_id)
-    return _shown(worker.build(paper.session_page, content, how))
+    return _shown(worker.build(rendering.session_page, content, how))
 
 
 @router.get("/api/sessions/{session_id}/report.pdf", response_class=Response, responses=_PDF)
@@ -67,7 +67,7 @@ def get_session_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, se
     """The same as PDF, on A4."""
     with database.read() as reading:
         content = session.content(reading, session_id)
-    return _printed(worker.build(paper.session_pdf, content, how), f"session-{content.started_at:%Y-%m-%d}")
+    return _printed(worker.build(rendering.session_pdf, content, how), f"session-{content.started_at:%Y-%m-%d}")
 
 
 @router.get("/api/episodes/{episode_id}/report.html", response_class=HTMLResponse, responses=_HTML)
@@ -75,7 +75,7 @@ def get_episode_page(database: TheDatabase, worker: TheFigures, how: ThePrint, e
     """An episode's report, to be read and printed: assessments, trends, sessions."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
-    return _shown(worker.build(paper.episode_page, content, how))
+    return _shown(worker.build(rendering.episode_page, content, how))
 
 
 @router.get("/api/episodes/{episode_id}/report.pdf", response_class=Response, responses=_PDF)
@@ -83,7 +83,7 @@ def get_episode_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, ep
     """The same as PDF, on A4."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
-    return _printed(worker.build(paper.episode_pdf, content, how), f"episode-{how.at:%Y-%m-%d}")
+    return _printed(worker.build(rendering.episode_pdf, content, how), f"episode-{how.at:%Y-%m-%d}")
 
 
 @drafts.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))

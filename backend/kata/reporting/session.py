@@ -16,12 +16,12 @@ from kata.motion.edit import PlaybackSettings
 from kata.reporting.content import (
     Addendum,
     Check,
-    How,
     MotionReach,
     MotorErrors,
-    Person,
     Plan,
     PlannedItem,
+    PlaybackDescription,
+    ReportPatient,
     RunContent,
     SessionContent,
     Stop,
@@ -38,7 +38,7 @@ def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
     episode = session.get(EpisodeRow, row.episode_id) if row.episode_id else None
     runs = tuple(_run(session, run, number) for number, run in enumerate(row.runs, start=1))
     return SessionContent(
-        patient=person(row.patient),
+        patient=report_patient(row.patient),
         side=episode.side if episode else next((run.recording.side for run in row.runs), None),
         diagnosis=episode.diagnosis if episode else "",
         started_at=row.started_at,
@@ -59,9 +59,9 @@ def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
     )
 
 
-def person(row: PatientRow) -> Person:
+def report_patient(row: PatientRow) -> ReportPatient:
     """Whose report it is."""
-    return Person(row.name, row.kana, row.clinic_number, row.birth_date, row.sex)
+    return ReportPatient(row.name, row.kana, row.clinic_number, row.birth_date, row.sex)
 
 
 def _check(given: dict[str, str]) -> Check:
@@ -72,13 +72,13 @@ def _plan(session: DatabaseSession, row: SessionRow) -> Plan | None:
     version = session.get(ProgrammeVersionRow, row.programme_version_id) if row.programme_version_id else None
     if version is None:
         return None
-    told = planned.of_session(session, row.id)
+    plan = planned.of_session(session, row.id)
     numbers = {run.id: number for number, run in enumerate(row.runs, start=1)}
     items = tuple(
         PlannedItem(
             item.position,
             item.recording_name,
-            How(
+            PlaybackDescription(
                 PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent),
                 item.load_level,
                 item.method,
@@ -86,9 +86,9 @@ def _plan(session: DatabaseSession, row: SessionRow) -> Plan | None:
             item.repetitions_done,
             tuple((numbers[run.run_id], run.outcome) for run in item.runs),
         )
-        for item in told.items
+        for item in plan.items
     )
-    besides = tuple(numbers[run.run_id] for run in told.besides)
+    besides = tuple(numbers[run.run_id] for run in plan.besides)
     return Plan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
 
 
@@ -100,7 +100,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         ended_at=row.ended_at,
         outcome=row.outcome,
         stop=Stop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
-        how=How(runs.asked_of(row), row.load_level, row.method),
+        how=PlaybackDescription(runs.asked_of(row), row.load_level, row.method),
         rate_hz=row.rate_hz,
         reversals=row.reversals,
         least_range_percent=row.least_range_percent,
@@ -108,7 +108,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         worst_peak_deg=max((abs(motor.peak_deg) for motor in row.tracking), default=None),
         motors=tuple(_motor(motor) for motor in row.tracking),
         motions=tuple(_motion(motion) for motion in row.motions),
-        parts=None if row.samples is None else runs.figure_parts(session, row.id),
+        parts=None if row.samples is None else runs.figure_samples(session, row.id),
     )
 
 

@@ -161,15 +161,15 @@ def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> Assessmen
 
 
 def as_assessment(row: AssessmentRow) -> Assessment:
-    """As it goes out. What an older version may have kept and this one does not know is left out, the rest stays readable."""
-    entries = sorted(row.rom, key=lambda one: (rom.place_of(one.motion, one.position), one.side, one.kind))
+    """As it goes out. What an older version may have stored and this one does not know is left out, the rest stays readable."""
+    entries = sorted(row.rom, key=lambda row: (rom.place_of(row.motion, row.position), row.side, row.kind))
     scored = SpadiScore(**asdict(spadi.score(row.spadi))) if row.spadi else None
     return Assessment(
         id=row.id,
         episode_id=row.episode_id,
         assessed_at=row.assessed_at,
         assessed_by=row.assessed_by,
-        rom=[_entry(one) for one in entries if rom.measure_of(one.motion, one.position)],
+        rom=[_entry(entry) for entry in entries if rom.measure_of(entry.motion, entry.position)],
         pain_rest=row.pain_rest,
         pain_active=row.pain_active,
         pain_passive=row.pain_passive,
@@ -200,9 +200,9 @@ def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> Assessm
 
 
 def _entry(row: RomRow) -> RomEntry:
-    """Not judged again: what was kept when other bounds held is still to be read."""
-    kept: dict[str, Any] = {"side": row.side, "motion": row.motion, "kind": row.kind, "position": row.position}
-    return RomEntry.model_construct(**kept, angle_deg=row.angle_deg)
+    """Not judged again: what was stored when other bounds held is still to be read."""
+    stored: dict[str, Any] = {"side": row.side, "motion": row.motion, "kind": row.kind, "position": row.position}
+    return RomEntry.model_construct(**stored, angle_deg=row.angle_deg)
 
 
 def _rows(entries: list[RomEntry]) -> list[RomRow]:

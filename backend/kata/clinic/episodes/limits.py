@@ -40,7 +40,7 @@ _MOTOR_4: Final = (3, 5)
 
 
 @dataclass(frozen=True)
-class Allowed:
+class DoctorLimits:
     """What a doctor allows a shoulder."""
 
     side: Side
@@ -86,12 +86,12 @@ class Allowed:
         return {limit.motion: limit for limit in self.motions}
 
 
-def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
+def allowed(session: Session, patient_id: UUID, side: Side) -> DoctorLimits:
     """What a doctor allows this shoulder.
 
     :raises ProblemError: 409 without an open episode of it.
     """
-    episode = service.going_on(session, patient_id, side)
+    episode = service.open_episode(session, patient_id, side)
     if episode is None:
         name = patients.get(session, patient_id).name
         raise ProblemError(
@@ -103,10 +103,10 @@ def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
     return of_episode(episode)
 
 
-def of_episode(episode: EpisodeRow) -> Allowed:
+def of_episode(episode: EpisodeRow) -> DoctorLimits:
     """What a doctor allows the shoulder of this episode."""
     motions = tuple(map(MotionLimit.model_validate, episode.limits))
-    return Allowed(
+    return DoctorLimits(
         side=side_of(episode.side),
         by=episode.limits_by,
         max_load_level=episode.max_load_level,

@@ -41,7 +41,7 @@ def get(session: Session, episode_id: UUID) -> EpisodeRow:
     return row
 
 
-def going_on(session: Session, patient_id: UUID, side: str) -> EpisodeRow | None:
+def open_episode(session: Session, patient_id: UUID, side: str) -> EpisodeRow | None:
     """The open episode of a shoulder: there is one at most."""
     query = select(EpisodeRow).where(EpisodeRow.patient_id == patient_id, EpisodeRow.side == side)
     return session.scalars(query.where(EpisodeRow.closed_at.is_(None))).first()
@@ -154,7 +154,7 @@ def _to_change(session: Session, episode_id: UUID) -> tuple[EpisodeRow, PatientR
 def _may_open(session: Session, patient: PatientRow, side: str) -> None:
     if patient.archived_at:
         raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
-    if going_on(session, patient.id, side):
+    if open_episode(session, patient.id, side):
         raise ProblemError(
             409,
             "episode_open",

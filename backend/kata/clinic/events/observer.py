@@ -13,12 +13,12 @@ from kata.station.station import Occupation
 
 ESTOP_TESTED: Final = "estop_tested"
 """The emergency stop was pressed, and released again."""
-_TOLD_AS_ALARM: Final = "fault"
+_REPORTED_AS_ALARM: Final = "fault"
 """The device's event for what the live state tells with category, motor and when it is over."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Happening:
+class NewDeviceEvent:
     """A row of ``device_events``; its id is made here, so that however often it is tried it is written once."""
 
     id: UUID = field(default_factory=uuid4)
@@ -36,7 +36,7 @@ class Happening:
 
 
 @dataclass(frozen=True)
-class Ended:
+class AlarmsEnded:
     """These alarms were acknowledged."""
 
     ids: tuple[UUID, ...]
@@ -49,18 +49,18 @@ class Observer:
     def __init__(self, station: str) -> None:
         """``station`` is its name."""
         self._station = station
-        self._whose: Occupation | None = None
+        self._occupation: Occupation | None = None
         self._run_id: UUID | None = None
         self._alarms: dict[tuple[str, int | None], UUID] = {}
         self._pressed = False
 
-    def hear(self, event: EventLive) -> list[Happening]:
+    def observe_event(self, event: EventLive) -> list[NewDeviceEvent]:
         """One of the device's events."""
-        if event.code == _TOLD_AS_ALARM:
+        if event.code == _REPORTED_AS_ALARM:
             return []
-        return [self._happening(event.at, "event", event.code, _text(event.message, event.message_key))]
+        return [self._new_event(event.at, "event", event.code, _text(event.message, event.message_key))]
 
-    def look(self, live: Live, occupation: Occupation | None) -> list[Happening | Ended]:
+    def observe_state(self, live: Live, occupation: Occupation | None) -> list[NewDeviceEvent | AlarmsEnded]:
         """What is new in the state, seen again and again."""
         if live.device != "running":
             # What was latched has gone with its control program; whatever the next one finds is told again.
@@ -71,21 +71,21 @@ class Observer:
 
     def _attribute(self, live: Live, occupation: Occupation | None) -> None:
         """A stop belongs to whoever was on the apparatus when it came, although it has ended their run."""
-        going_on = live.run or live.teaching
-        if going_on:
-            self._whose = occupation
+        running = live.run or live.teaching
+        if running:
+            self._occupation = occupation
             self._run_id = live.run.run_id if live.run else None
         elif live.mode != "stopped":
-            self._whose = self._run_id = None
+            self._occupation = self._run_id = None
 
-    def _alarms_of(self, live: Live) -> list[Happening | Ended]:
+    def _alarms_of(self, live: Live) -> list[NewDeviceEvent | AlarmsEnded]:
         if live.stop is None:
             return self._end_alarms()
-        new: list[Happening | Ended] = []
+        new: list[NewDeviceEvent | AlarmsEnded] = []
         for cause in live.stop.causes:
             key = (cause.code, cause.axis)
             if key not in self._alarms:
-                alarm = self._happening(
+                alarm = self._new_event(
                     utc_now(),
                     "alarm",
                     cause.code,
@@ -97,25 +97,25 @@ class Observer:
                 new.append(alarm)
         return new
 
-    def _end_alarms(self) -> list[Happening | Ended]:
+    def _end_alarms(self) -> list[NewDeviceEvent | AlarmsEnded]:
         if not self._alarms:
             return []
-        ended = Ended(tuple(self._alarms.values()), utc_now())
+        ended = AlarmsEnded(tuple(self._alarms.values()), utc_now())
         self._alarms = {}
         return [ended]
 
-    def _estop_of(self, live: Live) -> list[Happening | Ended]:
+    def _estop_of(self, live: Live) -> list[NewDeviceEvent | AlarmsEnded]:
         if live.estop == "pressed":
             self._pressed = True
         elif live.estop == "released" and self._pressed:
             self._pressed = False
             message = texts.ESTOP_TESTED()
-            return [self._happening(utc_now(), "event", ESTOP_TESTED, message)]
+            return [self._new_event(utc_now(), "event", ESTOP_TESTED, message)]
         elif live.estop == "closed":
             self._pressed = False
         return []
 
-    def _happening(
+    def _new_event(
         self,
         at: datetime,
         kind: Literal["alarm", "event"],
@@ -123,8 +123,8 @@ class Observer:
         message: Text,
         category: int | None = None,
         axis: int | None = None,
-    ) -> Happening:
-        return Happening(
+    ) -> NewDeviceEvent:
+        return NewDeviceEvent(
             station=self._station,
             at=at,
             kind=kind,
@@ -133,8 +133,8 @@ class Observer:
             message_key=sent_key(message),
             category=category,
             axis=axis,
-            patient_id=self._whose.patient.id if self._whose else None,
-            session_id=self._whose.session_id if self._whose else None,
+            patient_id=self._occupation.patient.id if self._occupation else None,
+            session_id=self._occupation.session_id if self._occupation else None,
             run_id=self._run_id,
         )
 

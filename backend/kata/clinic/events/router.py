@@ -44,5 +44,5 @@ def list_events(
         hidden = restricted.hidden_among(session, actor, (row.patient_id for row in rows if row.patient_id))
         reads_records = "read_records" in OF_ROLE[actor.role]
         items = [DeviceEvent.model_validate(row) for row in rows]
-        shown = [one if reads_records and one.patient_id not in hidden else one.of_nobody() for one in items]
+        shown = [item if reads_records and item.patient_id not in hidden else item.of_nobody() for item in items]
         return DeviceEventPage(items=shown, next=following)

@@ -43,7 +43,7 @@ def list_patients(
         )
         hidden = restricted.hidden_among(session, actor, (row.id for row in rows if row.restricted))
         items = [Patient.model_validate(row) for row in rows]
-        return PatientPage(items=[one.without_record() if one.id in hidden else one for one in items], next=further)
+        return PatientPage(items=[item.without_record() if item.id in hidden else item for item in items], next=further)
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(409, 422))

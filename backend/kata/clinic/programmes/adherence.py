@@ -28,7 +28,7 @@ class AdherenceWeek(Schema):
 
     begins_on: date = Field(description="Its Monday, by the clinic's clock.", examples=["2026-11-16"])
     sessions: int = Field(ge=0, description="Sessions in which something was played.", examples=[2])
-    sessions_wished: Wish = Field(description="What the programme said at its end; null where none said anything.")
+    sessions_wished: Wish = Field(description="What the programme wishes at its end; null where none wishes anything.")
     repetitions_planned: int = Field(ge=0, description="By the programmes of these sessions.", examples=[60])
     repetitions_done: int = Field(ge=0, description="Of those; more than planned counts nothing.", examples=[54])
 
@@ -49,8 +49,8 @@ class Visit:
 
 
 @dataclass(frozen=True)
-class Said:
-    """A version of a programme said from a moment on how many sessions a week there are to be, or that no more."""
+class VersionWish:
+    """A version of a programme wishes from a moment on how many sessions a week there are to be, or that no more."""
 
     programme_id: UUID
     made_at: datetime
@@ -58,10 +58,12 @@ class Said:
     archived_at: datetime | None
 
 
-def by_week(visits: Iterable[Visit], said: Iterable[Said], until: datetime, offset: timedelta) -> list[AdherenceWeek]:
+def by_week(
+    visits: Iterable[Visit], wishes: Iterable[VersionWish], until: datetime, offset: timedelta
+) -> list[AdherenceWeek]:
     """``offset``: of the clinic's clock from UTC. The weeks of what lies after ``until`` are there only if something was done."""
-    visits, said = list(visits), sorted(said, key=lambda one: one.made_at)
-    moments = [visit.started_at for visit in visits] + [one.made_at for one in said]
+    visits, wishes = list(visits), sorted(wishes, key=lambda wish: wish.made_at)
+    moments = [visit.started_at for visit in visits] + [wish.made_at for wish in wishes]
     if not moments:
         return []
     of_week: dict[date, list[Visit]] = defaultdict(list)
@@ -71,7 +73,7 @@ def by_week(visits: Iterable[Visit], said: Iterable[Said], until: datetime, offs
     last = max(_monday(until, offset), *of_week, monday)
     weeks = []
     while monday <= last:
-        weeks.append(_week(monday, of_week[monday], _wish(said, _moment(monday, offset))))
+        weeks.append(_week(monday, of_week[monday], _wish(wishes, _moment(monday, offset))))
         monday += _WEEK
     return weeks
 
@@ -86,7 +88,7 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
         raise not_found(texts.EPISODE_NOT_FOUND)
     until = episode.closed_at or utc_now()
     weeks = by_week(
-        _visits(session, episode_id), _said(session, episode_id), until, timedelta(minutes=utc_offset_minutes)
+        _visits(session, episode_id), _version_wishes(session, episode_id), until, timedelta(minutes=utc_offset_minutes)
     )
     return Adherence(weeks=weeks)
 
@@ -131,7 +133,7 @@ def _visits(session: Session, episode_id: UUID) -> list[Visit]:
     ]
 
 
-def _said(session: Session, episode_id: UUID) -> list[Said]:
+def _version_wishes(session: Session, episode_id: UUID) -> list[VersionWish]:
     query = (
         select(
             ProgrammeVersionRow.programme_id,
@@ -142,7 +144,7 @@ def _said(session: Session, episode_id: UUID) -> list[Said]:
         .join(ProgrammeRow, ProgrammeRow.id == ProgrammeVersionRow.programme_id)
         .where(ProgrammeRow.episode_id == episode_id)
     )
-    return [Said(*row) for row in session.execute(query)]
+    return [VersionWish(*row) for row in session.execute(query)]
 
 
 def _week(monday: date, visits: list[Visit], wish: int | None) -> AdherenceWeek:
@@ -155,15 +157,15 @@ def _week(monday: date, visits: list[Visit], wish: int | None) -> AdherenceWeek:
     )
 
 
-def _wish(said: list[Said], begins: datetime) -> int | None:
-    """What the programmes said at the end of a week, in the order in which they said it; where several wish, the newest."""
-    newest: dict[UUID, Said] = {}
-    for one in said:
-        if one.made_at < begins + _WEEK and not (one.archived_at and one.archived_at < begins):
-            newest.pop(one.programme_id, None)
-            newest[one.programme_id] = one
-    wishes = [one.sessions_per_week for one in newest.values() if one.sessions_per_week]
-    return wishes[-1] if wishes else None
+def _wish(wishes: list[VersionWish], begins: datetime) -> int | None:
+    """What the programmes wishes at the end of a week, in the order in which they wishes it; where several wish, the newest."""
+    newest: dict[UUID, VersionWish] = {}
+    for wish in wishes:
+        if wish.made_at < begins + _WEEK and not (wish.archived_at and wish.archived_at < begins):
+            newest.pop(wish.programme_id, None)
+            newest[wish.programme_id] = wish
+    wished = [wish.sessions_per_week for wish in newest.values() if wish.sessions_per_week]
+    return wished[-1] if wished else None
 
 
 def _monday(moment: datetime, offset: timedelta) -> date:

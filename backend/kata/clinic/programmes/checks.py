@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from kata.clinic import texts
 from kata.clinic.episodes import limits
-from kata.clinic.episodes.limits import Allowed
+from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.programmes.schemas import ItemWanted
 from kata.clinic.recordings import service as recordings
@@ -31,16 +31,16 @@ from kata.plotting.figures import FigureWorker
 
 
 @dataclass(frozen=True)
-class Found:
+class CheckData:
     """What the database knows of the items: who does not fit, by place, the samples of the others, and the doctor's limits."""
 
     problems: dict[int, ProblemError]
     samples: dict[UUID, Series]
-    allowed: Allowed
+    allowed: DoctorLimits
 
 
 @dataclass(frozen=True)
-class Unfit:
+class ItemProblem:
     """Why one recording cannot be played in its way."""
 
     why: Text
@@ -49,7 +49,7 @@ class Unfit:
 
 
 @dataclass(frozen=True)
-class Way:
+class ItemPlayback:
     """One recording, and how it is played."""
 
     recording_id: UUID
@@ -57,73 +57,77 @@ class Way:
     method: Method
 
 
-def way(item: ItemWanted) -> Way:
+def playback_of(item: ItemWanted) -> ItemPlayback:
     """All that how long it takes depends on."""
     asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
-    return Way(item.recording_id, asked, item.method)
+    return ItemPlayback(item.recording_id, asked, item.method)
 
 
-def misfits(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> dict[int, ProblemError]:
+def item_problems(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> dict[int, ProblemError]:
     """By place, from 1: which of the recordings cannot be in this episode's programme, and why."""
     found = {}
     for place, item in enumerate(items, start=1):
-        problem = _misfit(session.get(RecordingRow, item.recording_id), item, episode, place)
+        problem = _item_problem(session.get(RecordingRow, item.recording_id), item, episode, place)
         if problem:
             found[place] = problem
     return found
 
 
-def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> Found:
+def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> CheckData:
     """What is needed to check these items."""
-    problems = misfits(session, episode, items)
+    problems = item_problems(session, episode, items)
     fitting = {item.recording_id for place, item in enumerate(items, start=1) if place not in problems}
     samples = {key: recordings.stored_samples(session, key) for key in fitting}
-    return Found(problems, samples, limits.of_episode(episode))
+    return CheckData(problems, samples, limits.of_episode(episode))
 
 
 def check(
-    worker: FigureWorker, found: Found, items: Sequence[ItemWanted], config: StationConfig
+    worker: FigureWorker, found: CheckData, items: Sequence[ItemWanted], config: StationConfig
 ) -> list[float | ProblemError]:
     """How many seconds each item takes, or why it cannot be played; waits for the worker, so call it from a worker thread."""
-    ways = {way(item) for place, item in enumerate(items, start=1) if place not in found.problems}
-    lasting = dict(worker.build(durations, tuple(ways), found.samples, config, found.allowed)) if ways else {}
+    playbacks = {playback_of(item) for place, item in enumerate(items, start=1) if place not in found.problems}
+    lasting = dict(worker.build(durations, tuple(playbacks), found.samples, config, found.allowed)) if playbacks else {}
     checked: list[float | ProblemError] = []
     for place, item in enumerate(items, start=1):
-        lasts_s = found.problems[place] if place in found.problems else lasting[way(item)]
-        checked.append(_unplayable(place, lasts_s) if isinstance(lasts_s, Unfit) else lasts_s)
+        lasts_s = found.problems[place] if place in found.problems else lasting[playback_of(item)]
+        checked.append(_unplayable(place, lasts_s) if isinstance(lasts_s, ItemProblem) else lasts_s)
     return checked
 
 
 def durations(
-    ways: Sequence[Way], samples: dict[UUID, Series], config: StationConfig, allowed: Allowed
-) -> list[tuple[Way, float | Unfit]]:
+    playbacks: Sequence[ItemPlayback], samples: dict[UUID, Series], config: StationConfig, allowed: DoctorLimits
+) -> list[tuple[ItemPlayback, float | ItemProblem]]:
     """In the worker process: how many seconds each takes, or why this station could not play it, or the doctor forbids it."""
-    return [(one, _duration(one, samples[one.recording_id], config, allowed)) for one in ways]
+    return [(playback, _duration(playback, samples[playback.recording_id], config, allowed)) for playback in playbacks]
 
 
-def _duration(one: Way, series: Series, config: StationConfig, allowed: Allowed) -> float | Unfit:
+def _duration(
+    playback: ItemPlayback, series: Series, config: StationConfig, allowed: DoctorLimits
+) -> float | ItemProblem:
     try:
         columns = unpack(series)
         motion = Motion(columns["time_s"], columns["angle_deg"])
-        found = pace(motion, one.asked)
+        found = pace(motion, playback.asked)
         # All that is in many repetitions is in two of them.
-        few = with_settings(motion, replace(one.asked, repetitions=min(one.asked.repetitions, 2)))
-        config.check_reference(one.method, reference(one.method, few.times_s, few.angles_deg))
-        allowed.check_path(few, one.method)
+        few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
+        config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg))
+        allowed.check_path(few, playback.method)
     except UnreadableError:
-        return Unfit(texts.ITEM_SAMPLES_DAMAGED())
+        return ItemProblem(texts.ITEM_SAMPLES_DAMAGED())
     except (EditError, TrajectoryError) as error:
-        return Unfit(text_of(error))
+        return ItemProblem(text_of(error))
     except ProblemError as problem:
-        return Unfit(problem.message, problem.code, problem.next_step)
+        return ItemProblem(problem.message, problem.code, problem.next_step)
     return found.duration_s
 
 
-def _unplayable(place: int, unfit: Unfit) -> ProblemError:
+def _unplayable(place: int, unfit: ItemProblem) -> ProblemError:
     return ProblemError(422, unfit.code, texts.ITEM_NOT_PLAYABLE(place=place, reason=unfit.why), unfit.next_step)
 
 
-def _misfit(recording: RecordingRow | None, item: ItemWanted, episode: EpisodeRow, place: int) -> ProblemError | None:
+def _item_problem(
+    recording: RecordingRow | None, item: ItemWanted, episode: EpisodeRow, place: int
+) -> ProblemError | None:
     if recording is None:
         return not_found(texts.RECORDING_NOT_FOUND)
     item_of = {"place": place, "recording": recording.name}

@@ -90,7 +90,7 @@ class SessionPlan(Plan):
 
     session_id: UUID
     ended: bool
-    programme: PlannedProgramme | None = Field(description="Null where recordings were chosen one by one.")
+    programme: PlannedProgramme | None = Field(description="Null where recordings were chosen item by item.")
     played_s: Duration
     timer: PlanTimer | None
 
@@ -131,12 +131,12 @@ def compare(items: Sequence[ProgrammeItem], runs: Sequence[RunRow]) -> Plan:
             of_items[position].append(run)
         else:
             besides.append(_as_run(run, None))
-    told = [_item(item, of_items[item.position]) for item in items]
+    done_items = [_item(item, of_items[item.position]) for item in items]
     return Plan(
-        items=told,
+        items=done_items,
         besides=besides,
         repetitions_planned=sum(item.repetitions for item in items),
-        repetitions_done=sum(min(one.repetitions, one.repetitions_done) for one in told),
+        repetitions_done=sum(min(item.repetitions, item.repetitions_done) for item in done_items),
     )
 
 
@@ -155,14 +155,14 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
     played_s = sum(run.played_s or 0.0 for run in runs)
     programme, timer, items = None, None, []
     if version:
-        told = service.as_version(version)
-        items = told.items
+        programme_version = service.as_version(version)
+        items = programme_version.items
         programme = PlannedProgramme(
             id=version.programme_id,
             name=version.programme.name,
             version_id=version.id,
             number=version.number,
-            duration_s=told.duration_s,
+            duration_s=programme_version.duration_s,
         )
         if version.timer_minutes:
             timer = PlanTimer(

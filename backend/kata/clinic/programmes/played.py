@@ -15,7 +15,7 @@ _FORWARD: Final = (PHASE_PLAYING, PHASE_LESSENED)
 _ON_THE_PATH: Final = (*_FORWARD, PHASE_REVERSING)
 
 
-def keep(row: RunRow, journal: Journal, made: Callable[[], tuple[Motion, Motion]]) -> None:
+def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Motion, Motion]]) -> None:
     """Repetitions played to their end, and seconds on the path, of a run that has ended.
 
     ``made``: the recording, and what was made of it for this run; asked for only where it has to be looked at.

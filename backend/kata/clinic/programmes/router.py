@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query
 
 from kata.clinic.programmes import adherence, checks, planned, service
 from kata.clinic.programmes.adherence import Adherence
-from kata.clinic.programmes.checks import Found
+from kata.clinic.programmes.checks import CheckData
 from kata.clinic.programmes.planned import SessionPlan
 from kata.clinic.programmes.schemas import (
     ItemPreview,
@@ -60,10 +60,10 @@ def preview_programme(
         found = checks.look_up(session, episode, wanted.items)
     checked = checks.check(worker, found, wanted.items, station.config)
     items = [
-        ItemPreview(duration_s=None, problem=one.message, problem_key=TextKey.of(one.message))
-        if isinstance(one, ProblemError)
-        else ItemPreview(duration_s=one, problem=None)
-        for one in checked
+        ItemPreview(duration_s=None, problem=result.message, problem_key=TextKey.of(result.message))
+        if isinstance(result, ProblemError)
+        else ItemPreview(duration_s=result, problem=None)
+        for result in checked
     ]
     return Preview(duration_s=sum(item.duration_s or 0.0 for item in items), items=items)
 
@@ -115,7 +115,7 @@ def get_adherence(
         return adherence.of_episode(session, episode_id, utc_offset_minutes)
 
 
-def _durations(worker: FigureWorker, found: Found, items: Sequence[ItemWanted], station: Station) -> list[float]:
+def _durations(worker: FigureWorker, found: CheckData, items: Sequence[ItemWanted], station: Station) -> list[float]:
     """:raises ProblemError: what is wrong with the first item that cannot be played."""
     durations_s = []
     for checked in checks.check(worker, found, items, station.config):

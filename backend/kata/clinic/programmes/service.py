@@ -75,7 +75,7 @@ def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = N
         if episode is None:
             raise ProblemError(409, "no_episode", texts.NO_EPISODE(), texts.OPEN_ONE_FIRST())
     else:
-        episode = next((one for one in patient.episodes if one.id == episode_id), None)
+        episode = next((row for row in patient.episodes if row.id == episode_id), None)
         if episode is None:
             raise not_found(texts.EPISODE_OF_PATIENT_NOT_FOUND)
     return _still_open(episode)
@@ -157,7 +157,7 @@ def _still_open(episode: EpisodeRow) -> EpisodeRow:
 def _add_version(
     session: Session, row: ProgrammeRow, number: int, wanted: VersionWanted, durations_s: Sequence[float]
 ) -> None:
-    for problem in checks.misfits(session, row.episode, wanted.items).values():
+    for problem in checks.item_problems(session, row.episode, wanted.items).values():
         raise problem
     version = ProgrammeVersionRow(
         id=uuid4(),

@@ -16,7 +16,7 @@ from kata.clinic.progress.series import (
     KINDS,
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
-    Line,
+    LineSeries,
     Point,
     RomLine,
     RomPanel,
@@ -78,7 +78,7 @@ def rom(panels: Sequence[RomPanel]) -> Figure:
     return _figure(traces, layout)
 
 
-def pain(lines: Sequence[Line]) -> Figure:
+def pain(lines: Sequence[LineSeries]) -> Figure:
     """Pain 0 to 10 over the weeks; of assessments in whole lines, around sessions in broken ones."""
     looks: dict[str, tuple[int, str]] = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
     broken = zip(PAIN_IN_SESSIONS, ("dash", "dot", "dashdot"), strict=True)
@@ -95,12 +95,17 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     """Total and both halves over the weeks; how far below its baseline the total has to come to matter."""
     halves = (("SPADI", "total"), (texts.FIGURE_PAIN(), "pain"), (texts.FIGURE_DISABILITY(), "disability"))
     lines = [
-        Line(
-            name, tuple(Point(one.at, one.week, getattr(one, part)) for one in points if getattr(one, part) is not None)
+        LineSeries(
+            name,
+            tuple(
+                Point(point.at, point.week, getattr(point, part))
+                for point in points
+                if getattr(point, part) is not None
+            ),
         )
         for name, part in halves
     ]
-    traces = [_course(line, place, "%{customdata}: %{y:.0f}") for place, line in enumerate(lines) if line.points]
+    traces = [_nth_line(line, place, "%{customdata}: %{y:.0f}") for place, line in enumerate(lines) if line.points]
     last = _last_week(points)
     layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
     if lines[0].points:
@@ -129,8 +134,8 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
 def tracking(tracked: Sequence[Tracked]) -> Figure:
     """Error of each recording's playbacks by each method, session by session: mean RMSE above, largest error below."""
     by_recording: dict[str, list[Tracked]] = defaultdict(list)
-    for one in tracked:
-        by_recording[_NAMED_BY_METHOD[one.method](recording=one.recording)].append(one)
+    for playbacks in tracked:
+        by_recording[_NAMED_BY_METHOD[playbacks.method](recording=playbacks.recording)].append(playbacks)
     height = _MARGINS + 2 * _PANEL_HEIGHT
     layout = _layout(height)
     layout["annotations"] = []
@@ -140,21 +145,23 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
         ((texts.FIGURE_MEAN_RMSE(), "rmse_deg"), (texts.FIGURE_LARGEST_ERROR(), "peak_deg"))
     ):
         axes = _Panel(row, 2, height, columns=1)
-        highest = max((getattr(one, part) for one in tracked), default=1.0)
+        highest = max((getattr(playbacks, part) for playbacks in tracked), default=1.0)
         layout |= axes.layout(last, [0, 1.1 * highest + 0.2])
         layout["annotations"].append(axes.title(title))
         for place, (name, own) in enumerate(by_recording.items()):
-            line = Line(name, tuple(Point(one.at, one.week, getattr(one, part)) for one in own))
-            traces.append(axes.own(_course(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
+            line = LineSeries(
+                name, tuple(Point(playbacks.at, playbacks.week, getattr(playbacks, part)) for playbacks in own)
+            )
+            traces.append(axes.own(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
     return _figure(traces, layout)
 
 
-def correction(lines: Sequence[Line]) -> Figure:
+def correction(lines: Sequence[LineSeries]) -> Figure:
     """Size of what the learned method had come to at the end of each session, a line a recording."""
     highest = max((point.value for line in lines for point in line.points), default=0.5)
     last = _last_week(point for line in lines for point in line.points)
     return _figure(
-        [_course(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) for place, line in enumerate(lines)],
+        [_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) for place, line in enumerate(lines)],
         _layout(420) | _axes(texts.FIGURE_CORRECTION(), [0, 1.15 * highest + 0.05], last),
     )
 
@@ -240,7 +247,7 @@ def _rom_line(line: RomLine, last: float) -> list[_Trace]:
     name = texts.FIGURE_ACTIVE() if line.kind == "active" else texts.FIGURE_PASSIVE()
     kind = KINDS[line.kind]
     traces = [
-        _line(Line(name, line.points), colour, dash, marker, texts.FIGURE_NAMED_WHOLE_ANGLE_HOVER()),
+        _line(LineSeries(name, line.points), colour, dash, marker, texts.FIGURE_NAMED_WHOLE_ANGLE_HOVER()),
         _level(texts.FIGURE_BASELINE_OF(kind=kind), line.points[0].value, last, colour, "dot"),
     ]
     if line.other_side_deg is not None:
@@ -253,13 +260,13 @@ def _values(line: RomLine) -> list[float]:
     return [point.value for point in line.points] + other
 
 
-def _course(line: Line, place: int, hover: str) -> _Trace:
+def _nth_line(line: LineSeries, place: int, hover: str) -> _Trace:
     """The n-th thing of a chart: no two of the first thirty look alike, in grey neither."""
     colour = _COLOURS[place % len(_COLOURS)]
     return _line(line, colour, _DASHES[place % len(_DASHES)], _MARKERS[place % len(_MARKERS)], hover)
 
 
-def _line(line: Line, colour: str, dash: str, marker: str, hover: str) -> _Trace:
+def _line(line: LineSeries, colour: str, dash: str, marker: str, hover: str) -> _Trace:
     return {
         "type": "scatter",
         "mode": "lines+markers",

@@ -9,7 +9,7 @@ from typing import Literal
 from kata.clinic import texts
 from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
-from kata.clinic.progress.series import KINDS, METHODS, Line, RomPanel, SpadiPoint, Tracked
+from kata.clinic.progress.series import KINDS, METHODS, LineSeries, RomPanel, SpadiPoint, Tracked
 from kata.plotting import texts as plotting_texts
 
 Cell = str | float | datetime | None
@@ -63,13 +63,15 @@ def rom(panels: Sequence[RomPanel]) -> Table:
     return Table(columns=columns, rows=rows)
 
 
-def pain(lines: Sequence[Line]) -> Table:
+def pain(lines: Sequence[LineSeries]) -> Table:
     """A row a moment, a column a context."""
-    told: dict[datetime, dict[str, float]] = defaultdict(dict)
+    values_at: dict[datetime, dict[str, float]] = defaultdict(dict)
     for line in lines:
         for point in line.points:
-            told[point.at][line.name] = point.value
-    rows: list[list[Cell]] = [[at, *(values.get(line.name) for line in lines)] for at, values in sorted(told.items())]
+            values_at[point.at][line.name] = point.value
+    rows: list[list[Cell]] = [
+        [at, *(values.get(line.name) for line in lines)] for at, values in sorted(values_at.items())
+    ]
     return Table(columns=[_moment(texts.FIGURE_WHEN()), *(_number(line.name) for line in lines)], rows=rows)
 
 
@@ -104,7 +106,7 @@ def verdict(change: float | None) -> str:
 def tracking(tracked: Sequence[Tracked]) -> Table:
     """A row a recording, method and session."""
     rows: list[list[Cell]] = [
-        [one.at, one.recording, METHODS[one.method], one.playbacks, one.rmse_deg, one.peak_deg] for one in tracked
+        [row.at, row.recording, METHODS[row.method], row.playbacks, row.rmse_deg, row.peak_deg] for row in tracked
     ]
     errors = [_number(texts.FIGURE_MEAN_RMSE(), digits=2), _number(texts.FIGURE_LARGEST_ERROR(), digits=2)]
     columns = [
@@ -117,7 +119,7 @@ def tracking(tracked: Sequence[Tracked]) -> Table:
     return Table(columns=columns, rows=rows)
 
 
-def correction(lines: Sequence[Line]) -> Table:
+def correction(lines: Sequence[LineSeries]) -> Table:
     """A row a recording and session in which something was learned."""
     learned = sorted((point.at, line.name, point.value) for line in lines for point in line.points)
     rows: list[list[Cell]] = [[at, name, value] for at, name, value in learned]

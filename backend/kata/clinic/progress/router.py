@@ -17,7 +17,7 @@ from kata.plotting.placed_texts import with_texts
 
 router = APIRouter(tags=["progress"])
 
-_Read = Callable[[Session, service.Course], Any]
+_Read = Callable[[Session, service.EpisodeTimeline], Any]
 _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callable[[Any], numbers.Table]]]] = {
     "rom": (service.rom_panels, figures.rom, numbers.rom),
     "pain": (service.pain_lines, figures.pain, numbers.pain),
@@ -39,7 +39,7 @@ def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart) -> Respo
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
-        found = read(session, service.course(session, episode_id))
+        found = read(session, service.timeline_of(session, episode_id))
     table = with_texts(asdict(tabulate(found)))
-    told = msgspec.json.encode({"figure": with_texts(draw(found)), "table": table})
-    return Response(told, media_type="application/json")
+    body = msgspec.json.encode({"figure": with_texts(draw(found)), "table": table})
+    return Response(body, media_type="application/json")

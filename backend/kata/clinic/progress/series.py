@@ -20,7 +20,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Line:
+class LineSeries:
     """One thing over the weeks, oldest first."""
 
     name: str

@@ -19,7 +19,7 @@ from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import (
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
-    Line,
+    LineSeries,
     Point,
     RomLine,
     RomPanel,
@@ -34,7 +34,7 @@ _WEEK: Final = timedelta(weeks=1)
 
 
 @dataclass(frozen=True)
-class Course:
+class EpisodeTimeline:
     """An episode, and the moment from which its weeks are counted."""
 
     episode_id: UUID
@@ -46,7 +46,7 @@ class Course:
         return round((at - self.begins_at) / _WEEK, 3)
 
 
-def course(session: Session, episode_id: UUID) -> Course:
+def timeline_of(session: Session, episode_id: UUID) -> EpisodeTimeline:
     """Weeks are counted from the first assessment or session.
 
     :raises ProblemError: 404.
@@ -60,22 +60,24 @@ def course(session: Session, episode_id: UUID) -> Course:
         session.scalar(select(func.min(AssessmentRow.assessed_at)).where(*_counted(episode_id))),
         session.scalar(select(func.min(SessionRow.started_at)).where(SessionRow.episode_id == episode_id)),
     )
-    return Course(episode_id, episode.side, min((first for first in firsts if first), default=episode.opened_at))
+    return EpisodeTimeline(
+        episode_id, episode.side, min((first for first in firsts if first), default=episode.opened_at)
+    )
 
 
-def rom_panels(session: Session, of: Course) -> list[RomPanel]:
+def rom_panels(session: Session, timeline: EpisodeTimeline) -> list[RomPanel]:
     """The affected shoulder's motions that were measured, in their order."""
     query = (
         select(AssessmentRow.assessed_at, RomRow.side, RomRow.motion, RomRow.position, RomRow.kind, RomRow.angle_deg)
         .join(RomRow, RomRow.assessment_id == AssessmentRow.id)
-        .where(*_counted(of.episode_id))
+        .where(*_counted(timeline.episode_id))
         .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
     )
     affected: dict[tuple[str, str, str], list[Point]] = defaultdict(list)
     other: dict[tuple[str, str, str], float] = {}
     for at, side, motion, position, kind, angle_deg in session.execute(query):
-        if side == of.side:
-            affected[motion, position, kind].append(Point(at, of.week(at), angle_deg))
+        if side == timeline.side:
+            affected[motion, position, kind].append(Point(at, timeline.week(at), angle_deg))
         else:
             other[motion, position, kind] = angle_deg
     panels = []
@@ -89,7 +91,7 @@ def rom_panels(session: Session, of: Course) -> list[RomPanel]:
     return panels
 
 
-def pain_lines(session: Session, of: Course) -> list[Line]:
+def pain_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:
     """Pain as it was told in assessments, four contexts, and before, during and after sessions; those never told are left out."""
     assessed = select(
         AssessmentRow.assessed_at,
@@ -98,29 +100,31 @@ def pain_lines(session: Session, of: Course) -> list[Line]:
         AssessmentRow.pain_passive,
         AssessmentRow.pain_average,
     )
-    assessed = assessed.where(*_counted(of.episode_id)).order_by(AssessmentRow.assessed_at)
+    assessed = assessed.where(*_counted(timeline.episode_id)).order_by(AssessmentRow.assessed_at)
     treated = select(SessionRow.started_at, SessionRow.pain_before, SessionRow.pain_during, SessionRow.pain_after)
-    treated = treated.where(SessionRow.episode_id == of.episode_id).order_by(SessionRow.started_at)
+    treated = treated.where(SessionRow.episode_id == timeline.episode_id).order_by(SessionRow.started_at)
     lines = [
-        *_lines(of, PAIN_CONTEXTS, session.execute(assessed).all()),
-        *_lines(of, PAIN_IN_SESSIONS, session.execute(treated).all()),
+        *_lines(timeline, PAIN_CONTEXTS, session.execute(assessed).all()),
+        *_lines(timeline, PAIN_IN_SESSIONS, session.execute(treated).all()),
     ]
     return [line for line in lines if line.points]
 
 
-def spadi_points(session: Session, of: Course) -> list[SpadiPoint]:
+def spadi_points(session: Session, timeline: EpisodeTimeline) -> list[SpadiPoint]:
     """Every score, and those of its two halves."""
     query = select(AssessmentRow.assessed_at, AssessmentRow.spadi)
-    query = query.where(*_counted(of.episode_id), AssessmentRow.spadi.is_not(None)).order_by(AssessmentRow.assessed_at)
+    query = query.where(*_counted(timeline.episode_id), AssessmentRow.spadi.is_not(None)).order_by(
+        AssessmentRow.assessed_at
+    )
     points = []
     for at, answers in session.execute(query):
         assert answers is not None
         scored = spadi.score(answers)
-        points.append(SpadiPoint(at, of.week(at), scored.total, scored.pain, scored.disability))
+        points.append(SpadiPoint(at, timeline.week(at), scored.total, scored.pain, scored.disability))
     return points
 
 
-def tracked(session: Session, of: Course) -> list[Tracked]:
+def tracked(session: Session, timeline: EpisodeTimeline) -> list[Tracked]:
     """How well each recording was reproduced by each method, session by session."""
     query = (
         select(
@@ -132,38 +136,38 @@ def tracked(session: Session, of: Course) -> list[Tracked]:
             func.max(RunRow.worst_peak_deg),
         )
         .join(RunRow, RunRow.session_id == SessionRow.id)
-        .where(SessionRow.episode_id == of.episode_id, RunRow.worst_rmse_deg.is_not(None))
+        .where(SessionRow.episode_id == timeline.episode_id, RunRow.worst_rmse_deg.is_not(None))
         .group_by(SessionRow.id, SessionRow.started_at, RunRow.recording_id, RunRow.method)
         .order_by(SessionRow.started_at, RunRow.method)
     )
-    names = _names(session, of)
+    names = _names(session, timeline)
     tracked = [
-        Tracked(names[recording], method or "not known", at, of.week(at), playbacks, rmse_deg, peak_deg)
+        Tracked(names[recording], method or "not known", at, timeline.week(at), playbacks, rmse_deg, peak_deg)
         for at, recording, method, playbacks, rmse_deg, peak_deg in session.execute(query)
     ]
     places = {name: place for place, name in enumerate(names.values())}
-    return sorted(tracked, key=lambda one: (one.at, places[one.recording]))
+    return sorted(tracked, key=lambda playbacks: (playbacks.at, places[playbacks.recording]))
 
 
-def correction_lines(session: Session, of: Course) -> list[Line]:
+def correction_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:
     """What the learned method had come to at the end of each session, a line a recording."""
     query = (
         select(SessionRow.started_at, RunRow.recording_id, RunRow.learned_rms_deg)
         .join(RunRow, RunRow.session_id == SessionRow.id)
-        .where(SessionRow.episode_id == of.episode_id, RunRow.learned_rms_deg.is_not(None))
+        .where(SessionRow.episode_id == timeline.episode_id, RunRow.learned_rms_deg.is_not(None))
         .order_by(SessionRow.started_at, RunRow.started_at)
     )
-    names = _names(session, of)
+    names = _names(session, timeline)
     lines: dict[str, dict[datetime, Point]] = defaultdict(dict)
     for at, recording, rms_deg in session.execute(query):
         assert rms_deg is not None
-        lines[names[recording]][at] = Point(at, of.week(at), rms_deg)
-    return [Line(name, tuple(points.values())) for name, points in lines.items()]
+        lines[names[recording]][at] = Point(at, timeline.week(at), rms_deg)
+    return [LineSeries(name, tuple(points.values())) for name, points in lines.items()]
 
 
-def weeks(session: Session, of: Course) -> list[AdherenceWeek]:
+def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:
     """Every week from the first session or programme on, also those in which nobody came."""
-    return adherence.of_episode(session, of.episode_id, utc_offset_minutes=0).weeks
+    return adherence.of_episode(session, timeline.episode_id, utc_offset_minutes=0).weeks
 
 
 def _counted(episode_id: UUID) -> tuple[ColumnElement[bool], ...]:
@@ -171,17 +175,19 @@ def _counted(episode_id: UUID) -> tuple[ColumnElement[bool], ...]:
     return AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None)
 
 
-def _lines(of: Course, names: Sequence[str], rows: Sequence[Row[*tuple[Any, ...]]]) -> list[Line]:
+def _lines(timeline: EpisodeTimeline, names: Sequence[str], rows: Sequence[Row[*tuple[Any, ...]]]) -> list[LineSeries]:
     """A line a column, after the moment in the first; where nothing was said there is no point."""
     return [
-        Line(name, tuple(Point(row[0], of.week(row[0]), row[column]) for row in rows if row[column] is not None))
+        LineSeries(
+            name, tuple(Point(row[0], timeline.week(row[0]), row[column]) for row in rows if row[column] is not None)
+        )
         for column, name in enumerate(names, start=1)
     ]
 
 
-def _names(session: Session, of: Course) -> dict[UUID, str]:
+def _names(session: Session, timeline: EpisodeTimeline) -> dict[UUID, str]:
     """What the patient's recordings are called; one that has another's name gets a number, in the order of their making."""
-    patient = select(EpisodeRow.patient_id).where(EpisodeRow.id == of.episode_id).scalar_subquery()
+    patient = select(EpisodeRow.patient_id).where(EpisodeRow.id == timeline.episode_id).scalar_subquery()
     query = select(RecordingRow.id, RecordingRow.name).where(RecordingRow.patient_id == patient)
     used: Counter[str] = Counter()
     names = {}

@@ -34,7 +34,7 @@ class Derived:
     """What came of it: samples as they are to be stored, for which shoulder, and all that was done, in words."""
 
     series: Series
-    overview: bytes | None
+    downsampled: bytes | None
     side: Side
     done: tuple[str, ...]
     duration_s: float
@@ -58,8 +58,8 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     # What is stored is what will be played.
     stored = unpack(series)
     config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
-    seen = downsampling.of_recording(stored["time_s"], stored["angle_deg"])
-    return Derived(series, seen, side, made.done, float(stored["time_s"][-1]), len(stored["time_s"]))
+    downsampled = downsampling.of_recording(stored["time_s"], stored["angle_deg"])
+    return Derived(series, downsampled, side, made.done, float(stored["time_s"][-1]), len(stored["time_s"]))
 
 
 def _done(motion: Motion, wanted: Edit, from_side: Side, to_side: Side) -> Motion:

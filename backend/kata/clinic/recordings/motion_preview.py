@@ -12,7 +12,7 @@ _STEP_S: Final = 0.05
 _MOST: Final = 3000
 
 
-class MotionShown(Schema):
+class MotionPreview(Schema):
     """Where the motors stand over time; between two samples they go straight."""
 
     side: Side
@@ -20,12 +20,12 @@ class MotionShown(Schema):
     angles_deg: list[list[float]] = Field(description="A row a time: motor angles in axis order 1-5, degrees.")
 
 
-def shown(motion: Motion, side: Side) -> MotionShown:
+def motion_preview(motion: Motion, side: Side) -> MotionPreview:
     """A motion at 20 samples a second; at fewer where it is longer than two and a half minutes."""
     count = int(np.clip(np.ceil(motion.duration_s / _STEP_S) + 1, 2, _MOST))
     times_s = np.linspace(0.0, motion.duration_s, count)
     columns = [np.interp(times_s, motion.times_s, angles) for angles in motion.angles_deg.T]
-    return MotionShown(
+    return MotionPreview(
         side=side,
         times_s=np.round(times_s, 3).tolist(),
         angles_deg=np.round(np.stack(columns, axis=-1), 2).tolist(),

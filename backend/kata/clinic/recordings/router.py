@@ -10,7 +10,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.recordings import service
 from kata.clinic.recordings.derive import Derived, Source, derive
 from kata.clinic.recordings.edits import Edit
-from kata.clinic.recordings.motion_preview import MotionShown, shown
+from kata.clinic.recordings.motion_preview import MotionPreview, motion_preview
 from kata.clinic.recordings.schemas import (
     Figure,
     MotorRange,
@@ -66,7 +66,7 @@ def derive_recording(
     """
     _, made = _derived(database, worker, station, recording_id, wanted)
     with database.write() as session:
-        new_id = service.keep_derived(session, recording_id, made, wanted.name, station.config.name).id
+        new_id = service.store_derived(session, recording_id, made, wanted.name, station.config.name).id
     return _detail(database, new_id)
 
 
@@ -91,16 +91,18 @@ def get_recording_figure(
     Of a short one, or of a window that is short, every sample; a window is given in seconds of the figure's clock.
     """
     with database.read() as session:
-        parts = service.figure_parts(session, recording_id, window)
+        parts = service.figure_samples(session, recording_id, window)
     return StreamingResponse(figures.pieces(worker.build(figures.recording, parts)), media_type="application/json")
 
 
 @router.get("/api/recordings/{recording_id}/motion", responses=PROBLEMS.of(404, 410, 422))
-def get_recording_motion(database: TheDatabase, recording_id: UUID) -> MotionShown:
+def get_recording_motion(database: TheDatabase, recording_id: UUID) -> MotionPreview:
     """What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second."""
     with database.read() as session:
         taught = service.samples(session, recording_id)
-        return shown(Motion(taught.times_s, taught.angles_deg), side_of(service.get(session, recording_id).side))
+        return motion_preview(
+            Motion(taught.times_s, taught.angles_deg), side_of(service.get(session, recording_id).side)
+        )
 
 
 def _derived(

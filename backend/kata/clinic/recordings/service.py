@@ -22,7 +22,7 @@ from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
 from kata.messages import sent_key
 from kata.plotting import downsampling
-from kata.plotting.figures import RecordingParts, Window
+from kata.plotting.figures import RecordingFigureSamples, Window
 from kata.types import LONGEST_NAME, side_of
 
 SHORTEST_TAKE_S: Final = 0.5
@@ -82,16 +82,16 @@ def stored_samples(session: Session, recording_id: UUID) -> Series:
     return SAMPLES.read(session, recording_id)
 
 
-def figure_parts(session: Session, recording_id: UUID, window: Window | None) -> RecordingParts:
+def figure_samples(session: Session, recording_id: UUID, window: Window | None) -> RecordingFigureSamples:
     """What its figure is drawn from.
 
     :raises ProblemError: 404.
     """
     get(session, recording_id)
     if window:
-        return RecordingParts(SAMPLES.read_within(session, recording_id, "time_s", *window), None, window)
+        return RecordingFigureSamples(SAMPLES.read_within(session, recording_id, "time_s", *window), None, window)
     seen = SAMPLES.overview(session, recording_id)
-    return RecordingParts(SAMPLES.read(session, recording_id) if seen is None else None, seen, None)
+    return RecordingFigureSamples(SAMPLES.read(session, recording_id) if seen is None else None, seen, None)
 
 
 def ranges(taught: Samples) -> list[MotorRange]:
@@ -122,7 +122,7 @@ def source(session: Session, recording_id: UUID) -> Source:
     return Source(stored_samples(session, recording_id), side_of(row.side), tuple(row.done))
 
 
-def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:
+def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:
     """Write down what was made of a recording; named after that and what was done, unless a name is given.
 
     :raises ProblemError: 404.
@@ -135,8 +135,8 @@ def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | N
         teaching_id=None,
         take=None,
         parent_id=parent.id,
-        done=[str(one) for one in made.done],
-        done_keys=[*_known_keys(parent), *(sent_key(one) for one in made.done[len(parent.done) :])],
+        done=[str(step) for step in made.done],
+        done_keys=[*_known_keys(parent), *(sent_key(step) for step in made.done[len(parent.done) :])],
         name=name or f"{parent.name[: LONGEST_NAME - len(what) - 2]}, {what}",
         side=made.side,
         station=station,
@@ -151,7 +151,7 @@ def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | N
     )
     session.add(row)
     session.flush()
-    SAMPLES.keep(session, row.id, made.series, made.overview)
+    SAMPLES.keep(session, row.id, made.series, made.downsampled)
     return row
 
 
@@ -173,7 +173,7 @@ def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> Rec
     return row
 
 
-def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | None:
+def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | None:
     """Turn a teaching's journal into recordings, one a take; those that are there already are left alone.
 
     :returns: what is new; None when nobody knows this teaching.

@@ -19,21 +19,21 @@ _Owner = Select[UUID]
 
 OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     {
-        "patient_id": lambda one: select(PatientRow.id).where(PatientRow.id == one),
-        "erasure_id": lambda one: select(ErasureRow.patient_id).where(ErasureRow.id == one),
-        "episode_id": lambda one: select(EpisodeRow.patient_id).where(EpisodeRow.id == one),
-        "stage_id": lambda one: _of_episode(StageRow.episode_id, StageRow.id == one),
-        "assessment_id": lambda one: _of_episode(AssessmentRow.episode_id, AssessmentRow.id == one),
-        "programme_id": lambda one: _of_episode(ProgrammeRow.episode_id, ProgrammeRow.id == one),
-        "programme_version_id": lambda one: _of_episode(
+        "patient_id": lambda id_: select(PatientRow.id).where(PatientRow.id == id_),
+        "erasure_id": lambda id_: select(ErasureRow.patient_id).where(ErasureRow.id == id_),
+        "episode_id": lambda id_: select(EpisodeRow.patient_id).where(EpisodeRow.id == id_),
+        "stage_id": lambda id_: _of_episode(StageRow.episode_id, StageRow.id == id_),
+        "assessment_id": lambda id_: _of_episode(AssessmentRow.episode_id, AssessmentRow.id == id_),
+        "programme_id": lambda id_: _of_episode(ProgrammeRow.episode_id, ProgrammeRow.id == id_),
+        "programme_version_id": lambda id_: _of_episode(
             ProgrammeRow.episode_id,
             ProgrammeRow.id
-            == select(ProgrammeVersionRow.programme_id).where(ProgrammeVersionRow.id == one).scalar_subquery(),
+            == select(ProgrammeVersionRow.programme_id).where(ProgrammeVersionRow.id == id_).scalar_subquery(),
         ),
-        "recording_id": lambda one: select(RecordingRow.patient_id).where(RecordingRow.id == one),
-        "session_id": lambda one: select(SessionRow.patient_id).where(SessionRow.id == one),
-        "run_id": lambda one: (
-            select(SessionRow.patient_id).join(RunRow, RunRow.session_id == SessionRow.id).where(RunRow.id == one)
+        "recording_id": lambda id_: select(RecordingRow.patient_id).where(RecordingRow.id == id_),
+        "session_id": lambda id_: select(SessionRow.patient_id).where(SessionRow.id == id_),
+        "run_id": lambda id_: (
+            select(SessionRow.patient_id).join(RunRow, RunRow.session_id == SessionRow.id).where(RunRow.id == id_)
         ),
     }
 )
@@ -45,8 +45,8 @@ OF_NOBODY: Final = frozenset({"account_id", "account_ids", "backup_id", "glass_i
 def patients_of(session: Session, named: Iterable[tuple[str, UUID]]) -> list[UUID]:
     """The patients whose records these belong to, in their order, each once; none for what is not there."""
     found: dict[UUID, None] = {}
-    for name, one in named:
-        owner = session.scalars(OF_A_PATIENT[name](one)).first()
+    for name, id_ in named:
+        owner = session.scalars(OF_A_PATIENT[name](id_)).first()
         if owner is not None:
             found[owner] = None
     return list(found)

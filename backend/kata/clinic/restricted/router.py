@@ -7,8 +7,8 @@ from fastapi import APIRouter
 from kata.clinic.restricted import service
 from kata.clinic.restricted.schemas import (
     BreakGlass,
-    BrokenGlass,
-    BrokenGlassList,
+    BreakGlassAccess,
+    BreakGlassAccessList,
     RecordAccess,
     RecordAccessChange,
 )
@@ -43,14 +43,14 @@ def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted
 
 
 @router.get("/api/break-glass-accesses")
-def list_broken_glass(database: TheDatabase) -> BrokenGlassList:
+def list_broken_glass(database: TheDatabase) -> BreakGlassAccessList:
     """Records that were opened in an emergency: first those that nobody has looked at, then the newest."""
     with database.read() as session:
-        return BrokenGlassList(items=service.broken(session))
+        return BreakGlassAccessList(items=service.break_glass_accesses(session))
 
 
 @router.post("/api/break-glass-accesses/{glass_id}/review", responses=PROBLEMS.of(404, 409, 422))
-def review_broken_glass(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BrokenGlass:
+def review_broken_glass(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BreakGlassAccess:
     """Say that you have looked at it; not of what you did yourself."""
     with database.write() as session:
         return service.review(session, actor, glass_id)

@@ -43,7 +43,7 @@ class BreakGlass(Schema):
     )
 
 
-class BrokenGlass(Schema):
+class BreakGlassAccess(Schema):
     """A restricted record that somebody opened in an emergency."""
 
     id: UUID
@@ -57,7 +57,7 @@ class BrokenGlass(Schema):
     reviewed_by: str
 
 
-class BrokenGlassList(Schema):
+class BreakGlassAccessList(Schema):
     """Those that nobody has looked at come first, then the newest."""
 
-    items: list[BrokenGlass]
+    items: list[BreakGlassAccess]

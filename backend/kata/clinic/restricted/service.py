@@ -14,8 +14,8 @@ from kata.auth.tables import AccountRow
 from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.restricted.schemas import BrokenGlass, RecordAccess, RecordAccessChange, TeamMember
-from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
+from kata.clinic.restricted.schemas import BreakGlassAccess, RecordAccess, RecordAccessChange, TeamMember
+from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError, not_found
 
@@ -29,7 +29,7 @@ _MOST_LISTED: Final = 200
 def hidden(actor: Actor) -> Select[UUID]:
     """The patients whose records are not for this actor: a list leaves them out within its own query."""
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
-    opened = _open_glass(actor).with_only_columns(BrokenGlassRow.patient_id)
+    opened = _open_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
     return select(PatientRow.id).where(PatientRow.restricted, ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened)))
 
 
@@ -57,11 +57,13 @@ def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
         .order_by(AccountRow.name, AccountRow.id)
     )
     until = session.scalars(
-        _open_glass(actor).where(BrokenGlassRow.patient_id == patient_id).order_by(BrokenGlassRow.until.desc())
+        _open_glass(actor)
+        .where(BreakGlassAccessRow.patient_id == patient_id)
+        .order_by(BreakGlassAccessRow.until.desc())
     ).first()
     return RecordAccess(
         restricted=patient.restricted,
-        team=[TeamMember(account_id=one, name=name) for one, name in team],
+        team=[TeamMember(account_id=account_id, name=name) for account_id, name in team],
         open_to_you=may_see(session, actor, [patient_id]),
         glass_until=until if patient.restricted else None,
     )
@@ -80,11 +82,11 @@ def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> No
             "no_account",
             texts.CARE_TEAM_WITHOUT_ACCOUNT(),
             texts.RELOAD_ACCOUNTS(),
-            [("#/account_ids", str(one)) for one in sorted(unknown, key=str)],
+            [("#/account_ids", str(account_id)) for account_id in sorted(unknown, key=str)],
         )
     patient.restricted = wanted.restricted
     session.execute(delete(CareTeamRow).where(CareTeamRow.patient_id == patient_id))
-    session.add_all(CareTeamRow(patient_id=patient_id, account_id=one) for one in known)
+    session.add_all(CareTeamRow(patient_id=patient_id, account_id=account_id) for account_id in known)
     session.flush()
 
 
@@ -97,7 +99,7 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
     if may_see(session, actor, [patient_id]):
         raise ProblemError(409, "not_restricted", texts.RECORD_NOT_RESTRICTED(), texts.GO_ON_AS_USUAL())
     now = utc_now()
-    row = BrokenGlassRow(
+    row = BreakGlassAccessRow(
         id=uuid4(), patient_id=patient_id, account_id=actor.account_id, reason=reason, at=now, until=now + GLASS_LASTS
     )
     session.add(row)
@@ -107,22 +109,22 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
     return row.until
 
 
-def broken(session: Session) -> list[BrokenGlass]:
+def break_glass_accesses(session: Session) -> list[BreakGlassAccess]:
     """What was opened in an emergency: first what nobody has looked at, then the newest."""
     query = (
-        select(BrokenGlassRow, AccountRow.name)
-        .join(AccountRow, AccountRow.id == BrokenGlassRow.account_id)
-        .order_by(BrokenGlassRow.reviewed_at.is_not(None), BrokenGlassRow.at.desc(), BrokenGlassRow.id)
+        select(BreakGlassAccessRow, AccountRow.name)
+        .join(AccountRow, AccountRow.id == BreakGlassAccessRow.account_id)
+        .order_by(BreakGlassAccessRow.reviewed_at.is_not(None), BreakGlassAccessRow.at.desc(), BreakGlassAccessRow.id)
     )
-    return [_told(row, name) for row, name in session.execute(query.limit(_MOST_LISTED))]
+    return [_as_access(row, name) for row, name in session.execute(query.limit(_MOST_LISTED))]
 
 
-def review(session: Session, actor: Actor, glass_id: UUID) -> BrokenGlass:
+def review(session: Session, actor: Actor, glass_id: UUID) -> BreakGlassAccess:
     """An administrator has looked at it.
 
     :raises ProblemError: 404; 409 when it was the administrator's own doing, or somebody has looked already.
     """
-    row = session.get(BrokenGlassRow, glass_id, with_for_update=True)
+    row = session.get(BreakGlassAccessRow, glass_id, with_for_update=True)
     account = session.get(AccountRow, row.account_id) if row else None
     if row is None or account is None:
         raise not_found(texts.EMERGENCY_ACCESS_NOT_FOUND)
@@ -131,11 +133,11 @@ def review(session: Session, actor: Actor, glass_id: UUID) -> BrokenGlass:
     if row.reviewed_at:
         raise ProblemError(409, "reviewed", texts.EMERGENCY_ACCESS_REVIEWED(), texts.RELOAD_LIST())
     row.reviewed_at, row.reviewed_by = utc_now(), actor.name
-    return _told(row, account.name)
+    return _as_access(row, account.name)
 
 
-def _told(row: BrokenGlassRow, name: str) -> BrokenGlass:
-    return BrokenGlass(
+def _as_access(row: BreakGlassAccessRow, name: str) -> BreakGlassAccess:
+    return BreakGlassAccess(
         id=row.id,
         patient_id=row.patient_id,
         account_id=row.account_id,
@@ -149,6 +151,6 @@ def _told(row: BrokenGlassRow, name: str) -> BrokenGlass:
 
 
 def _open_glass(actor: Actor) -> Select[datetime]:
-    return select(BrokenGlassRow.until).where(
-        BrokenGlassRow.account_id == actor.account_id, BrokenGlassRow.until > utc_now()
+    return select(BreakGlassAccessRow.until).where(
+        BreakGlassAccessRow.account_id == actor.account_id, BreakGlassAccessRow.until > utc_now()
     )

@@ -19,7 +19,7 @@ class CareTeamRow(Base):
     account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), primary_key=True)
 
 
-class BrokenGlassRow(Base):
+class BreakGlassAccessRow(Base):
     """Emergency access of an account to a restricted record, limited in time."""
 
     __tablename__ = "broken_glass"

@@ -48,7 +48,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckState:
     """A need and its answer; None while it is open."""
 
     need: Need
@@ -65,7 +65,7 @@ def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fix
     return ("arm_fixer_2", "elbow_fixer_2") if second else ("arm_fixer_1",)
 
 
-def needed(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
+def required_checks(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
     """Everything, in the order in which one goes through it."""
     return (
         Need("side", side, texts.CHECK_LEFT_SIDE() if side == "left" else texts.CHECK_RIGHT_SIDE(), detected=False),
@@ -86,9 +86,9 @@ def _fixtures_text(fixtures: Sequence[Fixture]) -> Text:
     return reduce(lambda first, second: texts.FIXTURES_AND(first=first, second=second), words) if words else NO_TEXT
 
 
-def checked(
+def match_answers(
     needs: Sequence[Need], answers: Sequence[Answer], detected: Mapping[CheckName, datetime | None]
-) -> tuple[Checked, ...]:
+) -> tuple[CheckState, ...]:
     """Each need with its answer: the newest of its check, and only if that was given for the same.
 
     ``detected``: when the apparatus told of those that nobody ticks; None while it has not.
@@ -98,7 +98,9 @@ def checked(
         if need.detected:
             at = detected[need.check]
             return Answer(need.check, need.subject, at, "") if at else None
-        newest = max((one for one in answers if one.check == need.check), key=lambda one: one.at, default=None)
+        newest = max(
+            (answer for answer in answers if answer.check == need.check), key=lambda answer: answer.at, default=None
+        )
         return newest if newest and newest.subject == need.subject else None
 
-    return tuple(Checked(need, of(need)) for need in needs)
+    return tuple(CheckState(need, of(need)) for need in needs)

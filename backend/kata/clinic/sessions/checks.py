@@ -18,8 +18,16 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions import ending, service
-from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
-from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
+from kata.clinic.sessions.checklist import (
+    Answer,
+    CheckName,
+    CheckState,
+    Need,
+    match_answers,
+    playback_fixtures,
+    required_checks,
+)
+from kata.clinic.sessions.schemas import CheckConfirmation, Checklist, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError
@@ -32,7 +40,7 @@ _ROTATES_DEG: Final = 15.0
 
 
 @dataclass(frozen=True)
-class Apparatus:
+class ApparatusState:
     """What the checklist asks of the apparatus itself."""
 
     station: str
@@ -41,46 +49,46 @@ class Apparatus:
     """Since then it has been connected and its drives configured without a break; None while it is not so."""
 
 
-def apparatus(station: str, live: Live) -> Apparatus:
+def apparatus_state(station: str, live: Live) -> ApparatusState:
     """As it is now."""
-    return Apparatus(station, live.pedal in ("up", "down"), live.verified_since)
+    return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since)
 
 
 def checklist(
-    session: DatabaseSession, session_id: UUID, recording_id: UUID | None, there: Apparatus
-) -> tuple[Checked, ...]:
+    session: DatabaseSession, session_id: UUID, recording_id: UUID | None, apparatus: ApparatusState
+) -> tuple[CheckState, ...]:
     """What has to be in order before this recording is played; without one, what holds for all of them.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
     visit = service.get(session, session_id)
-    tested_at = events.estop_tested_at(session, there.station, today())
-    return against(needs(session, visit, recording_id), answers(visit), there, tested_at)
+    tested_at = events.estop_tested_at(session, apparatus.station, today())
+    return check_states(needs(session, visit, recording_id), answers(visit), apparatus, tested_at)
 
 
-def against(
-    asked: Sequence[Need], given: Sequence[Answer], there: Apparatus, estop_tested_at: datetime | None
-) -> tuple[Checked, ...]:
+def check_states(
+    asked: Sequence[Need], given: Sequence[Answer], apparatus: ApparatusState, estop_tested_at: datetime | None
+) -> tuple[CheckState, ...]:
     """What is asked, with what was answered, and what the apparatus tells now.
 
     ``estop_tested_at``: when the emergency stop was last tested; it counts as :func:`estop_test` says.
     """
     detected: dict[CheckName, datetime | None] = {
-        "pedal": utc_now() if there.pedal_answers else None,
-        "estop": estop_test(estop_tested_at, there),
+        "pedal": utc_now() if apparatus.pedal_answers else None,
+        "estop": estop_test(estop_tested_at, apparatus),
     }
-    return checked(asked, given, detected)
+    return match_answers(asked, given, detected)
 
 
-def estop_test(tested_at: datetime | None, there: Apparatus) -> datetime | None:
+def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetime | None:
     """Return the time of the last emergency stop test if it counts, else None.
 
     It must be of today, and from after the apparatus was connected and its drives configured: the switch is read through a drive, and one
     that was reset or exchanged since may read it wrongly.
     """
-    if tested_at is None or there.verified_since is None:
+    if tested_at is None or apparatus.verified_since is None:
         return None
-    return tested_at if tested_at >= max(today(), there.verified_since) else None
+    return tested_at if tested_at >= max(today(), apparatus.verified_since) else None
 
 
 def today() -> datetime:
@@ -89,7 +97,7 @@ def today() -> datetime:
 
 
 @dataclass(frozen=True)
-class Teach:
+class TeachingRequest:
     """A motion that is to be taught: what its checklist depends on."""
 
     patient_id: UUID
@@ -98,34 +106,42 @@ class Teach:
 
 
 def teaching_checklist(
-    session: DatabaseSession, teach: Teach, there: Apparatus, looked: Sequence[Answer] = ()
-) -> tuple[Checked, ...]:
-    """What has to be in order before a motion is taught: by what the patient's open session keeps, if there is one, and by
-    what somebody has ``looked`` at just now.
+    session: DatabaseSession, teaching: TeachingRequest, apparatus: ApparatusState, confirmed: Sequence[Answer] = ()
+) -> tuple[CheckState, ...]:
+    """What has to be in order before a motion is taught: by what the patient's open session keeps, if apparatus is one, and by
+    what somebody has ``confirmed`` at just now.
     """
-    visit = service.open_of(session, teach.patient_id)
-    given = [*(answers(visit) if visit else ()), *looked]
-    return against(_teaching_needs(teach), given, there, events.estop_tested_at(session, there.station, today()))
+    visit = service.open_of(session, teaching.patient_id)
+    given = [*(answers(visit) if visit else ()), *confirmed]
+    return check_states(
+        _teaching_needs(teaching), given, apparatus, events.estop_tested_at(session, apparatus.station, today())
+    )
 
 
 def require_teaching(
-    session: DatabaseSession, teach: Teach, looked_at: Collection[CheckName], by: str, there: Apparatus
+    session: DatabaseSession,
+    teaching: TeachingRequest,
+    looked_at: Collection[CheckName],
+    by: str,
+    apparatus: ApparatusState,
 ) -> None:
-    """The motion may be taught: everything is in order. What was answered is kept with the patient's open session, if there is one.
+    """The motion may be taught: everything is in order. What was answered is stored with the patient's open session, if apparatus is one.
 
     :raises ProblemError: 409 naming what is open.
     """
     now = utc_now()
-    looked = [Answer(need.check, need.subject, now, by) for need in _teaching_needs(teach) if need.check in looked_at]
-    checks = teaching_checklist(session, teach, there, looked)
+    confirmed = [
+        Answer(need.check, need.subject, now, by) for need in _teaching_needs(teaching) if need.check in looked_at
+    ]
+    checks = teaching_checklist(session, teaching, apparatus, confirmed)
     require_all(checks)
-    visit = service.open_of(session, teach.patient_id)
+    visit = service.open_of(session, teaching.patient_id)
     if visit:
         # Nobody else adds to its answers meanwhile.
         visit = service.to_change(session, visit.id)
-        for answer in looked:
-            keep(visit, answer)
-        _keep_detected(visit, checks)
+        for answer in confirmed:
+            store_answer(visit, answer)
+        _store_detected(visit, checks)
 
 
 def teaching_side(patient: PatientRow, side: Side | None) -> Side:
@@ -139,27 +155,27 @@ def teaching_side(patient: PatientRow, side: Side | None) -> Side:
     return side_of(treated)
 
 
-def tick(
-    session: DatabaseSession, session_id: UUID, check: CheckName, given: CheckTick, there: Apparatus
-) -> tuple[Checked, ...]:
-    """Somebody has looked.
+def confirm(
+    session: DatabaseSession, session_id: UUID, check: CheckName, given: CheckConfirmation, apparatus: ApparatusState
+) -> tuple[CheckState, ...]:
+    """Somebody has confirmed.
 
     :raises ProblemError: 404; 409 for what only the apparatus tells, for fixtures of no recording, and when the session has
         ended.
     """
     visit = service.to_change(session, session_id)
     ending.check_goes_on(visit.ended_at)
-    need = to_tick(needs(session, visit, given.recording_id), check)
-    keep(visit, Answer(check, need.subject, utc_now(), given.checked_by))
-    return checklist(session, session_id, given.recording_id, there)
+    need = confirmable(needs(session, visit, given.recording_id), check)
+    store_answer(visit, Answer(check, need.subject, utc_now(), given.checked_by))
+    return checklist(session, session_id, given.recording_id, apparatus)
 
 
-def to_tick(asked: Sequence[Need], check: CheckName) -> Need:
-    """What somebody who has looked gives an answer to.
+def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
+    """What somebody who has confirmed gives an answer to.
 
     :raises ProblemError: 409 for what only the apparatus tells, and for fixtures of no recording.
     """
-    need = next((one for one in asked if one.check == check), None)
+    need = next((need for need in asked if need.check == check), None)
     if need is None:
         raise ProblemError(409, "no_recording", texts.FIXTURES_DEPEND_ON_RECORDING(), texts.CHOOSE_RECORDING_FIRST())
     if need.detected:
@@ -167,22 +183,22 @@ def to_tick(asked: Sequence[Need], check: CheckName) -> Need:
     return need
 
 
-def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, there: Apparatus) -> None:
-    """The recording may be played: everything is in order. What the apparatus told is kept with the session.
+def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, apparatus: ApparatusState) -> None:
+    """The recording may be played: everything is in order. What the apparatus told is stored with the session.
 
     :raises ProblemError: 409 naming what is open.
     """
-    checks = checklist(session, session_id, recording_id, there)
+    checks = checklist(session, session_id, recording_id, apparatus)
     require_all(checks)
-    _keep_detected(service.get(session, session_id), checks)
+    _store_detected(service.get(session, session_id), checks)
 
 
-def require_all(checks: Sequence[Checked]) -> None:
+def require_all(checks: Sequence[CheckState]) -> None:
     """Everything is in order.
 
     :raises ProblemError: 409 naming what is open.
     """
-    still_open = [one.need.sentence for one in checks if one.answer is None]
+    still_open = [check.need.sentence for check in checks if check.answer is None]
     if still_open:
         raise ProblemError(
             409,
@@ -192,28 +208,28 @@ def require_all(checks: Sequence[Checked]) -> None:
         )
 
 
-def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
+def as_checklist(checks: tuple[CheckState, ...]) -> Checklist:
     """As it goes out."""
     return Checklist(
         checks=[
             SessionCheck(
-                check=one.need.check,
-                subject=one.need.subject,
-                sentence=one.need.sentence,
-                sentence_key=TextKey.of(one.need.sentence),
-                detected=one.need.detected,
-                given=one.answer is not None,
-                checked_by=(one.answer.by or None) if one.answer else None,
-                checked_at=one.answer.at if one.answer else None,
+                check=check.need.check,
+                subject=check.need.subject,
+                sentence=check.need.sentence,
+                sentence_key=TextKey.of(check.need.sentence),
+                detected=check.need.detected,
+                given=check.answer is not None,
+                checked_by=(check.answer.by or None) if check.answer else None,
+                checked_at=check.answer.at if check.answer else None,
             )
-            for one in checks
+            for check in checks
         ],
-        complete=all(one.answer for one in checks),
+        complete=all(check.answer for check in checks),
     )
 
 
-def _teaching_needs(teach: Teach) -> tuple[Need, ...]:
-    return needed(teach.side, sorted(teach.fixtures))
+def _teaching_needs(teaching: TeachingRequest) -> tuple[Need, ...]:
+    return required_checks(teaching.side, sorted(teaching.fixtures))
 
 
 def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
@@ -223,34 +239,34 @@ def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None
     """
     if recording_id is None:
         side = side_of(visit.episode.side) if visit.episode else "right"
-        return tuple(need for need in needed(side, ()) if need.check != "fixtures")
+        return tuple(need for need in required_checks(side, ()) if need.check != "fixtures")
     return needs_of(recordings.get(session, recording_id), recordings.samples(session, recording_id).angles_deg)
 
 
 def needs_of(recording: RecordingRow, angles_deg: Floats) -> tuple[Need, ...]:
     """What has to be in order before this one is played; its angles ``(n, 5)`` tell whether it turns the arm."""
     rotates = bool(np.ptp(angles_deg[:, 4]) >= _ROTATES_DEG)
-    return needed(side_of(recording.side), playback_fixtures(recording.fixtures, rotates=rotates))
+    return required_checks(side_of(recording.side), playback_fixtures(recording.fixtures, rotates=rotates))
 
 
 def answers(visit: SessionRow) -> list[Answer]:
     """All that were given so far."""
-    return [Answer(**one | {"at": datetime.fromisoformat(one["at"])}) for one in visit.checks]
+    return [Answer(**check | {"at": datetime.fromisoformat(check["at"])}) for check in visit.checks]
 
 
-def keep(visit: SessionRow, answer: Answer) -> None:
+def store_answer(visit: SessionRow, answer: Answer) -> None:
     """Add an answer."""
     stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
     # Only added to: nobody's change of the session is lost by it, so that it counts as none.
     visit.checks = [*visit.checks, stored]
 
 
-def _keep_detected(visit: SessionRow, checks: Sequence[Checked]) -> None:
-    for answer in told_only_now(checks, answers(visit)):
-        keep(visit, answer)
+def _store_detected(visit: SessionRow, checks: Sequence[CheckState]) -> None:
+    for answer in newly_detected(checks, answers(visit)):
+        store_answer(visit, answer)
 
 
-def told_only_now(checks: Iterable[Checked], kept: Iterable[Answer]) -> list[Answer]:
-    """What the apparatus told, once a session: that is not among what is kept."""
-    before = {one.check for one in kept}
-    return [one.answer for one in checks if one.answer and one.need.detected and one.need.check not in before]
+def newly_detected(checks: Iterable[CheckState], stored: Iterable[Answer]) -> list[Answer]:
+    """What the apparatus told, once a session: that is not among what is stored."""
+    before = {answer.check for answer in stored}
+    return [check.answer for check in checks if check.answer and check.need.detected and check.need.check not in before]

@@ -57,7 +57,9 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
     return Correction(float(columns["time_s"][1]), columns["correction_deg"])
 
 
-def keep(session: DatabaseSession, row: RunRow, journal: Journal, motion: Motion, config: StationConfig) -> None:
+def learn_from_run(
+    session: DatabaseSession, row: RunRow, journal: Journal, motion: Motion, config: StationConfig
+) -> None:
     """Learn from a run of the learned method that was played to its end on this station; from others nothing."""
     if row.method != "learned" or row.outcome != "completed" or journal.station != config.name:
         return

@@ -20,7 +20,7 @@ from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.pagination import Keyset, Next
 from kata.types import Moment, Schema
 
-_MOST_CHOICES: Final = 500
+_MOST_OPTIONS: Final = 500
 
 
 class SessionSummary(Schema):
@@ -44,7 +44,7 @@ class SessionPage(Schema):
     next: Next
 
 
-class SessionChoices(Schema):
+class SessionFilterOptions(Schema):
     """What sessions can be looked for by."""
 
     therapists: list[str]
@@ -55,7 +55,7 @@ class SessionChoices(Schema):
 
 
 @dataclass(frozen=True)
-class Wanted:
+class SessionFilter:
     """Which sessions; None: whichever."""
 
     patient_id: UUID | None = None
@@ -75,7 +75,7 @@ _BY_STOP: Final = Keyset(tuple[datetime, UUID], SessionStopRow.started_at, Sessi
 
 
 def find(
-    session: DatabaseSession, wanted: Wanted, limit: int, after: str | None
+    session: DatabaseSession, wanted: SessionFilter, limit: int, after: str | None
 ) -> tuple[list[SessionSummary], str | None]:
     """Some sessions, newest first; and where the next page begins.
 
@@ -96,37 +96,37 @@ def find(
     return [_summary(row) for row in shown], further
 
 
-def choices(session: DatabaseSession) -> SessionChoices:
+def filter_options(session: DatabaseSession) -> SessionFilterOptions:
     """The therapists, stations and causes of stops that there are sessions of."""
-    return SessionChoices(
-        therapists=_seen(session, SessionRow.therapist),
-        stations=_seen(session, SessionRow.station),
-        stops=_seen(session, SessionStopRow.code),
+    return SessionFilterOptions(
+        therapists=_distinct_values(session, SessionRow.therapist),
+        stations=_distinct_values(session, SessionRow.station),
+        stops=_distinct_values(session, SessionStopRow.code),
     )
 
 
-def _ids(wanted: Wanted) -> Select[Any]:
+def _ids(wanted: SessionFilter) -> Select[Any]:
     """Without order and end: those are the page's."""
     query: Select[Any]
-    told: type[SessionRow] | type[SessionStopRow]
+    table: type[SessionRow] | type[SessionStopRow]
     if wanted.stop is None:
-        told = SessionRow
+        table = SessionRow
         query = select(SessionRow.id)
     else:
-        told = SessionStopRow
+        table = SessionStopRow
         query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == wanted.stop)
         if wanted.patient_id or wanted.hidden is not None:
             query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
     if wanted.since:
-        query = query.where(told.started_at >= wanted.since)
+        query = query.where(table.started_at >= wanted.since)
     if wanted.until:
-        query = query.where(told.started_at < wanted.until)
+        query = query.where(table.started_at < wanted.until)
     if wanted.hidden is not None:
         query = query.where(SessionRow.patient_id.not_in(wanted.hidden))
     for column, value in (
         (SessionRow.patient_id, wanted.patient_id),
-        (told.therapist, wanted.therapist),
-        (told.station, wanted.station),
+        (table.therapist, wanted.therapist),
+        (table.station, wanted.station),
     ):
         if value is not None:
             query = query.where(column == value)
@@ -147,9 +147,9 @@ def _summary(row: Any) -> SessionSummary:
     )
 
 
-def _seen(session: DatabaseSession, column: InstrumentedAttribute[str]) -> list[str]:
+def _distinct_values(session: DatabaseSession, column: InstrumentedAttribute[str]) -> list[str]:
     """Every value of a column that an index begins with, but the empty one: from each to the next, not row by row."""
     values = select(func.min(column).label("value")).where(column > "").cte(recursive=True)
     following = select(func.min(column)).where(column > values.c.value).scalar_subquery()
     values = values.union_all(select(following).where(values.c.value.is_not(None)))
-    return list(session.scalars(select(values.c.value).where(values.c.value.is_not(None)).limit(_MOST_CHOICES)))
+    return list(session.scalars(select(values.c.value).where(values.c.value.is_not(None)).limit(_MOST_OPTIONS)))

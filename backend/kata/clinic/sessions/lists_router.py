@@ -10,7 +10,7 @@ from pydantic import AfterValidator, AwareDatetime, BeforeValidator
 from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
-from kata.clinic.sessions.lists import SessionChoices, SessionPage, Wanted
+from kata.clinic.sessions.lists import SessionFilter, SessionFilterOptions, SessionPage
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.pagination import After, Limit
 from kata.types import LONGEST_NAME, NO_NUL, written_moment
@@ -48,16 +48,16 @@ def list_sessions(
     """Sessions of all patients whose records are open to you, newest first; only those that match everything that is given."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
-        wanted = Wanted(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
+        wanted = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
         items, further = lists.find(session, wanted, limit, after)
         return SessionPage(items=items, next=further)
 
 
 @router.get("/api/sessions/filter-options", responses=PROBLEMS.of(422))
-def list_session_choices(database: TheDatabase) -> SessionChoices:
+def list_session_choices(database: TheDatabase) -> SessionFilterOptions:
     """The therapists, stations and causes of stops that sessions can be looked for by."""
     with database.read() as session:
-        return lists.choices(session)
+        return lists.filter_options(session)
 
 
 @router.get("/api/patients/{patient_id}/sessions", responses=PROBLEMS.of(404, 422))
@@ -67,5 +67,5 @@ def list_patient_sessions(
     """A patient's sessions, newest first."""
     with database.read() as session:
         patients.get(session, patient_id)
-        items, further = lists.find(session, Wanted(patient_id=patient_id), limit, after)
+        items, further = lists.find(session, SessionFilter(patient_id=patient_id), limit, after)
         return SessionPage(items=items, next=further)

@@ -15,11 +15,11 @@ from uuid import UUID, uuid4
 
 from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.events import service as events
-from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening
+from kata.clinic.events.observer import ESTOP_TESTED, AlarmsEnded, NewDeviceEvent
 from kata.clinic.programmes import planned
 from kata.clinic.sessions import checks, ending, plans, prefetch, runs
-from kata.clinic.sessions.checklist import Answer, Checked, CheckName
-from kata.clinic.sessions.prefetch import Known, Playable
+from kata.clinic.sessions.checklist import Answer, CheckName, CheckState
+from kata.clinic.sessions.prefetch import CachedPatient, CachedRecording
 from kata.clinic.sessions.replay import CheckAnswered, PainRecorded, RunStarted, SessionClosed, SessionOpened, written
 from kata.clinic.sessions.schemas import (
     CheckAnswer,
@@ -48,14 +48,14 @@ _PAIN: Final[tuple[PainWhen, ...]] = ("pain_before", "pain_during", "pain_after"
 
 
 @dataclass(frozen=True)
-class ToPlay:
+class CheckedRun:
     """A run that has passed every check and can be loaded."""
 
     begun: RunStarted
-    told: tuple[CheckAnswered, ...]
+    new_answers: tuple[CheckAnswered, ...]
     """Checks that the apparatus answered and that are not stored yet."""
     run: Run
-    recording: Playable
+    recording: CachedRecording
     motion: edit.Motion
     learned: Correction | None
     limits: MotorLimits
@@ -72,7 +72,7 @@ class OfflineCache:
         self._opened: dict[UUID, datetime] = {}
         """Each patient's last activity at this station."""
         self._attended: UUID | None = None
-        self._known: dict[UUID, Known] = {}
+        self._known: dict[UUID, CachedPatient] = {}
         self._unsent: dict[UUID, UUID] = {}
         """Session to patient, for sessions that changed while the database was unavailable."""
         self._changes = 0
@@ -99,9 +99,9 @@ class OfflineCache:
         """Refresh at the next call: a session was changed in the database."""
         self._due_s = 0.0
 
-    def on_event(self, item: Happening | Ended) -> None:
+    def on_event(self, item: NewDeviceEvent | AlarmsEnded) -> None:
         """Take note of a successful emergency-stop test."""
-        if isinstance(item, Happening) and item.code == ESTOP_TESTED:
+        if isinstance(item, NewDeviceEvent) and item.code == ESTOP_TESTED:
             self._estop_tested_at = item.at
 
     def refresh(self) -> None:
@@ -139,7 +139,7 @@ class OfflineCache:
         if self._database.unavailable_since is None:
             return []
         ready = [known.as_ready() for known in self._ready()]
-        return sorted(ready, key=lambda one: (one.patient.name, one.patient.clinic_number))
+        return sorted(ready, key=lambda entry: (entry.patient.name, entry.patient.clinic_number))
 
     @property
     def ready_patients(self) -> int:
@@ -158,7 +158,7 @@ class OfflineCache:
     def is_pending(self, named: Iterable[tuple[str, UUID]]) -> bool:
         """True if a change to one of the named records may not be in the database yet."""
         with self._lock:
-            return any(one in self._unsent or one in self._unsent.values() for _, one in named)
+            return any(id_ in self._unsent or id_ in self._unsent.values() for _, id_ in named)
 
     def session(self, session_id: UUID) -> Session | None:
         """Return the cached session, None if it is unknown."""
@@ -173,7 +173,7 @@ class OfflineCache:
         The caller spools the returned event.
         """
         with self._lock:
-            known = next((one for one in self._usable() if one.patient.id == patient_id), None)
+            known = next((entry for entry in self._usable() if entry.patient.id == patient_id), None)
             if known is None or self._database.unavailable_since is None:
                 return None
             if known.visit and not known.visit.ended_at:
@@ -213,14 +213,14 @@ class OfflineCache:
                 return None
             check_version(visit.updated_at, given.updated_at)
             at = utc_now()
-            told = [
+            events = [
                 PainRecorded(visit.id, when, said[when], getattr(visit, when), at, self._station)
                 for when in _PAIN
                 if when in said
             ]
             changed = visit.model_copy(update={**said, "updated_at": at})
             self._store(replace(known, visit=changed))
-            return changed, told
+            return changed, events
 
     def end_session(
         self, session_id: UUID, reason: EndReason | None, on_apparatus: UUID | None
@@ -245,11 +245,11 @@ class OfflineCache:
             return ended, SessionClosed(session_id, reason, at, self._station)
 
     def checklist(
-        self, session_id: UUID, recording_id: UUID | None, there: checks.Apparatus
-    ) -> tuple[Checked, ...] | None:
+        self, session_id: UUID, recording_id: UUID | None, apparatus: checks.ApparatusState
+    ) -> tuple[CheckState, ...] | None:
         """As :func:`kata.clinic.sessions.checks.checklist`. None if session or recording is unknown."""
         found = self._find_playable(session_id, recording_id)
-        return self._checked(*found, there) if found else None
+        return self._checked(*found, apparatus) if found else None
 
     def answer_check(
         self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str
@@ -262,9 +262,9 @@ class OfflineCache:
             found = self._find_playable(session_id, recording_id)
             if found is None:
                 return None
-            known, visit, one = found
+            known, visit, recording = found
             ending.check_goes_on(visit.ended_at)
-            need = checks.to_tick(one.needs, check)
+            need = checks.confirmable(recording.needs, check)
             ticked = CheckAnswered(session_id, check, need.subject, utc_now(), by)
             self._store(replace(known, visit=_with_answers(visit, [ticked])))
             return ticked
@@ -277,17 +277,17 @@ class OfflineCache:
         asked: edit.PlaybackSettings,
         method: Method,
         programme_position: int | None,
-        there: checks.Apparatus,
-    ) -> ToPlay | None:
+        apparatus: checks.ApparatusState,
+    ) -> CheckedRun | None:
         """Check and start a run by the same rules as with the database. None if session or recording is unknown.
 
         :raises ProblemError: as :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
-            :meth:`Allowed.check` and :func:`kata.clinic.sessions.checks.require`.
+            :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """
         found = self._find_playable(session_id, recording_id)
         if found is None:
             return None
-        known, visit, one = found
+        known, visit, recording = found
         ending.check_goes_on(visit.ended_at)
         if programme_position is not None:
             items = visit.programme.items if visit.programme else ()
@@ -295,11 +295,11 @@ class OfflineCache:
             # The time played since the refresh is unknown; it is at most the time that has passed.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
-        motion = runs.with_settings(one.taught, asked)
-        limits = one.allowed.check(motion, load_level, method)
-        checked = self._checked(known, visit, one, there)
+        motion = runs.with_settings(recording.taught, asked)
+        limits = recording.allowed.check(motion, load_level, method)
+        checked = self._checked(known, visit, recording, apparatus)
         checks.require_all(checked)
-        corrected_by, learned = one.learned.get(asked, (None, None)) if method == "learned" else (None, None)
+        corrected_by, learned = recording.learned.get(asked, (None, None)) if method == "learned" else (None, None)
         begun = RunStarted(
             id=uuid4(),
             session_id=session_id,
@@ -310,20 +310,20 @@ class OfflineCache:
             asked=asked,
             method=method,
             corrected_by=corrected_by,
-            allowed=written(one.allowed),
+            allowed=written(recording.allowed),
             station=self._station,
         )
-        told = tuple(
+        new_answers = tuple(
             CheckAnswered(session_id, answer.check, answer.subject, answer.at, answer.by)
-            for answer in checks.told_only_now(checked, _answers(visit))
+            for answer in checks.newly_detected(checked, _answers(visit))
         )
-        run = runs.as_run(begun.row, one.name)
+        run = runs.as_run(begun.row, recording.name)
         with self._lock:
             if now := self._find_session(session_id):
                 visit = now.visit or visit
-                visit = _with_answers(visit, told).model_copy(update={"runs": [*visit.runs, run]})
+                visit = _with_answers(visit, new_answers).model_copy(update={"runs": [*visit.runs, run]})
                 self._store(replace(now, visit=visit))
-        return ToPlay(begun, told, run, one, motion, learned, limits, known.patient)
+        return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient)
 
     def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
         """Store a run's outcome. None: the device refused the run; it is removed."""
@@ -345,39 +345,47 @@ class OfflineCache:
         with self._lock:
             for patient_id, at in seen.items():
                 self._touch(patient_id, max(at, self._opened.get(patient_id, at)))
-            for patient_id in [one for one, at in self._opened.items() if at < today and one != self._attended]:
+            for patient_id in [
+                patient for patient, at in self._opened.items() if at < today and patient != self._attended
+            ]:
                 del self._opened[patient_id]
-            return sorted(self._opened, key=lambda one: (one == self._attended, self._opened[one]), reverse=True)
+            return sorted(
+                self._opened, key=lambda patient: (patient == self._attended, self._opened[patient]), reverse=True
+            )
 
     def _touch(self, patient_id: UUID, at: datetime) -> None:
         self._opened[patient_id] = at
         while len(self._opened) > _MAX_PATIENTS:
-            del self._opened[min((one for one in self._opened if one != self._attended), key=self._opened.__getitem__)]
+            del self._opened[
+                min((patient for patient in self._opened if patient != self._attended), key=self._opened.__getitem__)
+            ]
 
-    def _usable(self) -> list[Known]:
+    def _usable(self) -> list[CachedPatient]:
         """Return the entries that are recent enough to be used."""
         since = (self._database.unavailable_since or utc_now()) - _MAX_AGE
         with self._lock:
             return [known for known in self._known.values() if known.at >= since]
 
-    def _ready(self) -> list[Known]:
+    def _ready(self) -> list[CachedPatient]:
         return [known for known in self._usable() if known.visit or self._may_begin(known)]
 
-    def _may_begin(self, known: Known) -> bool:
+    def _may_begin(self, known: CachedPatient) -> bool:
         day = self._opened.get(known.patient.id)
         return known.programme is not None and day is not None and day >= checks.today()
 
-    def _find_session(self, session_id: UUID) -> Known | None:
+    def _find_session(self, session_id: UUID) -> CachedPatient | None:
         return next((known for known in self._usable() if known.visit and known.visit.id == session_id), None)
 
-    def _find_playable(self, session_id: UUID, recording_id: UUID | None) -> tuple[Known, Session, Playable] | None:
+    def _find_playable(
+        self, session_id: UUID, recording_id: UUID | None
+    ) -> tuple[CachedPatient, Session, CachedRecording] | None:
         known = self._find_session(session_id)
         if known is None or known.visit is None or recording_id is None:
             return None
-        one = known.recordings.get(recording_id)
-        return (known, known.visit, one) if one else None
+        recording = known.recordings.get(recording_id)
+        return (known, known.visit, recording) if recording else None
 
-    def _store(self, known: Known) -> None:
+    def _store(self, known: CachedPatient) -> None:
         """Store an entry that was changed without the database."""
         self._known[known.patient.id] = known
         if known.visit:
@@ -385,13 +393,15 @@ class OfflineCache:
         self._changes += 1
         self._due_s = 0.0
 
-    def _checked(self, known: Known, visit: Session, one: Playable, there: checks.Apparatus) -> tuple[Checked, ...]:
-        return checks.against(one.needs, _answers(visit), there, self._estop_tested_at)
+    def _checked(
+        self, known: CachedPatient, visit: Session, recording: CachedRecording, apparatus: checks.ApparatusState
+    ) -> tuple[CheckState, ...]:
+        return checks.check_states(recording.needs, _answers(visit), apparatus, self._estop_tested_at)
 
 
-def _of(known: Known) -> set[tuple[str, UUID]]:
-    """Return every record that a request can name, of one patient."""
-    named = {("patient_id", known.patient.id), *(("recording_id", one) for one in known.recordings)}
+def _of(known: CachedPatient) -> set[tuple[str, UUID]]:
+    """Return every record that a request can name, of recording patient."""
+    named = {("patient_id", known.patient.id), *(("recording_id", recording) for recording in known.recordings)}
     if known.programme:
         named.add(("programme_version_id", known.programme.version_id))
     if known.visit:
@@ -400,9 +410,9 @@ def _of(known: Known) -> set[tuple[str, UUID]]:
 
 
 def _answers(visit: Session) -> list[Answer]:
-    return [Answer(one.check, one.subject, one.at, one.by) for one in visit.checks]
+    return [Answer(check.check, check.subject, check.at, check.by) for check in visit.checks]
 
 
 def _with_answers(visit: Session, ticked: Iterable[CheckAnswered]) -> Session:
-    more = [CheckAnswer(check=one.check, subject=one.subject, at=one.at, by=one.by) for one in ticked]
+    more = [CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked]
     return visit.model_copy(update={"checks": [*visit.checks, *more]})

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from sqlalchemy.orm import selectinload
 
 from kata.clinic.episodes import limits as doctor
-from kata.clinic.episodes.limits import Allowed
+from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
@@ -36,20 +36,20 @@ _MOST_SAMPLES: Final = 2_000_000
 
 
 @dataclass(frozen=True)
-class Playable:
+class CachedRecording:
     """One recording."""
 
     name: str
     side: Side
     taught: edit.Motion
     needs: tuple[Need, ...]
-    allowed: Allowed
+    allowed: DoctorLimits
     learned: Mapping[edit.PlaybackSettings, tuple[UUID, Correction]]
     """By how it is played: what it is corrected by, and the run that has taught it."""
 
 
 @dataclass(frozen=True)
-class Known:
+class CachedPatient:
     """One patient, as the database told when it last did."""
 
     patient: SessionPatient
@@ -63,7 +63,7 @@ class Known:
     """The session that goes on, and what was done in it since."""
     timer: planned.PlanTimer | None
     """Of that session's programme."""
-    recordings: Mapping[UUID, Playable]
+    recordings: Mapping[UUID, CachedRecording]
     """Those of both programmes, and whatever else was played in the session."""
     unplayable: frozenset[UUID]
     """Those of them that could not be played with the database either."""
@@ -108,8 +108,8 @@ class Known:
 
 
 def fetch(
-    session: DatabaseSession, station: str, wanted: Sequence[UUID], before: Mapping[UUID, Known]
-) -> dict[UUID, Known]:
+    session: DatabaseSession, station: str, wanted: Sequence[UUID], before: Mapping[UUID, CachedPatient]
+) -> dict[UUID, CachedPatient]:
     """Those of the ``wanted`` patients whom a session goes on for, or could begin for; the first ones where the samples are too many.
 
     None whose record is restricted or archived. ``before``: what was fetched last.
@@ -121,14 +121,14 @@ def fetch(
     going_on = select(SessionRow).where(SessionRow.patient_id.in_(rows), SessionRow.ended_at.is_(None))
     visits = {row.patient_id: row for row in session.scalars(going_on.order_by(SessionRow.started_at))}
     versions = programmes.of_patients(session, rows)
-    found: dict[UUID, Known] = {}
+    found: dict[UUID, CachedPatient] = {}
     left = _MOST_SAMPLES
-    for row in (rows[one] for one in wanted if one in rows):
+    for row in (rows[key] for key in wanted if key in rows):
         episode = row.episode if row.episode and row.episode.closed_at is None else None
         of_episode = [
-            one
-            for one in versions
-            if episode and one.programme.episode_id == episode.id and one.programme.archived_at is None
+            version
+            for version in versions
+            if episode and version.programme.episode_id == episode.id and version.programme.archived_at is None
         ]
         programme = plans.programme_of(of_episode[0]) if of_episode else None
         visit = service.as_session(visits[row.id]) if row.id in visits else None
@@ -137,13 +137,13 @@ def fetch(
         played = [run.recording_id for run in visit.runs] if visit else []
         items = [*(programme.items if programme else ()), *(visit.programme.items if visit and visit.programme else ())]
         needed = dict.fromkeys([*(item.recording_id for item in items), *played])
-        size = sum(recordings.get(session, one).samples for one in needed)
+        size = sum(recordings.get(session, recording_id).samples for recording_id in needed)
         if found and size > left:
             continue
         left -= size
         at, at_s, had = utc_now(), time.monotonic(), before.get(row.id)
         playable = _playables(session, row, station, needed, items, had)
-        found[row.id] = Known(
+        found[row.id] = CachedPatient(
             patient=SessionPatient.model_validate(row),
             episode_id=episode.id if episode else None,
             side=side_of(episode.side) if episode else None,
@@ -176,37 +176,37 @@ def _playables(
     station: str,
     needed: Iterable[UUID],
     items: Iterable[SessionItem],
-    before: Known | None,
-) -> dict[UUID, Playable]:
-    allowed: dict[str, Allowed] = {
-        one.side: doctor.of_episode(one) for one in patient.episodes if one.closed_at is None
+    before: CachedPatient | None,
+) -> dict[UUID, CachedRecording]:
+    allowed: dict[str, DoctorLimits] = {
+        episode.side: doctor.of_episode(episode) for episode in patient.episodes if episode.closed_at is None
     }
     learned: dict[UUID, set[edit.PlaybackSettings]] = {}
     for item in items:
         if item.method == "learned":
             learned.setdefault(item.recording_id, set()).add(runs.asked_of(item))
-    found: dict[UUID, Playable] = {}
-    for one in needed:
-        had = before.recordings.get(one) if before else None
+    found: dict[UUID, CachedRecording] = {}
+    for recording_id in needed:
+        had = before.recordings.get(recording_id) if before else None
         try:
-            playable = _playable(session, one, allowed, learned.get(one, ()), station, had)
+            playable = _playable(session, recording_id, allowed, learned.get(recording_id, ()), station, had)
         except ProblemError as error:
-            if before is None or one not in before.unplayable:
-                log.info("recording %s is not kept ready: %s", one, error)
+            if before is None or recording_id not in before.unplayable:
+                log.info("recording %s is not kept ready: %s", recording_id, error)
             continue
         if playable:
-            found[one] = playable
+            found[recording_id] = playable
     return found
 
 
 def _playable(
     session: DatabaseSession,
     recording_id: UUID,
-    allowed: Mapping[str, Allowed],
+    allowed: Mapping[str, DoctorLimits],
     learning_asked: Iterable[edit.PlaybackSettings],
     station: str,
-    before: Playable | None,
-) -> Playable | None:
+    before: CachedRecording | None,
+) -> CachedRecording | None:
     """None where it is archived, or no care of its shoulder goes on. Samples never change, nor does what a run has taught: they are
     fetched once. ``learning_asked``: how it is played with what was learned.
 
@@ -224,7 +224,7 @@ def _playable(
             learned[asked] = had
         elif newest and (correction := learning.correction(session, newest)):
             learned[asked] = (newest, correction)
-    return Playable(
+    return CachedRecording(
         name=recording.name,
         side=side_of(recording.side),
         taught=taught,

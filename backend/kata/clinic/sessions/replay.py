@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.audit import chain
 from kata.clinic import texts
 from kata.clinic.episodes import limits as doctor
-from kata.clinic.episodes.limits import Allowed
+from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import service as programmes
@@ -145,19 +145,21 @@ def store(session: DatabaseSession, event: OfflineEvent) -> None:
         case RunStarted():
             _store_run(session, event)
         case CheckAnswered():
-            checks.keep(_visit(session, event.session_id), Answer(event.check, event.subject, event.at, event.by))
+            checks.store_answer(
+                _visit(session, event.session_id), Answer(event.check, event.subject, event.at, event.by)
+            )
 
 
-def written(allowed: Allowed) -> str:
+def written(allowed: DoctorLimits) -> str:
     """Return the doctor's limits as text that can be compared."""
-    told: dict[str, Any] = {
+    limits: dict[str, Any] = {
         "max_load_level": allowed.max_load_level,
         "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
     }
     if allowed.max_speed_deg_s is not None:
         # Omitted if there is none, so that events spooled by an older version compare equal.
-        told["max_speed_deg_s"] = allowed.max_speed_deg_s
-    return msgspec.json.encode(told).decode()
+        limits["max_speed_deg_s"] = allowed.max_speed_deg_s
+    return msgspec.json.encode(limits).decode()
 
 
 def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
@@ -223,7 +225,7 @@ def _changed_of_visit(
         yield "another"
     if version.programme.archived_at or programmes.newest_number(session, version.programme_id) != version.number:
         yield "programme"
-    if not any(one.id == visit.episode_id and one.closed_at is None for one in patient.episodes):
+    if not any(episode.id == visit.episode_id and episode.closed_at is None for episode in patient.episodes):
         yield "care_closed"
     if patient.archived_at:
         yield "patient_archived"

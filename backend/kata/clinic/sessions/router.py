@@ -8,14 +8,14 @@ from fastapi.responses import StreamingResponse
 
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
-from kata.clinic.recordings.motion_preview import MotionShown, shown
+from kata.clinic.recordings.motion_preview import MotionPreview, motion_preview
 from kata.clinic.sessions import checks, runs, service, signing
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.schemas import (
     AddendumCreate,
+    CheckConfirmation,
     Checklist,
-    CheckTick,
     ReadyPatient,
     Run,
     RunFigures,
@@ -33,9 +33,9 @@ from kata.types import Fixture, Side, side_of
 router = APIRouter(tags=["sessions"])
 
 
-async def _apparatus(station: TheStation) -> checks.Apparatus:
+async def _apparatus(station: TheStation) -> checks.ApparatusState:
     # In the event loop, where the station lives.
-    return checks.apparatus(station.info.name, station.live())
+    return checks.apparatus_state(station.info.name, station.live())
 
 
 class SessionServices(Protocol):
@@ -67,7 +67,7 @@ async def _on_apparatus(station: TheStation) -> UUID | None:
 
 TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
 TheEventSpool = Annotated[EventSpool, Depends(_event_spool)]
-TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
+TheApparatus = Annotated[checks.ApparatusState, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 """The session that something is loaded or played in just now."""
 
@@ -95,7 +95,7 @@ def create_session(
     While the database does not answer: for one of those of whom /api/station/ready-patients tells, by the programme that it tells.
     """
     what = (wanted.patient_id, wanted.therapist, wanted.programme_version_id)
-    # Made here: what the database may have written before it was lost is the same session.
+    # RunMotions here: what the database may have written before it was lost is the same session.
     session_id = uuid4()
     try:
         with database.write() as session:
@@ -143,9 +143,9 @@ def update_session(
         said = offline_cache.update_session(session_id, change)
         if said is None:
             raise
-        changed, told = said
-        for one in told:
-            event_spool.put_offline_event(one)
+        changed, events = said
+        for event in events:
+            event_spool.put_offline_event(event)
         return changed
     offline_cache.refresh_soon()
     return changed
@@ -154,7 +154,7 @@ def update_session(
 @router.get("/api/sessions/{session_id}/checklist", responses=PROBLEMS.of(404, 410, 422))
 def get_checklist(
     database: TheDatabase,
-    there: TheApparatus,
+    apparatus: TheApparatus,
     offline_cache: TheOfflineCache,
     session_id: UUID,
     recording_id: Annotated[UUID | None, Query(description="What is to be played: it says which fixtures.")] = None,
@@ -162,9 +162,9 @@ def get_checklist(
     """What has to be in order before a recording is played, and who has looked; some of it the apparatus tells itself."""
     try:
         with database.read() as session:
-            return checks.as_checklist(checks.checklist(session, session_id, recording_id, there))
+            return checks.as_checklist(checks.checklist(session, session_id, recording_id, apparatus))
     except DatabaseUnavailableError:
-        known = offline_cache.checklist(session_id, recording_id, there)
+        known = offline_cache.checklist(session_id, recording_id, apparatus)
         if known is None:
             raise
         return checks.as_checklist(known)
@@ -173,33 +173,33 @@ def get_checklist(
 @router.put("/api/sessions/{session_id}/checklist/{check}", responses=PROBLEMS.of(404, 409, 410, 422))
 def tick_check(
     database: TheDatabase,
-    there: TheApparatus,
+    apparatus: TheApparatus,
     offline_cache: TheOfflineCache,
     event_spool: TheEventSpool,
     session_id: UUID,
     check: CheckName,
-    given: CheckTick,
+    given: CheckConfirmation,
 ) -> Checklist:
     """Somebody has looked, and it is in order."""
     try:
         with database.write() as session:
-            told = checks.as_checklist(checks.tick(session, session_id, check, given, there))
+            checklist = checks.as_checklist(checks.confirm(session, session_id, check, given, apparatus))
             patient_id = service.get(session, session_id).patient_id
     except DatabaseUnavailableError:
         ticked = offline_cache.answer_check(session_id, given.recording_id, check, given.checked_by)
-        known = offline_cache.checklist(session_id, given.recording_id, there)
+        known = offline_cache.checklist(session_id, given.recording_id, apparatus)
         if ticked is None or known is None:
             raise
         event_spool.put_offline_event(ticked)
         return checks.as_checklist(known)
     offline_cache.attend(patient_id, session_id)
-    return told
+    return checklist
 
 
 @router.get("/api/patients/{patient_id}/teaching-checklist", responses=PROBLEMS.of(404, 409, 422))
 def get_teaching_checklist(
     database: TheDatabase,
-    there: TheApparatus,
+    apparatus: TheApparatus,
     patient_id: UUID,
     fixtures: Annotated[list[Fixture], Query(min_length=1, max_length=3, description="What the arm is in.")],
     side: Annotated[Side | None, Query(description="The side of the patient's episode unless given.")] = None,
@@ -207,8 +207,8 @@ def get_teaching_checklist(
     """What has to be in order before a motion is taught, and what the patient's open session knows of it already."""
     with database.read() as session:
         patient = patients.get(session, patient_id)
-        teach = checks.Teach(patient.id, checks.teaching_side(patient, side), set(fixtures))
-        return checks.as_checklist(checks.teaching_checklist(session, teach, there))
+        teach = checks.TeachingRequest(patient.id, checks.teaching_side(patient, side), set(fixtures))
+        return checks.as_checklist(checks.teaching_checklist(session, teach, apparatus))
 
 
 @router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
@@ -262,14 +262,14 @@ def get_run(database: TheDatabase, run_id: UUID) -> Run:
 
 
 @router.get("/api/runs/{run_id}/motion", responses=PROBLEMS.of(404, 410, 422))
-def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionShown:
+def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionPreview:
     """What a run asks of the motors, one repetition of it, for the 3-D apparatus: at most 20 samples a second.
 
     Its range and speed are the run's, so that it can be watched before it touches anybody.
     """
     with database.read() as session:
         row = runs.get(session, run_id)
-        return shown(runs.motion_of(session, row, once=True), side_of(row.recording.side))
+        return motion_preview(runs.motion_of(session, row, once=True), side_of(row.recording.side))
 
 
 @router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))
@@ -279,5 +279,5 @@ def get_run_figures(database: TheDatabase, worker: TheFigures, window: TheWindow
     Each line with its peaks; of a short run, or of a window that is short, every sample.
     """
     with database.read() as session:
-        parts = runs.figure_parts(session, run_id, window)
+        parts = runs.figure_samples(session, run_id, window)
     return StreamingResponse(figures.pieces(worker.build(figures.run, parts)), media_type="application/json")

@@ -45,7 +45,7 @@ from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method
 from kata.motion.tracking import Tracking, compare, compare_motions
 from kata.plotting import downsampling
-from kata.plotting.figures import RunParts, Window
+from kata.plotting.figures import RunFigureSamples, Window
 from kata.types import side_of
 
 log = logging.getLogger(__name__)
@@ -72,16 +72,16 @@ def begin(
     station: str = "",
     programme_position: int | None = None,
     *,
-    looked_at: RunRow | None = None,
+    prepared: RunRow | None = None,
 ) -> RunRow:
     """Write down that a recording is about to be played; by the learned method, with what was learned on that station.
 
-    ``looked_at``: the same run as :func:`to_begin` has told it before: it is played with the correction that was found then.
+    ``prepared``: the same run as :func:`to_begin` has columns it before: it is played with the correction that was found then.
 
     :raises ProblemError: as :func:`to_begin`.
     """
     row = _allowed(session, session_id, recording_id, load_level, asked, method, programme_position)
-    row.corrected_by = looked_at.corrected_by if looked_at else _corrected_by(session, row, station)
+    row.corrected_by = prepared.corrected_by if prepared else _corrected_by(session, row, station)
     session.add(row)
     _visit(session, row).run_count += 1
     session.flush()
@@ -165,7 +165,7 @@ def new(
     )
 
 
-class Made:
+class RunMotions:
     """A run's recording, and what is made of it: each read or worked out when it is first asked for, and only then."""
 
     def __init__(self, session: DatabaseSession, row: RunRow) -> None:
@@ -223,7 +223,7 @@ def asked_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
     return edit.PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
 
 
-def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
+def complete(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
     """Complete a run from its journal, and learn from it; one that is complete already is left alone. One that was given up too
     early is none of those.
 
@@ -239,10 +239,10 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
     row.stop_message = journal.end.cause_message if journal.end else None
     row.stop_key = msgspec.to_builtins(journal.end.cause_key) if journal.end else None
     row.rate_hz = journal.rate_hz
-    made = Made(session, row)
-    counting.keep(row, journal, lambda: (made.taught, made.motion))
+    made = RunMotions(session, row)
+    counting.count_repetitions(row, journal, lambda: (made.taught, made.motion))
     if len(journal.t_ns):
-        _keep_phases(row, journal, made)
+        _complete_phases(row, journal, made)
     seen: bytes | None = None
     played = journal.phase == PHASE_PLAYING
     if np.any(played):
@@ -251,7 +251,7 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
         compared = compare(motion.times_s, motion.angles_deg, path_s, measured_deg, journal.torque_nm[played])
         row.samples = compared.samples
         seen = downsampling.of_run(motion, compared)
-        learning.keep(session, row, journal, motion, config)
+        learning.learn_from_run(session, row, journal, motion, config)
         row.motions = _compare_motions(row, motion, path_s, measured_deg)
         row.tracking = [
             MotorTrackingRow(motor=motor.motor, torque_peak_nm=motor.torque_peak_nm, **_columns(motor))
@@ -265,7 +265,7 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
     if len(journal.t_ns):
         SAMPLES.keep(session, row.id, _series(journal), seen)
     if row.outcome == "stopped":
-        _keep_stop(session, row)
+        _store_stop(session, row)
     session.flush()
     return row
 
@@ -276,7 +276,7 @@ def outcome_of(journal: Journal) -> Outcome:
     return "interrupted" if reason is None or reason == "finished" else reason
 
 
-def _keep_phases(row: RunRow, journal: Journal, made: Made) -> None:
+def _complete_phases(row: RunRow, journal: Journal, made: RunMotions) -> None:
     row.reversals = phases.reversals(journal.phase)
     if np.any(journal.phase == PHASE_LESSENED):
         row.least_range_percent = phases.least_range_percent(
@@ -291,7 +291,7 @@ def _series(journal: Journal) -> Series:
     return pack({"time_s": (journal.t_ns - journal.t_ns[0]) / 1e9, **columns}, SAMPLE_COLUMNS)
 
 
-def forget(session: DatabaseSession, run_id: UUID) -> None:
+def remove_refused(session: DatabaseSession, run_id: UUID) -> None:
     """The device refused it: it never began."""
     row = session.get(RunRow, run_id)
     if row and row.outcome == "loaded":
@@ -303,12 +303,12 @@ def _visit(session: DatabaseSession, row: RunRow) -> SessionRow:
     return session.get_one(SessionRow, row.session_id)
 
 
-def _keep_stop(session: DatabaseSession, row: RunRow) -> None:
+def _store_stop(session: DatabaseSession, row: RunRow) -> None:
     visit = _visit(session, row)
     visit.stop_count += 1
     if row.stop_code and session.get(SessionStopRow, (visit.id, row.stop_code)) is None:
-        told = {"started_at": visit.started_at, "therapist": visit.therapist, "station": visit.station}
-        session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, **told))
+        columns = {"started_at": visit.started_at, "therapist": visit.therapist, "station": visit.station}
+        session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, **columns))
 
 
 def give_up_unended(session: DatabaseSession, station: str, before: datetime) -> int:
@@ -344,7 +344,7 @@ def _compare_motions(row: RunRow, motion: edit.Motion, path_s: Floats, measured_
     except OutOfReachError as error:
         log.warning("run %s is compared by its motors only: %s", row.id, error)
         return []
-    return [MotionTrackingRow(motion=one.motion.number, **_columns(one)) for one in compared]
+    return [MotionTrackingRow(motion=tracking.motion.number, **_columns(tracking)) for tracking in compared]
 
 
 def _columns(tracking: Tracking) -> dict[str, float | None]:
@@ -363,7 +363,7 @@ def _columns(tracking: Tracking) -> dict[str, float | None]:
     }
 
 
-def figure_parts(session: DatabaseSession, run_id: UUID, window: Window | None = None) -> RunParts:
+def figure_samples(session: DatabaseSession, run_id: UUID, window: Window | None = None) -> RunFigureSamples:
     """What the run's figures are drawn from; of a window of the path only, where one is given.
 
     :raises ProblemError: 404; 409 when nothing was played; 410 when what says where the samples are is damaged.
@@ -373,11 +373,13 @@ def figure_parts(session: DatabaseSession, run_id: UUID, window: Window | None =
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
     seen = None if window else SAMPLES.overview(session, run_id)
     if seen is not None:
-        return RunParts(None, None, asked_of(row), seen, None)
+        return RunFigureSamples(None, None, asked_of(row), seen, None)
     taught = recordings.stored_samples(session, row.recording_id)
     if window:
-        return RunParts(taught, SAMPLES.read_within(session, run_id, "path_s", *window), asked_of(row), None, window)
-    return RunParts(taught, SAMPLES.read(session, run_id), asked_of(row), None, None)
+        return RunFigureSamples(
+            taught, SAMPLES.read_within(session, run_id, "path_s", *window), asked_of(row), None, window
+        )
+    return RunFigureSamples(taught, SAMPLES.read(session, run_id), asked_of(row), None, None)
 
 
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:

@@ -214,7 +214,7 @@ class Addendum(Schema):
     written_at: Moment
 
 
-class CheckTick(Schema):
+class CheckConfirmation(Schema):
     """Somebody has looked."""
 
     checked_by: By = Field("", description="You, unless somebody else is named.")

@@ -75,7 +75,7 @@ def new(id_: UUID, patient_id: UUID, episode_id: UUID | None, station: str, star
     )
 
 
-def never_began(session: DatabaseSession, session_id: UUID) -> None:
+def remove_unannounced(session: DatabaseSession, session_id: UUID) -> None:
     """Take one back that could not be kept, and that nobody was told of."""
     row = session.get(SessionRow, session_id)
     if row and not row.runs:
@@ -160,14 +160,14 @@ def as_session(row: SessionRow) -> Session:
         started_at=row.started_at,
         ended_at=row.ended_at,
         end_reason=row.end_reason,
-        checks=[CheckAnswer.model_validate(one) for one in row.checks],
+        checks=[CheckAnswer.model_validate(check) for check in row.checks],
         pain_before=row.pain_before,
         pain_during=row.pain_during,
         pain_after=row.pain_after,
         note=row.note,
         signed_at=row.signed_at,
         signed_by=row.signed_by,
-        addenda=[Addendum.model_validate(one) for one in row.addenda],
+        addenda=[Addendum.model_validate(addendum) for addendum in row.addenda],
         updated_at=row.updated_at,
         runs=[runs.as_run(run) for run in row.runs],
     )

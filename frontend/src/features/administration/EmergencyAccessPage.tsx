@@ -28,7 +28,7 @@ export function EmergencyAccessPage() {
   );
 }
 
-function Opened({ one }: { one: Schemas["BrokenGlass"] }) {
+function Opened({ one }: { one: Schemas["BreakGlassAccess"] }) {
   const me = useMe();
   const queries = useQueryClient();
   const review = useMutation({

@@ -2,7 +2,7 @@ import type { Schemas } from "../../lib/api/client";
 import type { Angles } from "./posture";
 
 /** Where the motors stand over time, seconds from 0 and degrees. */
-export type Motion = Pick<Schemas["MotionShown"], "times_s" | "angles_deg">;
+export type Motion = Pick<Schemas["MotionPreview"], "times_s" | "angles_deg">;
 
 /** The angles at a time, straight between two samples; before the first and after the last it stands. */
 export function anglesAt(motion: Motion, at_s: number): Angles {

@@ -8,7 +8,7 @@ const named = (values: string[]) => values.map((value) => ({ value, label: value
 /** Narrows the list of sessions: by day, therapist, station and what stopped them. */
 export function SessionFilters(props: {
   value: Filters;
-  choices: Schemas["SessionChoices"] | undefined;
+  choices: Schemas["SessionFilterOptions"] | undefined;
   onChange: (value: Filters) => void;
 }) {
   const { value, choices, onChange } = props;

@@ -296,7 +296,7 @@ export const api = {
         params: { path: { session_id: key }, query: { recording_id } },
       }),
     ),
-  tick: (key: string, check: Check["check"], body: Schemas["CheckTick"]) =>
+  tick: (key: string, check: Check["check"], body: Schemas["CheckConfirmation"]) =>
     unwrap(
       client.PUT("/api/sessions/{session_id}/checklist/{check}", {
         params: { path: { session_id: key, check } },

@@ -3065,10 +3065,10 @@ export interface components {
             reason: string;
         };
         /**
-         * BrokenGlass
+         * BreakGlassAccess
          * @description A restricted record that somebody opened in an emergency.
          */
-        BrokenGlass: {
+        BreakGlassAccess: {
             /**
              * Id
              * Format: uuid
@@ -3115,12 +3115,12 @@ export interface components {
             reviewed_by: string;
         };
         /**
-         * BrokenGlassList
+         * BreakGlassAccessList
          * @description Those that nobody has looked at come first, then the newest.
          */
-        BrokenGlassList: {
+        BreakGlassAccessList: {
             /** Items */
-            items: components["schemas"]["BrokenGlass"][];
+            items: components["schemas"]["BreakGlassAccess"][];
         };
         /**
          * ChangeMessage
@@ -3205,10 +3205,10 @@ export interface components {
             by: string;
         };
         /**
-         * CheckTick
+         * CheckConfirmation
          * @description Somebody has looked.
          */
-        CheckTick: {
+        CheckConfirmation: {
             /**
              * Checked By
              * @description You, unless somebody else is named.
@@ -4444,10 +4444,10 @@ export interface components {
             highest_deg?: number | null;
         };
         /**
-         * MotionShown
+         * MotionPreview
          * @description Where the motors stand over time; between two samples they go straight.
          */
-        MotionShown: {
+        MotionPreview: {
             /**
              * Side
              * @enum {string}
@@ -6438,10 +6438,10 @@ export interface components {
             checked_at: string | null;
         };
         /**
-         * SessionChoices
+         * SessionFilterOptions
          * @description What sessions can be looked for by.
          */
-        SessionChoices: {
+        SessionFilterOptions: {
             /** Therapists */
             therapists: string[];
             /** Stations */
@@ -12400,7 +12400,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["MotionShown"];
+                    "application/json": components["schemas"]["MotionPreview"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -13123,7 +13123,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["BrokenGlassList"];
+                    "application/json": components["schemas"]["BreakGlassAccessList"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -13181,7 +13181,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["BrokenGlass"];
+                    "application/json": components["schemas"]["BreakGlassAccess"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -13431,7 +13431,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SessionChoices"];
+                    "application/json": components["schemas"]["SessionFilterOptions"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -13883,7 +13883,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["CheckTick"];
+                "application/json": components["schemas"]["CheckConfirmation"];
             };
         };
         responses: {
@@ -14420,7 +14420,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["MotionShown"];
+                    "application/json": components["schemas"]["MotionPreview"];
                 };
             };
             /** @description Nobody is signed in at this browser. */

@@ -48,7 +48,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "minutes": ("{minutes} min", "{minutes}分"),
     "therapist": ("Therapist", "担当療法士"),
     "station": ("Station", "装置"),
-    "end": ("How it ended", "終了理由"),
+    "end": ("PlaybackDescription it ended", "終了理由"),
     "end.completed": ("As planned", "予定どおり終了"),
     "end.shortened": ("Shortened", "短縮して終了"),
     "end.stopped": ("After a stop", "停止のため終了"),
@@ -185,7 +185,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "Degrees. First and newest of the treated side, the newest of the other side, and a healthy shoulder's reference.",
         "単位は度。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。",
     ),
-    "kind": ("How", "種別"),
+    "kind": ("PlaybackDescription", "種別"),
     "kind.active": ("Active", "自動"),
     "kind.passive": ("Passive", "他動"),
     "baseline": ("First", "初回"),
@@ -268,7 +268,7 @@ STOPS_JA: Final = {
 """The fault table's sentences; the database keeps the English one."""
 
 
-class Speaker:
+class Phrases:
     """Says things in one language and one time zone."""
 
     def __init__(self, language: Language, zone: str) -> None:
@@ -277,7 +277,7 @@ class Speaker:
         self._column = LANGUAGES.index(language)
         self._zone = ZoneInfo(zone) if zone else None
 
-    def say(self, key: str, /, **values: object) -> str:
+    def text(self, key: str, /, **values: object) -> str:
         """The words for a key, with values put in."""
         return WORDS[key][self._column].format(**values)
 
@@ -315,7 +315,7 @@ class Speaker:
         return (
             "–"
             if ends_deg is None
-            else self.say("to", first=self.number(ends_deg[0], digits), last=self.number(ends_deg[1], digits))
+            else self.text("to", first=self.number(ends_deg[0], digits), last=self.number(ends_deg[1], digits))
         )
 
     def day(self, when: date | datetime) -> str:
@@ -342,7 +342,7 @@ class Speaker:
         return self._local(when).tzname() or ""
 
     def years(self, born: date, when: datetime) -> int:
-        """How old somebody was."""
+        """PlaybackDescription old somebody was."""
         today = self._local(when).date()
         return today.year - born.year - ((today.month, today.day) < (born.month, born.day))
 

@@ -24,7 +24,7 @@ from kata.reporting import charts, trends
 from kata.reporting.charts import Chart
 from kata.reporting.content import EpisodeContent, RunContent, SessionContent
 from kata.reporting.letterhead import Letterhead
-from kata.reporting.words import Language, Speaker
+from kata.reporting.phrases import Language, Phrases
 
 _FONT: Final = "kata:sans"
 _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}") }}'
@@ -32,7 +32,7 @@ _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}
 
 @dataclass(frozen=True)
 class Print:
-    """How it is to be printed: by whom, in which words, and when it is now in the clinic."""
+    """PlaybackDescription it is to be printed: by whom, in which words, and when it is now in the clinic."""
 
     letterhead: Letterhead
     language: Language
@@ -50,19 +50,19 @@ class Page:
 
 def session_page(content: SessionContent, how: Print) -> Page:
     """The report of one session."""
-    speaker = Speaker(how.language, how.zone)
-    title = speaker.say("comma").join([speaker.say("session_report"), speaker.day(content.started_at)])
+    phrases = Phrases(how.language, how.zone)
+    title = phrases.text("comma").join([phrases.text("session_report"), phrases.day(content.started_at)])
     curves = {run.number: _curves(run) for run in content.runs}
     return _page("session.html", title, content, how, draft=content.signed_at is None, curves=curves)
 
 
 def episode_page(content: EpisodeContent, how: Print) -> Page:
     """The report of one episode."""
-    speaker = Speaker(how.language, how.zone)
-    drawn = trends.draw(content, speaker)
+    phrases = Phrases(how.language, how.zone)
+    drawn = trends.draw(content, phrases)
     return _page(
         "episode.html",
-        speaker.say("episode_report"),
+        phrases.text("episode_report"),
         content,
         how,
         draft=False,
@@ -89,7 +89,7 @@ def css_string(text: str) -> Markup:
 def _page(
     template: str, title: str, content: SessionContent | EpisodeContent, how: Print, *, draft: bool, **more: object
 ) -> Page:
-    speaker = Speaker(how.language, how.zone)
+    phrases = Phrases(how.language, how.zone)
     environment = _environment()
     given = {
         "title": title,
@@ -98,10 +98,10 @@ def _page(
         "language": how.language,
         "draft": draft,
         "at": how.at,
-        "printed": f"{speaker.moment(how.at)} {speaker.zone(how.at)}".strip(),
+        "printed": f"{phrases.moment(how.at)} {phrases.zone(how.at)}".strip(),
         "version": version("kata"),
-        "speak": speaker,
-        "w": speaker.say,
+        "phrases": phrases,
+        "w": phrases.text,
     }
     style = environment.get_template("style.css").render(given)
     html = environment.get_template(template).render(given, style=Markup(style), **more)  # noqa: S704 - css_string has escaped

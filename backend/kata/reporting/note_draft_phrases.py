@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from kata.reporting.words import LANGUAGES, Language, Speaker
+from kata.reporting.phrases import LANGUAGES, Language, Phrases
 
 WORDS: Final[dict[str, tuple[str, str]]] = {
     "between": (" ", ""),
@@ -62,27 +62,27 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
 """Key to English and Japanese. What stands behind a dot is a value of the record."""
 
 
-class NoteSpeaker:
+class NotePhrases:
     """Says the sentences of a note in one language."""
 
     def __init__(self, language: Language) -> None:
         self._column = LANGUAGES.index(language)
-        self._of_reports = Speaker(language, "")
+        self._report_phrases = Phrases(language, "")
 
-    def say(self, key: str, /, **values: object) -> str:
+    def text(self, key: str, /, **values: object) -> str:
         """The words for a key, with values put in."""
         return WORDS[key][self._column].format(**values)
 
     def join(self, key: str, words: list[str]) -> str:
         """One behind the other, with what stands between them."""
-        return self.say(key).join(words)
+        return self.text(key).join(words)
 
     def motion(self, number: int, english: str) -> str:
         """A basic motion within a sentence, without its number."""
-        if self._of_reports.language == "en":
+        if self._report_phrases.language == "en":
             return f"{english[0].lower()}{english[1:]}"
-        return self._of_reports.named("motion", number).partition(" ")[2]
+        return self._report_phrases.named("motion", number).partition(" ")[2]
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
-        """Return what stopped something (:meth:`kata.reporting.words.Speaker.stop`)."""
-        return self._of_reports.stop(code, message, motor)
+        """Return what stopped something (:meth:`kata.reporting.phrases.Phrases.stop`)."""
+        return self._report_phrases.stop(code, message, motor)
