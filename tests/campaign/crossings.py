@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from kata.device import references
-from kata.device.journal import Files, JournalEnd, JournalWriter
+from kata.device.journal import JournalDisk, JournalEnd, JournalWriter
 from kata.device.messages import (
     Approach,
     Command,
@@ -42,7 +42,7 @@ _REFERENCE: Final = a_reference()
 _STARTS: Final[tuple[Command, ...]] = (Approach(), Play(), Return(), Pause(), Unload(), Teach(teaching_id="t"))
 
 
-class _Disk(Files):
+class _Disk(JournalDisk):
     """Takes a write, and a sync, when it may."""
 
     def __init__(self) -> None:
@@ -78,7 +78,7 @@ class Crossings(RuleBasedStateMachine):
         self._patch.start()
         self._stepped = Stepped(Path(self._folder.name))
         self.service = Service(Path(self._folder.name), self._disk)
-        self.service.exchange.start()
+        self.service.link.start()
         self._number = 0
         self._writer: JournalWriter | None = None
         self._samples = 0
@@ -113,9 +113,9 @@ class Crossings(RuleBasedStateMachine):
         self._refusing = refusal is not None
         refusals = {"load": refusal} if refusal else {}
         snapshot = msgspec.structs.replace(self._stepped.snapshot, mode=mode, refusals=refusals)
-        self.service.exchange.publish_snapshot(snapshot)
-        self.service.exchange.wake()
-        until(lambda: self.service.exchange._newest is snapshot)
+        self.service.link.publish_snapshot(snapshot)
+        self.service.link.wake()
+        until(lambda: self.service.link._latest_snapshot is snapshot)
 
     @rule()
     def a_stop_is_sent(self) -> None:
@@ -123,26 +123,26 @@ class Crossings(RuleBasedStateMachine):
         before = set(self._open)
         number = self._ask(Stop())
         self._stops += 1
-        exchange = self.service.exchange
-        until(exchange.take_stop)
+        link = self.service.link
+        until(link.take_stop)
         self._answer(number)
-        while (taken := exchange.take_command()) is not None:
+        while (taken := link.take_command()) is not None:
             assert taken.id not in before, "a command from before the Stop was carried out after it"
 
     @rule()
     def the_control_thread_takes(self) -> None:
-        exchange = self.service.exchange
-        while (taken := exchange.take_command()) is not None:
+        link = self.service.link
+        while (taken := link.take_command()) is not None:
             assert self._open[taken.id] == self._stops, "a command from before a Stop was carried out after it"
-            exchange.reply(Reply(id=taken.id))
-            exchange.wake()
+            link.reply(Reply(id=taken.id))
+            link.wake()
             self._answer(taken.id)
 
     @precondition(lambda self: self._loaded)
     @rule()
     def the_builder_answers(self) -> None:
         self.service.loader.answer(self._loaded.pop(0), _REFERENCE)
-        self.service.exchange.notify()
+        self.service.link.notify()
 
     @rule()
     def a_recording_is_being_checked(self) -> None:
@@ -160,14 +160,14 @@ class Crossings(RuleBasedStateMachine):
     @rule()
     def something_is_measured(self) -> None:
         if self._writer is None:
-            self._writer = self.service.exchange.open_journal(HEADER)
+            self._writer = self.service.link.open_journal(HEADER)
         give(self._writer, self._samples * 10_000_000)
         self._samples += 1
-        self.service.exchange.wake()
+        self.service.link.wake()
 
     @invariant()
     def the_threads_live(self) -> None:
-        assert not hasattr(self, "service") or not self.service.exchange.closing, "a thread has ended"
+        assert not hasattr(self, "service") or not self.service.link.closing, "a thread has ended"
 
     def teardown(self) -> None:
         if not hasattr(self, "service"):
@@ -175,7 +175,7 @@ class Crossings(RuleBasedStateMachine):
         self.nothing_waits()
         if self._writer:
             self._writer.finish(JournalEnd(reason="stopped"))
-        self.service.exchange.finish()
+        self.service.link.finish()
         self.service.close()
         self._patch.stop()
         self._folder.cleanup()

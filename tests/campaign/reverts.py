@@ -83,15 +83,15 @@ REVERTS: Final = (
         1,
         "a mismatch is no fault",
         "faults.py",
-        "return (n for n, reset in enumerate(facts.reset) if reset)",
+        "return (n for n, reset in enumerate(state.reset) if reset)",
         "return ()",
     ),
     _one(
         1,
         "a stop is acknowledged before the drives are configured again",
         "modes.py",
-        "return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(facts, self.drive_problem)",
-        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not facts.reset else None",
+        "return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(state, self.drive_problem)",
+        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not state.reset else None",
     ),
     _one(2, "a Stop does nothing in ready", "modes.py", " or self._teaching or self._run):", " or self._teaching):"),
     _one(
@@ -124,8 +124,8 @@ REVERTS: Final = (
         3,
         "torque is switched off as soon as the port is there again",
         (
-            Edit("loop.py", "                if machine.torque_left:\n                    return\n", ""),
-            Edit("modes.py", "            self.torque_left = True\n        elif", "            self.torque_left = False\n        elif"),
+            Edit("loop.py", "                if machine.torque_inherited:\n                    return\n", ""),
+            Edit("modes.py", "            self.torque_inherited = True\n        elif", "            self.torque_inherited = False\n        elif"),
         ),
     ),
     _one(
@@ -139,14 +139,14 @@ REVERTS: Final = (
         4,
         "resistance counts while a recording plays forwards only",
         "modes.py",
-        "        axis = run.resisted(facts)\n        if axis is None:\n",
-        '        axis = run.resisted(facts)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
+        "        axis = run.detect_resistance(state)\n        if axis is None:\n",
+        '        axis = run.detect_resistance(state)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
     ),
     _one(
         4,
         "a setpoint held against the patient does not yield",
         "modes.py",
-        "            self._give_way(run, movement, facts)\n",
+        "            self._yield(run, movement, state)\n",
         "",
     ),
     _one(
@@ -186,16 +186,16 @@ REVERTS: Final = (
         6,
         "journals are written in the I/O thread",
         "ipc.py",
-        "            self._take_loaded()\n            self._send(outgoing)\n",
-        "            self._keeper.write()\n            self._take_loaded()\n            self._send(outgoing)\n",
+        "            self._take_load_results()\n            self._send(outgoing)\n",
+        "            self._journal_set.write()\n            self._take_load_results()\n            self._send(outgoing)\n",
         "crossings",
     ),
     _one(
         6,
         "the mode is checked when the recording has been",
         "ipc.py",
-        '        not_now = self._newest.refusals.get("load") if self._newest else None\n',
-        "        not_now = None\n",
+        '        refusal_in_mode = self._latest_snapshot.refusals.get("load") if self._latest_snapshot else None\n',
+        "        refusal_in_mode = None\n",
         "crossings",
     ),
     Revert(
@@ -204,7 +204,7 @@ REVERTS: Final = (
         (
             _NO_LIMITS_TIGHTEN,
             Edit("limits.py", "        self.now_deg = self.tight_deg\n        return True", "        return True"),
-            Edit("run.py", "        self.back_to_deg = _within(here_deg, self._lowest_deg, self._highest_deg)\n", "        self.back_to_deg = here_deg\n"),
+            Edit("run.py", "        self.return_to_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)\n", "        self.return_to_deg = here_deg\n"),
         ),
     ),
     _one(

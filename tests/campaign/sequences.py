@@ -192,7 +192,7 @@ class Sequences(RuleBasedStateMachine):
         self._sent.clear()
         self.loop = ControlLoop(
             self.world.config,
-            make_bus(self.world.config, self.world.open_line),
+            make_bus(self.world.config, self.world.open_transport),
             self.exchange,
             real_time=False,
             memory_locked=False,
@@ -526,7 +526,7 @@ class Sequences(RuleBasedStateMachine):
         half_ns = self._deadline_ns + self._period_ns // 2
         if self.world.t_ns < half_ns:
             self.world.wait((half_ns - self.world.t_ns) / 1e9)
-            self.loop.glance()
+            self.loop.poll_estop()
 
     def _note_answers(self) -> None:
         for reply in self.exchange.replies[self._answered :]:

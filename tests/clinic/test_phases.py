@@ -5,7 +5,7 @@ import pytest
 
 from kata.clinic.sessions.phases import least_range_percent, reversals, widen
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
-from kata.device.journal import PHASE_LESSENED, PHASE_PAUSED, PHASE_PLAYING, PHASE_RETURNING, PHASE_REVERSING
+from kata.device.journal import PHASE_PAUSED, PHASE_PLAYING, PHASE_REDUCED_RANGE, PHASE_RETURNING, PHASE_REVERSING
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
 
@@ -30,7 +30,7 @@ def test_each_reversal_counts_once_however_it_is_paused(phases: list[int], times
 
 
 def test_reduced_range_is_measured_by_the_way_really_moved() -> None:
-    phase = np.where(TIMES_S < 4, PHASE_PLAYING, PHASE_LESSENED).astype(np.uint8)
+    phase = np.where(TIMES_S < 4, PHASE_PLAYING, PHASE_REDUCED_RANGE).astype(np.uint8)
     share = np.where(TIMES_S < 4, 1.0, np.where(TIMES_S < 6, 0.8, 0.6))
     assert least_range_percent(MOTION, phase, TIMES_S, SWING * share[:, None]) == pytest.approx(60, abs=1)
 

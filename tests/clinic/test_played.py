@@ -16,9 +16,9 @@ from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import (
     PHASE_APPROACHING,
-    PHASE_LESSENED,
     PHASE_PAUSED,
     PHASE_PLAYING,
+    PHASE_REDUCED_RANGE,
     PHASE_RETURNING,
     PHASE_REVERSING,
     Journal,
@@ -101,10 +101,10 @@ def test_last_sample_counts_at_ten_hertz_too(clinic: Clinic) -> None:
 def test_reduced_or_reversed_repetitions_count_as_repetitions(clinic: Clinic) -> None:
     run = play(
         clinic,
-        (PHASE_LESSENED, 0.0, 2.0),
+        (PHASE_REDUCED_RANGE, 0.0, 2.0),
         (PHASE_REVERSING, 2.0, 1.0),
         (PHASE_PAUSED, 1.0, 1.0),
-        (PHASE_LESSENED, 1.0, ends_s(1)),
+        (PHASE_REDUCED_RANGE, 1.0, ends_s(1)),
     )
     assert run.repetitions_done == 1
     # There, back, and there again: all of it is time on the path.
@@ -139,7 +139,7 @@ def test_recording_is_read_and_edited_once_per_run(clinic: Clinic, monkeypatch: 
     monkeypatch.setattr(edit, "with_settings", counted_with_settings)
 
     # Counted, held against with less range, and compared.
-    run = play(clinic, (PHASE_LESSENED, 0.0, 2.0), (PHASE_PLAYING, 2.0, ends_s(1)))
+    run = play(clinic, (PHASE_REDUCED_RANGE, 0.0, 2.0), (PHASE_PLAYING, 2.0, ends_s(1)))
 
     assert (run.repetitions_done, run.least_range_percent, run.samples is None) == (1, 0, False)
     assert len(read) == 1

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from kata.device.ceiling import ceiling_hz
+from kata.device.ceiling import max_cycle_hz
 from kata.device.config import NO_REGISTER, Axis, ConfigError, Inputs, ModbusMap, StationConfig, at_rate, read, write
 from kata.device.config_rules import RANGES
 from kata.motion.axes import AXES
@@ -43,7 +43,7 @@ def test_rate_above_the_bus_capacity_is_refused_with_its_limit(settings: Any, at
     with pytest.raises(ConfigError, match=rf"at most {at_most} cycles a second"):
         StationConfig(**settings)
     fits = StationConfig(**settings | {"rate_hz": at_most, "cycle_hz": at_most})
-    assert ceiling_hz(fits) >= at_most
+    assert max_cycle_hz(fits) >= at_most
 
 
 def changed(**axis: object) -> tuple[Axis, ...]:
@@ -228,10 +228,10 @@ def test_a_rate_that_cannot_be_is_refused(rate_hz: int) -> None:
 def test_turned_apparatus_mirrors_motors_3_and_4() -> None:
     right = StationConfig()
     left = msgspec.structs.replace(right, side="left")
-    assert [axis.direction for axis in right.as_it_stands.axes] == [1, 1, 1, 1, 1]
-    assert [axis.direction for axis in left.as_it_stands.axes] == [1, 1, -1, -1, 1]
+    assert [axis.direction for axis in right.with_side_directions.axes] == [1, 1, 1, 1, 1]
+    assert [axis.direction for axis in left.with_side_directions.axes] == [1, 1, -1, -1, 1]
     assert [axis.direction for axis in left.axes] == [1, 1, 1, 1, 1]
-    assert left.as_it_stands.mechanism_deg == right.mechanism_deg
+    assert left.with_side_directions.mechanism_deg == right.mechanism_deg
 
 
 def test_drive_lag_is_given_axis_by_axis() -> None:

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 import msgspec
 import pytest
 
-from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Inputs, StationConfig
-from kata.device.cycle_state import CycleState, CycleStateBuilder, Situation
+from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from tests.support.stepped import REST_DEG
 
 MS = 1_000_000
 START_NS = 1_000_000_000
-ALONE = Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=(), rate_hz=100)
+ALONE = LoopContext(late_ms=0.0, service_age_ms=0.0, run_id_mismatches=0, journal_ok=True, limits_deg=(), rate_hz=100)
 TURNING = 1
 """The axis that something happens to."""
 
@@ -27,16 +27,16 @@ class Watched:
     def __post_init__(self) -> None:
         self.observer = CycleStateBuilder(self.config)
 
-    def reading(self, at_ms: float, torque_on: bool = False) -> Reading:
+    def reading(self, at_ms: float, torque_on: bool = False) -> BusSample:
         t_ns = START_NS + int(at_ms * MS)
-        return Reading(
-            drives=tuple(DriveReading(t_ns, angle, 0.0, 0.0) for angle in REST_DEG),
-            inputs=InputReading(t_ns, estop_open=False, pedal_down=False),
+        return BusSample(
+            drives=tuple(DriveSample(t_ns, angle, 0.0, 0.0) for angle in REST_DEG),
+            inputs=InputSample(t_ns, estop_open=False, pedal_down=False),
             statuses=tuple(DriveStatus(t_ns, n, torque_on, 0, False) for n in range(5)),
         )
 
-    def hear(self, at_ms: float, reading: Reading | None) -> CycleState:
-        return self.observer.facts(START_NS + int(at_ms * MS), reading, ALONE)
+    def hear(self, at_ms: float, reading: BusSample | None) -> CycleState:
+        return self.observer.build(START_NS + int(at_ms * MS), reading, ALONE)
 
     def drive(self, at_ms: float, **values: float) -> CycleState:
         """Axis 1 says something."""
@@ -44,7 +44,7 @@ class Watched:
         drives = list(reading.drives)
         said = drives[TURNING]
         assert said is not None
-        drives[TURNING] = DriveReading(
+        drives[TURNING] = DriveSample(
             said.t_ns,
             values.get("position_deg", said.position_deg),
             values.get("speed_deg_s", 0.0),
@@ -53,14 +53,14 @@ class Watched:
         return self.hear(at_ms, msgspec.structs.replace(reading, drives=tuple(drives)))
 
     def pedal(self, at_ms: float, down: bool | None) -> bool | None:
-        inputs = InputReading(START_NS + int(at_ms * MS), estop_open=False, pedal_down=down)
+        inputs = InputSample(START_NS + int(at_ms * MS), estop_open=False, pedal_down=down)
         return self.hear(at_ms, msgspec.structs.replace(self.reading(at_ms), inputs=inputs)).pedal_down
 
     def command(self, at_ms: float, setpoint_deg: float, torque_on: bool = True) -> None:
         """Axis 1 is told to go somewhere."""
         setpoints = (REST_DEG[0], setpoint_deg, *REST_DEG[2:])
         t_ns = START_NS + int(at_ms * MS)
-        self.observer.commanded(t_ns, torque_on, setpoints, t_ns)
+        self.observer.record_command(t_ns, torque_on, setpoints, t_ns)
 
 
 @pytest.fixture
@@ -72,35 +72,35 @@ def watched() -> Watched:
 
 
 def test_before_the_first_answer_everything_is_unknown(watched: Watched) -> None:
-    facts = watched.hear(0, Reading((None,) * 5, None, ()))
-    assert facts.bus_ok
-    assert not facts.complete
-    assert facts.estop == "unknown"
-    assert facts.pedal_down is None
-    assert all(math.isnan(angle) for angle in facts.measured_deg)
-    assert facts.speed_deg_s == facts.torque_nm == (0.0,) * 5
-    assert facts.drive_age_ms == (math.inf,) * 5
+    state = watched.hear(0, BusSample((None,) * 5, None, ()))
+    assert state.bus_ok
+    assert not state.complete
+    assert state.estop == "unknown"
+    assert state.pedal_down is None
+    assert all(math.isnan(angle) for angle in state.measured_deg)
+    assert state.speed_deg_s == state.torque_nm == (0.0,) * 5
+    assert state.drive_age_ms == (math.inf,) * 5
     # The port has just been opened: no drive is late with its status yet.
-    assert facts.status_age_ms == (0.0,) * 5
-    assert watched.hear(1000, Reading((None,) * 5, None, ())).status_age_ms == (1000.0,) * 5
+    assert state.status_age_ms == (0.0,) * 5
+    assert watched.hear(1000, BusSample((None,) * 5, None, ())).status_age_ms == (1000.0,) * 5
     assert watched.hear(1010, None).status_age_ms == (math.inf,) * 5
-    assert facts.garbled == facts.watchdog_tripped == (False,) * 5
-    assert facts.hardware_error == (0,) * 5
-    assert facts.torque_reported == (None,) * 5
-    assert facts.measured_t_ns is None
-    assert not facts.torque_on
-    assert all(math.isnan(angle) for angle in facts.setpoint_deg)
+    assert state.corrupt == state.watchdog_tripped == (False,) * 5
+    assert state.hardware_error == (0,) * 5
+    assert state.torque_reported == (None,) * 5
+    assert state.measured_t_ns is None
+    assert not state.torque_on
+    assert all(math.isnan(angle) for angle in state.setpoint_deg)
 
 
 def test_after_every_answer_everything_is_known(watched: Watched) -> None:
-    facts = watched.hear(100, watched.reading(100))
-    assert facts.complete
-    assert facts.estop == "closed"
-    assert facts.measured_deg == REST_DEG
-    assert facts.drive_age_ms == facts.status_age_ms == (0.0,) * 5
-    assert facts.torque_reported == (False,) * 5
-    assert facts.measured_t_ns == START_NS + 100 * MS
-    for lasting in (facts.following_ms, facts.overtorque_ms, facts.accelerating_ms, facts.jump_deg, facts.frozen_deg):
+    state = watched.hear(100, watched.reading(100))
+    assert state.complete
+    assert state.estop == "closed"
+    assert state.measured_deg == REST_DEG
+    assert state.drive_age_ms == state.status_age_ms == (0.0,) * 5
+    assert state.torque_reported == (False,) * 5
+    assert state.measured_t_ns == START_NS + 100 * MS
+    for lasting in (state.following_ms, state.overtorque_ms, state.accelerating_ms, state.jump_deg, state.frozen_deg):
         assert lasting == (0.0,) * 5
 
 
@@ -118,7 +118,7 @@ def test_state_is_incomplete_while_anything_is_missing(watched: Watched) -> None
 
 def test_open_contact_is_read_as_open(watched: Watched) -> None:
     reading = watched.reading(0)
-    pressed = msgspec.structs.replace(reading, inputs=InputReading(START_NS, estop_open=True, pedal_down=False))
+    pressed = msgspec.structs.replace(reading, inputs=InputSample(START_NS, estop_open=True, pedal_down=False))
     assert watched.hear(0, pressed).estop == "open"
 
 
@@ -139,16 +139,16 @@ def test_input_readings_are_valid_for_a_limited_number_of_cycles(cycle_hz: int, 
 def test_each_reading_has_its_own_age(watched: Watched) -> None:
     watched.hear(0, watched.reading(0))
     later = msgspec.structs.replace(watched.reading(30), statuses=(), drives=(None, *watched.reading(30).drives[1:]))
-    facts = watched.hear(30, later)
-    assert facts.drive_age_ms == (30.0, 0.0, 0.0, 0.0, 0.0)
-    assert facts.status_age_ms == (30.0,) * 5
-    assert facts.measured_t_ns is None
-    assert facts.measured_deg == REST_DEG
+    state = watched.hear(30, later)
+    assert state.drive_age_ms == (30.0, 0.0, 0.0, 0.0, 0.0)
+    assert state.status_age_ms == (30.0,) * 5
+    assert state.measured_t_ns is None
+    assert state.measured_deg == REST_DEG
 
 
 def test_the_angles_came_when_the_last_of_them_came(watched: Watched) -> None:
     reading = watched.reading(0)
-    drives = tuple(DriveReading(START_NS + n * MS, 0.0, 0.0, 0.0) for n in (1, 3, 2, 5, 4))
+    drives = tuple(DriveSample(START_NS + n * MS, 0.0, 0.0, 0.0) for n in (1, 3, 2, 5, 4))
     assert watched.hear(10, msgspec.structs.replace(reading, drives=drives)).measured_t_ns == START_NS + 5 * MS
 
 
@@ -158,10 +158,10 @@ def test_answers_after_the_deadline_are_not_older_than_now(watched: Watched) -> 
 
 def test_drive_status_is_reported(watched: Watched) -> None:
     said = tuple(DriveStatus(START_NS, n, n == 1, n, n == 3) for n in range(5))
-    facts = watched.hear(0, msgspec.structs.replace(watched.reading(0), statuses=said))
-    assert facts.hardware_error == (0, 1, 2, 3, 4)
-    assert facts.watchdog_tripped == (False, False, False, True, False)
-    assert facts.torque_reported == (False, True, False, False, False)
+    state = watched.hear(0, msgspec.structs.replace(watched.reading(0), statuses=said))
+    assert state.hardware_error == (0, 1, 2, 3, 4)
+    assert state.watchdog_tripped == (False, False, False, True, False)
+    assert state.torque_reported == (False, True, False, False, False)
 
 
 def test_drive_status_does_not_outlive_the_bus(watched: Watched) -> None:
@@ -179,9 +179,9 @@ def test_invalid_and_missing_answers_are_counted_from_the_first_cycle(watched: W
     reading = watched.reading(0)
     silent, unsound = (
         msgspec.structs.replace(reading, drives=(None, *reading.drives[1:]), **{kind: frozenset([0])})
-        for kind in ("silent", "garbled")
+        for kind in ("timed_out", "corrupt")
     )
-    assert [watched.hear(0, said).garbled[0] for said in (unsound, silent, silent)] == [True, True, False]
+    assert [watched.hear(0, said).corrupt[0] for said in (unsound, silent, silent)] == [True, True, False]
 
 
 def test_estop_poll_counts_like_a_reading_of_the_cycle(watched: Watched) -> None:
@@ -189,7 +189,7 @@ def test_estop_poll_counts_like_a_reading_of_the_cycle(watched: Watched) -> None
     unheard = msgspec.structs.replace(watched.reading(40), inputs=None)
     assert watched.hear(40, unheard).estop == "unknown"
     for opened, estop in ((False, "closed"), (True, "open")):
-        watched.observer.glance(InputReading(START_NS + 35 * MS, estop_open=opened, pedal_down=False))
+        watched.observer.poll_estop(InputSample(START_NS + 35 * MS, estop_open=opened, pedal_down=False))
         assert watched.hear(40, unheard).estop == estop
 
 
@@ -197,17 +197,17 @@ def test_answers_stay_corrupt_until_silence_outnumbers_corrupt_answers(watched: 
     good = watched.reading(0)
     unasked = msgspec.structs.replace(good, drives=(None, *good.drives[1:]))
     silent, unsound = (
-        msgspec.structs.replace(unasked, silent=frozenset({0})),
-        msgspec.structs.replace(unasked, garbled=frozenset({0})),
+        msgspec.structs.replace(unasked, timed_out=frozenset({0})),
+        msgspec.structs.replace(unasked, corrupt=frozenset({0})),
     )
-    assert not watched.hear(0, good).garbled[0]
-    assert watched.hear(0, unsound).garbled == (True, False, False, False, False)
-    assert watched.hear(0, unasked).garbled[0]
-    assert watched.hear(0, silent).garbled[0]
+    assert not watched.hear(0, good).corrupt[0]
+    assert watched.hear(0, unsound).corrupt == (True, False, False, False, False)
+    assert watched.hear(0, unasked).corrupt[0]
+    assert watched.hear(0, silent).corrupt[0]
     # Late to a busy computer, and then no more: it is switched off.
-    assert not watched.hear(0, silent).garbled[0]
-    assert watched.hear(0, unsound).garbled[0]
-    assert not watched.hear(0, good).garbled[0]
+    assert not watched.hear(0, silent).corrupt[0]
+    assert watched.hear(0, unsound).corrupt[0]
+    assert not watched.hear(0, good).corrupt[0]
 
 
 # -- the pedal --------------------------------------------------------------------------------------------------------
@@ -260,9 +260,9 @@ def test_torque_feedback_is_checked_fifty_milliseconds_after_switching(watched: 
     assert watched.hear(150, watched.reading(150)).torque_reported == (False,) * 5
     # Being told the same again is no switching.
     watched.command(200, 109.0, torque_on=torque_on)
-    facts = watched.hear(210, watched.reading(210))
-    assert facts.torque_reported == (False,) * 5
-    assert facts.torque_on == torque_on
+    state = watched.hear(210, watched.reading(210))
+    assert state.torque_reported == (False,) * 5
+    assert state.torque_on == torque_on
 
 
 def test_overtorque_begins_ten_percent_above_the_rated_torque(watched: Watched) -> None:
@@ -289,8 +289,8 @@ def test_axis_is_behind_when_its_error_exceeds_the_limit(watched: Watched, direc
         watched = Watched()
         watched.command(0, 100.0)
         watched.drive(10, position_deg=100.0 + direction * away_deg)
-        facts = watched.drive(20, position_deg=100.0 + direction * away_deg)
-        assert facts.following_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
+        state = watched.drive(20, position_deg=100.0 + direction * away_deg)
+        assert state.following_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
 
 
 def test_without_torque_no_motor_follows(watched: Watched) -> None:
@@ -301,21 +301,21 @@ def test_without_torque_no_motor_follows(watched: Watched) -> None:
 
 def test_a_drive_that_never_answered_is_not_behind(watched: Watched) -> None:
     watched.command(0, 100.0)
-    watched.hear(0, Reading((None,) * 5, None, ()))
-    assert watched.hear(10, Reading((None,) * 5, None, ())).following_ms == (0.0,) * 5
+    watched.hear(0, BusSample((None,) * 5, None, ()))
+    assert watched.hear(10, BusSample((None,) * 5, None, ())).following_ms == (0.0,) * 5
 
 
 def test_setpoints_age_by_cycles_since_they_were_worked_out(watched: Watched) -> None:
     ages = []
     for cycle, made_ns in enumerate((5, 5, 5, 9, 9)):
-        watched.observer.commanded(cycle, torque_on=True, setpoint_deg=REST_DEG, setpoint_t_ns=made_ns)
+        watched.observer.record_command(cycle, torque_on=True, setpoint_deg=REST_DEG, setpoint_t_ns=made_ns)
         ages.append(watched.hear(0, watched.reading(0)).setpoint_cycles)
     assert ages == [0, 1, 2, 0, 1]
 
 
 def test_setpoint_age_counts_from_the_first_cycle_before_any_setpoint(watched: Watched) -> None:
     assert watched.hear(0, watched.reading(0)).setpoint_cycles == 0
-    watched.observer.commanded(1, torque_on=False, setpoint_deg=REST_DEG, setpoint_t_ns=0)
+    watched.observer.record_command(1, torque_on=False, setpoint_deg=REST_DEG, setpoint_t_ns=0)
     assert watched.hear(10, watched.reading(10)).setpoint_cycles == 1
 
 
@@ -327,8 +327,8 @@ def test_step_above_twice_the_highest_speed_is_a_jump(watched: Watched, directio
     # 100 deg/s: 2 deg in 10 ms.
     watched.drive(0, position_deg=100.0)
     assert watched.drive(10, position_deg=100.0 + direction * 2.0).jump_deg[TURNING] == pytest.approx(0.0)
-    facts = watched.drive(30, position_deg=100.0 + direction * 10.0)
-    assert facts.jump_deg == pytest.approx((0.0, 4.0, 0.0, 0.0, 0.0))
+    state = watched.drive(30, position_deg=100.0 + direction * 10.0)
+    assert state.jump_deg == pytest.approx((0.0, 4.0, 0.0, 0.0, 0.0))
 
 
 def test_the_first_answer_is_no_jump(watched: Watched) -> None:
@@ -342,8 +342,8 @@ def test_changing_speed_faster_than_allowed_lasts(watched: Watched) -> None:
             watched = Watched()
             for cycle in range(3):
                 speed = direction * change / 2 * (-1) ** cycle
-                facts = watched.drive(10 * cycle, speed_deg_s=speed)
-            assert facts.accelerating_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
+                state = watched.drive(10 * cycle, speed_deg_s=speed)
+            assert state.accelerating_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
 
 
 def test_same_change_in_half_the_time_is_twice_the_acceleration(watched: Watched) -> None:
@@ -354,9 +354,9 @@ def test_same_change_in_half_the_time_is_twice_the_acceleration(watched: Watched
 
 def test_two_answers_of_the_same_time_have_no_acceleration(watched: Watched) -> None:
     for speed in (0.0, 300.0, 0.0):
-        facts = watched.drive(0, speed_deg_s=speed)
-    assert facts.accelerating_ms == (0.0,) * 5
-    assert watched.hear(10, Reading((None,) * 5, None, ())).accelerating_ms == (0.0,) * 5
+        state = watched.drive(0, speed_deg_s=speed)
+    assert state.accelerating_ms == (0.0,) * 5
+    assert watched.hear(10, BusSample((None,) * 5, None, ())).accelerating_ms == (0.0,) * 5
 
 
 @pytest.mark.parametrize("direction", [1, -1])

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.cycle_state import CycleState, Situation
+from kata.device.cycle_state import CycleState, LoopContext
 from kata.device.faults import FAULTS, refused_setpoints
 from kata.device.supervisor import evaluate_faults
 from tests.support.stepped import REST_DEG
@@ -19,8 +19,8 @@ LOW_DEG, HIGH_DEG = LIMITS[1]
 
 MOVING = CycleState(
     t_ns=0,
-    situation=Situation(
-        late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=LIMITS, rate_hz=100
+    context=LoopContext(
+        late_ms=0.0, service_age_ms=0.0, run_id_mismatches=0, journal_ok=True, limits_deg=LIMITS, rate_hz=100
     ),
     bus_ok=True,
     complete=False,
@@ -31,7 +31,7 @@ MOVING = CycleState(
     torque_nm=(0.0,) * 5,
     drive_age_ms=(0.0,) * 5,
     status_age_ms=(0.0,) * 5,
-    garbled=(False,) * 5,
+    corrupt=(False,) * 5,
     measured_t_ns=0,
     hardware_error=(0,) * 5,
     watchdog_tripped=(False,) * 5,
@@ -55,8 +55,8 @@ MOVING = CycleState(
 
 def facts_with(field: str, value: object) -> CycleState:
     """All is well but for one thing; what belongs to axes is given for axis 1."""
-    if hasattr(MOVING.situation, field):
-        return msgspec.structs.replace(MOVING, situation=_situation(field, value))
+    if hasattr(MOVING.context, field):
+        return msgspec.structs.replace(MOVING, context=_situation(field, value))
     changes: dict[str, Any] = {field: value}
     was = getattr(MOVING, field)
     if isinstance(was, tuple):
@@ -64,9 +64,9 @@ def facts_with(field: str, value: object) -> CycleState:
     return msgspec.structs.replace(MOVING, **changes)
 
 
-def _situation(field: str, value: object) -> Situation:
+def _situation(field: str, value: object) -> LoopContext:
     changes: dict[str, Any] = {field: value}
-    return msgspec.structs.replace(MOVING.situation, **changes)
+    return msgspec.structs.replace(MOVING.context, **changes)
 
 
 def test_nothing_holds_when_all_is_well() -> None:
@@ -102,7 +102,7 @@ def test_nothing_holds_when_all_is_well() -> None:
         ("setpoint_frozen", "setpoint_cycles", 3, 4),
         ("overrun", "late_ms", 250.0, 250.1),
         ("service_silent", "service_age_ms", 500.0, 500.1),
-        ("other_run", "disagreements", 2, 3),
+        ("other_run", "run_id_mismatches", 2, 3),
         ("journal_fault", "journal_ok", True, False),
     ],
 )
@@ -116,9 +116,9 @@ def test_each_fault_holds_beyond_its_limit_and_not_at_it(
 
 def test_corrupt_answers_differ_from_missing_ones() -> None:
     for field, limit_ms in (("drive_age_ms", 100.0), ("status_age_ms", 1000.0)):
-        good = msgspec.structs.replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
+        good = msgspec.structs.replace(facts_with(field, limit_ms), corrupt=(False, True, False, False, False))
         assert evaluate_faults(good, CONFIG) == []
-        bad = msgspec.structs.replace(facts_with(field, limit_ms + 0.1), garbled=(False, True, False, False, False))
+        bad = msgspec.structs.replace(facts_with(field, limit_ms + 0.1), corrupt=(False, True, False, False, False))
         assert evaluate_faults(bad, CONFIG) == [("drive_garbled", 1)]
 
 
@@ -146,7 +146,7 @@ def test_torque_remaining_after_switching_off_is_a_fault() -> None:
         ("setpoint_cycles", 1000),
         ("late_ms", 1000.0),
         ("service_age_ms", math.inf),
-        ("disagreements", 100),
+        ("run_id_mismatches", 100),
     ],
 )
 def test_moving_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
@@ -160,10 +160,10 @@ def test_a_plan_may_be_three_of_its_own_periods_old(rate_hz: int, cycle_hz: int,
     """The run's, which may be slower than the station's."""
     config = msgspec.structs.replace(CONFIG, cycle_hz=cycle_hz)
     for waited, judged in ((cycles, []), (cycles + 1, [("setpoint_frozen", None)])):
-        facts = facts_with("setpoint_cycles", waited)
+        state = facts_with("setpoint_cycles", waited)
         assert (
             evaluate_faults(
-                msgspec.structs.replace(facts, situation=msgspec.structs.replace(facts.situation, rate_hz=rate_hz)),
+                msgspec.structs.replace(state, context=msgspec.structs.replace(state.context, rate_hz=rate_hz)),
                 config,
             )
             == judged

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.ipc import Exchange, Taken
-from kata.device.journal import Files, JournalEnd, read
-from kata.device.journal_set import JournalKeeper
+from kata.device.ipc import QueuedCommand, SocketServiceLink
+from kata.device.journal import JournalDisk, JournalEnd, read
+from kata.device.journal_set import JournalSet
 from kata.device.loader import ReferenceLoader
 from kata.device.messages import (
     LONGEST_LOAD_BYTES,
@@ -50,14 +50,14 @@ UNPLAYABLE = Refusal(code="unplayable", message="This recording cannot be played
 
 
 @contextmanager
-def running(folder: Path, files: Files | None = None) -> Iterator[Service]:
+def running(folder: Path, files: JournalDisk | None = None) -> Iterator[Service]:
     """With its threads."""
     service = Service(folder, files)
-    service.exchange.start()
+    service.link.start()
     try:
         yield service
     finally:
-        service.exchange.finish()
+        service.link.finish()
         service.close()
 
 
@@ -86,51 +86,51 @@ def an_hour() -> Load:
 def test_samples_are_written_and_stops_heard_while_disk_is_busy(tmp_path: Path) -> None:
     busy, may_end = threading.Event(), threading.Event()
 
-    class SlowSync(Files):
+    class SlowSync(JournalDisk):
         def sync(self, file: int) -> None:
             busy.set()
             assert may_end.wait(LIMIT_S)
 
     with running(tmp_path, SlowSync()) as service:
-        exchange = service.exchange
-        writer = exchange.open_journal(HEADER)
-        exchange.wake()
+        link = service.link
+        writer = link.open_journal(HEADER)
+        link.wake()
         assert busy.wait(LIMIT_S)
 
         for n in range(3):
             give(writer, n * 10_000_000)
-            exchange.wake()
+            link.wake()
         service.ask(1, Stop(because="browser_lost"))
         until(lambda: writer.path.exists() and len(read(writer.path).t_ns) == 3)
         assert service.hear() == Reply(id=1)
-        assert exchange.take_stop() == "browser_lost"
-        assert exchange.take_stop() is None
+        assert link.take_stop() == "browser_lost"
+        assert link.take_stop() is None
         assert not may_end.is_set()
 
         writer.finish(JournalEnd(reason="completed"))
         may_end.set()
-        exchange.wake()
+        link.wake()
         assert service.hear() == JournalClosed(path=str(writer.path))
         assert read(writer.path).end is not None
-        assert exchange.journal_ok
+        assert link.journal_ok
 
 
 def test_a_slow_write_of_the_journal_does_not_delay_stop(tmp_path: Path) -> None:
     busy, may_end = threading.Event(), threading.Event()
 
-    class SlowWrite(Files):
+    class SlowWrite(JournalDisk):
         def write(self, file: int, data: bytearray) -> int:
             busy.set()
             assert may_end.wait(LIMIT_S)
             return super().write(file, data)
 
     with running(tmp_path, SlowWrite()) as service:
-        writer = service.exchange.open_journal(HEADER)
-        service.exchange.wake()
+        writer = service.link.open_journal(HEADER)
+        service.link.wake()
         assert busy.wait(LIMIT_S)
         service.ask(1, Stop())
         assert service.hear() == Reply(id=1)
-        assert service.exchange.take_stop() == "operator_stop"
+        assert service.link.take_stop() == "operator_stop"
         give(writer, 0)
         writer.finish(JournalEnd(reason="stopped"))
         may_end.set()
@@ -142,14 +142,14 @@ def test_a_slow_write_of_the_journal_does_not_delay_stop(tmp_path: Path) -> None
 def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) -> None:
     service, device = socket.socketpair()
     with device:
-        exchange = Exchange(StationConfig(), device, JournalKeeper(tmp_path), FakeLoader())
-        exchange.start()
+        link = SocketServiceLink(StationConfig(), device, JournalSet(tmp_path), FakeLoader())
+        link.start()
         service.close()
-        until(lambda: exchange.closing)
-        writer = exchange.open_journal(HEADER)
+        until(lambda: link.closing)
+        writer = link.open_journal(HEADER)
         give(writer, 0)
         writer.finish(JournalEnd(reason="completed"))
-        exchange.finish()
+        link.finish()
         kept = read(writer.path)
     assert (len(kept.t_ns), kept.truncated) == (1, False)
     assert kept.end is not None
@@ -157,11 +157,11 @@ def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) ->
 
 def test_last_messages_reach_the_service(tmp_path: Path) -> None:
     service = Service(tmp_path)
-    service.exchange.start()
-    writer = service.exchange.open_journal(HEADER)
+    service.link.start()
+    writer = service.link.open_journal(HEADER)
     writer.finish(JournalEnd(reason="unloaded"))
-    service.exchange.reply(Reply(id=9))
-    service.exchange.finish()
+    service.link.reply(Reply(id=9))
+    service.link.finish()
     heard = [service.hear(), service.hear()]
     service.close()
     assert JournalClosed(path=str(writer.path)) in heard
@@ -179,7 +179,7 @@ def test_a_stop_behind_an_hours_load_is_answered_at_once(tmp_path: Path) -> None
         load, stop = service.hear(), service.hear()
         assert (load.id, load.refusal.code) == (1, "stopped_meanwhile")
         assert stop == Reply(id=2)
-        assert service.exchange.take_stop() == "operator_stop"
+        assert service.link.take_stop() == "operator_stop"
 
 
 def test_stop_and_heartbeat_go_between_the_parts_of_a_load(service: Service) -> None:
@@ -188,8 +188,8 @@ def test_stop_and_heartbeat_go_between_the_parts_of_a_load(service: Service) -> 
     for part in (first, frame(Heartbeat(run_id="")), frame(Request(id=2, command=Stop())), second):
         incoming += part
         service._socket.sendall(part)
-    service.exchange._receive(bytearray())
-    assert service.exchange.belief == (1, "")
+    service.link._receive(bytearray())
+    assert service.link.heartbeats == (1, "")
     assert service.answers() == [(1, "stopped_meanwhile"), (2, None)]
     assert max(len(part) for part in frames_of(Request(id=1, command=an_hour()))) < 70_000
 
@@ -199,32 +199,32 @@ def test_a_stop_discards_every_queued_command(service: Service) -> None:
     for number, command in enumerate(commands, start=1):
         service.deliver(number, command)
     service.deliver(4, Stop())
-    assert service.exchange.take_command() is None
+    assert service.link.take_command() is None
     discarded = [(number, "stopped_meanwhile") for number in (1, 2, 3)]
     assert service.answers() == [*discarded, (4, None)]
-    assert service.exchange.take_stop() == "operator_stop"
-    assert service.exchange.take_command() is None
+    assert service.link.take_stop() == "operator_stop"
+    assert service.link.take_command() is None
 
 
 def test_stops_are_counted_and_the_first_reason_stays(service: Service) -> None:
     service.deliver(1, Stop(because="browser_lost"))
     service.deliver(2, Stop())
-    assert service.exchange.stop_requests == 2
-    assert service.exchange.take_stop() == "browser_lost"
-    assert service.exchange.take_stop() is None
+    assert service.link.stop_requests == 2
+    assert service.link.take_stop() == "browser_lost"
+    assert service.link.take_stop() is None
 
 
 def test_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
     service.deliver(1, Stop())
     service.deliver(2, Approach())
     service.deliver(3, Pause())
-    assert service.exchange.take_command() is None
-    assert service.exchange.take_stop() == "operator_stop"
-    taken = [service.exchange.take_command(), service.exchange.take_command()]
+    assert service.link.take_command() is None
+    assert service.link.take_stop() == "operator_stop"
+    taken = [service.link.take_command(), service.link.take_command()]
     assert [command and command.id for command in taken] == [2, 3]
 
 
-class StopInBetween(deque[Taken]):
+class StopInBetween(deque[QueuedCommand]):
     """Lets a Stop come between two instructions of the control thread."""
 
     def __init__(self, service: Service) -> None:
@@ -232,7 +232,7 @@ class StopInBetween(deque[Taken]):
         self._service = service
         self._come = False
 
-    def popleft(self) -> Taken:
+    def popleft(self) -> QueuedCommand:
         taken = super().popleft()
         if not self._come:
             self._come = True
@@ -241,13 +241,13 @@ class StopInBetween(deque[Taken]):
 
 
 def test_stop_during_a_command_discards_it(service: Service) -> None:
-    service.exchange._commands = StopInBetween(service)
+    service.link._commands = StopInBetween(service)
     service.deliver(1, Approach())
-    assert service.exchange.take_stop() is None
-    assert service.exchange.take_command() is None
+    assert service.link.take_stop() is None
+    assert service.link.take_command() is None
     assert sorted(service.answers()) == [(1, "stopped_meanwhile"), (9, None)]
-    assert service.exchange.take_stop() == "operator_stop"
-    assert service.exchange.take_command() is None
+    assert service.link.take_stop() == "operator_stop"
+    assert service.link.take_command() is None
 
 
 def test_stop_during_another_stop_is_not_lost(service: Service) -> None:
@@ -256,16 +256,16 @@ def test_stop_during_another_stop_is_not_lost(service: Service) -> None:
     class Stops(deque[Any]):
         def popleft(self) -> Any:
             taken = super().popleft()
-            if service.exchange.stop_requests == 1:
+            if service.link.stop_requests == 1:
                 service.deliver(2, Stop())
             return taken
 
-    service.exchange._stops = Stops()
+    service.link._stops = Stops()
     service.deliver(1, Stop())
-    assert service.exchange.take_stop() == "operator_stop"
-    assert service.exchange.stop_requests == 2
+    assert service.link.take_stop() == "operator_stop"
+    assert service.link.stop_requests == 2
     service.deliver(3, Approach())
-    assert service.exchange.take_command() is not None
+    assert service.link.take_command() is not None
 
 
 # -- loading ------------------------------------------------------------------------------------------------------
@@ -273,11 +273,11 @@ def test_stop_during_another_stop_is_not_lost(service: Service) -> None:
 
 def test_a_checked_load_is_handed_on_without_its_samples(service: Service) -> None:
     service.deliver(1, message())
-    assert service.exchange.take_command() is None
+    assert service.link.take_command() is None
     built = a_reference()
     service.loader.answer(1, built)
-    service.exchange._take_loaded()
-    taken = service.exchange.take_command()
+    service.link._take_load_results()
+    taken = service.link.take_command()
     assert taken is not None
     assert isinstance(taken.command, Load)
     assert (taken.id, taken.trajectory, taken.command.times_s) == (1, built.trajectory, b"")
@@ -288,20 +288,20 @@ def test_a_checked_load_is_handed_on_without_its_samples(service: Service) -> No
 def test_recording_refused_by_the_builder_is_refused(service: Service) -> None:
     service.deliver(1, message())
     service.loader.answer(1, UNPLAYABLE)
-    service.exchange._take_loaded()
+    service.link._take_load_results()
     assert service.answers() == [(1, "unplayable")]
-    assert service.exchange.take_command() is None
+    assert service.link.take_command() is None
 
 
 def test_load_in_another_mode_does_not_reach_the_builder(service: Service, snapshot: Snapshot) -> None:
     is_playing = not_in_this_mode("load", "playing")
     assert is_playing
     playing = msgspec.structs.replace(snapshot, mode="playing", refusals={"load": is_playing})
-    service.exchange.publish_snapshot(playing)
+    service.link.publish_snapshot(playing)
     service.deliver(1, message())
     assert service.answers() == [(1, "is_playing")]
     assert service.loader.sent == []
-    service.exchange.publish_snapshot(snapshot)
+    service.link.publish_snapshot(snapshot)
     service.deliver(2, message())
     assert service.answers() == []
     assert service.loader.sent != []
@@ -328,11 +328,11 @@ def test_load_is_discarded_by_an_intervening_command(service: Service, command: 
     # The builder is still busy with it.
     service.deliver(3, message())
     assert service.answers() == [(3, "busy")]
-    service.exchange.take_stop()
-    service.exchange.take_command()
+    service.link.take_stop()
+    service.link.take_command()
     service.loader.answer(1, a_reference())
-    service.exchange._take_loaded()
-    assert service.exchange.take_command() is None
+    service.link._take_load_results()
+    assert service.link.take_command() is None
     assert service.answers() == []
     service.deliver(4, message())
     assert service.loader.sent[-1].id == 4
@@ -368,9 +368,9 @@ def test_a_refused_recording_leaves_the_exchange_alive(tmp_path: Path) -> None:
     near, device = socket.socketpair()
     loader = ReferenceLoader(StationConfig())
     with near, device:
-        exchange = Exchange(StationConfig(), device, JournalKeeper(tmp_path), loader)
-        loader.start(exchange.notify)
-        exchange.start()
+        link = SocketServiceLink(StationConfig(), device, JournalSet(tmp_path), loader)
+        loader.start(link.notify)
+        link.start()
         near.settimeout(LIMIT_S)
         huge = message(angles(motor1=np.where(TIMES_S > 1, 1e308, -1e308)))
         near.sendall(frame(Request(id=1, command=huge)))
@@ -379,15 +379,15 @@ def test_a_refused_recording_leaves_the_exchange_alive(tmp_path: Path) -> None:
         assert reply.refusal
         assert (reply.id, reply.refusal.code) == (1, "unplayable")
         near.sendall(frame(Request(id=2, command=message())))
-        until(lambda: exchange._commands)
-        taken = exchange.take_command()
+        until(lambda: link._commands)
+        taken = link.take_command()
         assert taken is not None
         assert taken.trajectory is not None
         near.sendall(frame(Request(id=3, command=Stop())))
-        until(exchange.take_stop)
-        assert not exchange.closing
+        until(link.take_stop)
+        assert not link.closing
         loader.finish()
-        exchange.finish()
+        link.finish()
 
 
 # -- the socket ---------------------------------------------------------------------------------------------------
@@ -396,16 +396,16 @@ def test_a_refused_recording_leaves_the_exchange_alive(tmp_path: Path) -> None:
 def test_a_damaged_length_ends_the_connection_but_no_thread(tmp_path: Path) -> None:
     with running(tmp_path) as service:
         service._socket.sendall(b"\xff" * 8)
-        until(lambda: service.exchange.closing)
-        assert service.exchange._thread.is_alive()
+        until(lambda: service.link.closing)
+        assert service.link._thread.is_alive()
 
 
 def test_reply_is_sent_with_the_cycle_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
     """A Load sent on the strength of a reply is judged by that cycle's snapshot, not by the one before."""
     with running(tmp_path) as service:
-        service.exchange.reply(Reply(id=1))
+        service.link.reply(Reply(id=1))
         service.ask(2, Stop())
         assert service.hear() == Reply(id=2)
-        service.exchange.publish_snapshot(snapshot)
-        service.exchange.wake()
+        service.link.publish_snapshot(snapshot)
+        service.link.wake()
         assert service.hear() == Reply(id=1)

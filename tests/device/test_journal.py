@@ -9,8 +9,8 @@ import pytest
 
 from kata.device import journal
 from kata.device.journal import (
-    Files,
     FolderInUseError,
+    JournalDisk,
     JournalEnd,
     JournalError,
     JournalWriter,
@@ -21,9 +21,9 @@ from tests.support.journals import HEADER
 
 
 def _writer(folder: Path, samples: int) -> JournalWriter:
-    writer = JournalWriter(folder, HEADER, Files())
+    writer = JournalWriter(folder, HEADER, JournalDisk())
     for n in range(samples):
-        writer.sample(
+        writer.append_sample(
             n * 10_000_000,
             take=0,
             phase=journal.PHASE_PLAYING,

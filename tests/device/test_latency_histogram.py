@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from kata.device.latency_histogram import Lateness
+from kata.device.latency_histogram import LatencyHistogram
 
 
 @pytest.mark.parametrize("typical_us", [5, 60, 900])
 def test_percentiles_are_those_of_the_cycles_and_never_flatter(typical_us: int) -> None:
     late_ns = np.random.default_rng(1).lognormal(np.log(typical_us * 1000), 1.0, 20_011).astype(int).tolist()
-    lateness = Lateness()
+    lateness = LatencyHistogram()
     for value in late_ns:
         lateness.add(value)
 
@@ -20,11 +20,11 @@ def test_percentiles_are_those_of_the_cycles_and_never_flatter(typical_us: int) 
 
 
 def test_before_the_first_cycle_nothing_was_late() -> None:
-    assert Lateness().percentiles_ms(50, 99.9) == (0.0, 0.0)
+    assert LatencyHistogram().percentiles_ms(50, 99.9) == (0.0, 0.0)
 
 
 def test_lateness_beyond_all_classes_counts_in_the_last_one() -> None:
-    lateness = Lateness()
+    lateness = LatencyHistogram()
     for late_ns in (-5, 0, 3_000_000_000, 60_000_000_000):
         lateness.add(late_ns)
     assert list(lateness.percentiles_ms(25, 99)) == pytest.approx([0.001024, 60_000.0])

@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.ipc import Taken
+from kata.device.ipc import QueuedCommand
 from kata.device.messages import Load, Refusal
 from kata.device.references import build
 from kata.motion.learning import LARGEST_DEG, rows
 from kata.motion.trajectory import Held, Trajectory
 from tests.support.load_messages import SECONDS, TIMES_S, angles, correction, message
 
-Loading = Callable[..., Taken]
+Loading = Callable[..., QueuedCommand]
 
 
 @pytest.fixture
 def loading() -> Loading:
     """What comes of a Load at a station."""
 
-    def load(command: Load, config: StationConfig | None = None) -> Taken:
+    def load(command: Load, config: StationConfig | None = None) -> QueuedCommand:
         built = build(command, config or StationConfig())
         if isinstance(built, Refusal):
-            return Taken(1, command, None, built)
-        return Taken(1, command, built.trajectory, None, built.correction)
+            return QueuedCommand(1, command, None, built)
+        return QueuedCommand(1, command, built.trajectory, None, built.correction)
 
     return load
 

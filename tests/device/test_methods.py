@@ -94,9 +94,9 @@ def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
     stepped.until("idle")
     assert stepped.causes() == []
     # 47 deg/s is the recording's own highest speed; what is ahead changes by no more than its share of a bend.
-    bend = config.axes[MOVING].max_acceleration_deg_s2 / 100**2
-    assert np.abs(np.diff(sent(stepped))).max() < 0.47 + REFERENCE_SHARE * bend
-    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.9 * bend
+    second_difference = config.axes[MOVING].max_acceleration_deg_s2 / 100**2
+    assert np.abs(np.diff(sent(stepped))).max() < 0.47 + REFERENCE_SHARE * second_difference
+    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.9 * second_difference
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
@@ -110,9 +110,9 @@ def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
     stepped.forward(0.1)
     movement = stepped.loop._machine._movement
     assert movement is not None
-    assert 0.3 < movement.pace < 0.6
-    pace_then = movement.pace + 0.05
-    place = place_s(stepped) - movement.pace * 0.01 + pace_then * 0.005
+    assert 0.3 < movement.speed_override < 0.6
+    pace_then = movement.speed_override + 0.05
+    place = place_s(stepped) - movement.speed_override * 0.01 + pace_then * 0.005
     ahead = sent(stepped)[-1] - trajectory.at(place)[MOVING]
     assert ahead == pytest.approx(0.1 * pace_then * trajectory.motion_at(place).speed_deg_s[MOVING], abs=0.1)
 
@@ -150,8 +150,8 @@ def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, dir
     assert stepped.causes() == []
     furthest = sent(stepped).max() if direction > 0 else 40.0 - sent(stepped).min()
     assert 49.9 < furthest <= 50.1
-    bend = config.axes[MOVING].max_acceleration_deg_s2 / rate_hz**2
-    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.98 * bend
+    second_difference = config.axes[MOVING].max_acceleration_deg_s2 / rate_hz**2
+    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.98 * second_difference
 
 
 @pytest.mark.parametrize("rate_hz", [50, 100])
@@ -275,7 +275,7 @@ def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: P
     stepped.forward(0.3)
     movement = stepped.loop._machine._movement
     assert movement is not None
-    assert movement.pace == -1.0
+    assert movement.speed_override == -1.0
     assert sent(stepped)[-1] == pytest.approx(trajectory.at(place_s(stepped) + 0.01 - 0.005)[MOVING], abs=1e-6)
 
 

@@ -164,7 +164,7 @@ def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
 
 
 def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
-    def astray(machine: modes.StateMachine, facts: CycleState) -> None:
+    def astray(machine: modes.StateMachine, state: CycleState) -> None:
         machine._enter("teaching")
 
     monkeypatch.setitem(modes.StateMachine._STEPS, "playing", astray)
@@ -264,7 +264,7 @@ def test_the_emergency_stop_stops_every_mode_in_its_cycle(stepped: Stepped, mode
 
 
 def test_ramp_that_does_not_settle_is_cut_at_double_time(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Movement, "stands", False)  # as a defect of our own would
+    monkeypatch.setattr(Movement, "at_rest", False)  # as a defect of our own would
     playing.exchange.request_stop()
     playing.cycle()
     playing.forward(0.4)
@@ -305,7 +305,7 @@ def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
 def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     bring(stepped, "teaching")
 
-    def broken(machine: modes.StateMachine, facts: CycleState) -> None:
+    def broken(machine: modes.StateMachine, state: CycleState) -> None:
         raise RuntimeError("as if")
 
     monkeypatch.setitem(modes.StateMachine._STEPS, "teaching", broken)
@@ -329,7 +329,7 @@ def test_error_stops_its_cycle_and_keeps_an_earlier_cause_first(
     def broken(*_: object) -> None:
         raise RuntimeError("as if")
 
-    monkeypatch.setattr(playing.loop._machine, "_move", broken)
+    monkeypatch.setattr(playing.loop._machine, "_follow_path", broken)
     playing.cycle()
     assert playing.causes() == ["operator_stop", "unexpected_error"]
     assert playing.snapshot.stop is not None
@@ -342,8 +342,8 @@ def test_persistent_fault_stays_uncleared_when_the_program_fails(stepped: Steppe
     stepped.exchange.journal_ok = False
     stepped.cycle()
     machine = stepped.loop._machine
-    facts = stepped.loop._observer.facts(stepped._t_ns, None, stepped.loop._situation(stepped._t_ns, 0.0))
-    machine.abort(facts, [("unexpected_error", None)])
+    state = stepped.loop._state_builder.build(stepped._t_ns, None, stepped.loop._loop_context(stepped._t_ns, 0.0))
+    machine.abort(state, [("unexpected_error", None)])
     assert machine.stop is not None
     assert [(cause.code, cause.cleared) for cause in machine.stop.causes()] == [
         ("journal_fault", False),
@@ -388,7 +388,7 @@ def test_two_disagreements_are_forgiven_by_a_heartbeat_that_agrees(playing: Step
 
 @pytest.mark.parametrize(("mode", "occupied"), [("idle", ""), ("teaching", "t"), ("ready", "run"), ("playing", "run")])
 def test_activity_has_the_name_that_the_service_gave(stepped: Stepped, mode: Mode, occupied: str) -> None:
-    assert bring(stepped, mode).loop._machine.occupation == occupied
+    assert bring(stepped, mode).loop._machine.active_id == occupied
 
 
 @pytest.mark.parametrize(("mode", "reason"), [("ready", "unloaded"), ("teaching", "finished")])
@@ -480,7 +480,7 @@ def test_after_unloading_nothing_is_left_of_the_run(stepped: Stepped) -> None:
     assert stepped.send(Unload()) is None
     stepped.forward(0.1)
     assert stepped.snapshot.run is None
-    assert stepped.loop._machine.occupation == ""
+    assert stepped.loop._machine.active_id == ""
     bring(stepped, "playing")
 
 

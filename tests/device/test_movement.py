@@ -26,7 +26,7 @@ def advance(movement: Movement, cycles: int) -> list[float]:
     paces = []
     for _ in range(cycles):
         movement.advance(DT_S)
-        paces.append(movement.pace)
+        paces.append(movement.speed_override)
     return paces
 
 
@@ -40,8 +40,13 @@ def until_ended(movement: Movement) -> list[float]:
 
 def test_movement_starts_at_the_path_start_and_then_leaves() -> None:
     movement = Movement(Straight())
-    assert (movement.position_s, movement.pace, movement.course, movement.back_to_s) == (0.0, 0.0, 1, 0.0)
-    assert not movement.stands
+    assert (movement.position_s, movement.speed_override, movement.direction, movement.reverse_to_s) == (
+        0.0,
+        0.0,
+        1,
+        0.0,
+    )
+    assert not movement.at_rest
     assert not movement.ended
 
 
@@ -54,19 +59,19 @@ def test_path_speed_is_reached_in_0_2_seconds_and_held() -> None:
 
 
 def test_pause_stops_the_path_within_0_2_seconds() -> None:
-    movement = Movement(Straight(), pace=1.0)
-    movement.course = 0
+    movement = Movement(Straight(), speed_override=1.0)
+    movement.direction = 0
     paces = advance(movement, 20)
     assert paces == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(20)])
-    assert not Movement(Straight(), pace=0.05, course=0).stands
+    assert not Movement(Straight(), speed_override=0.05, direction=0).at_rest
     advance(movement, 1)
-    assert movement.stands
+    assert movement.at_rest
     assert not movement.ended
     assert movement.position_s == pytest.approx(0.095)
 
 
 def test_change_of_direction_passes_through_rest() -> None:
-    movement = Movement(Straight(), position_s=1.0, pace=1.0, course=-1)
+    movement = Movement(Straight(), position_s=1.0, speed_override=1.0, direction=-1)
     assert advance(movement, 40) == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(40)])
     assert advance(movement, 5) == pytest.approx([-1.0] * 5)
 
@@ -82,25 +87,34 @@ def test_the_end_is_met_exactly_and_slowly(duration_s: float) -> None:
     assert len(paces) * DT_S <= duration_s + 0.6
 
 
-@pytest.mark.parametrize(("pace", "ramp_way_s"), [(1.0, 0.105), (0.5, 0.0275)])
-def test_slowing_down_for_the_end_begins_just_in_time(pace: float, ramp_way_s: float) -> None:
+@pytest.mark.parametrize(("speed_override", "ramp_way_s"), [(1.0, 0.105), (0.5, 0.0275)])
+def test_slowing_down_for_the_end_begins_just_in_time(speed_override: float, ramp_way_s: float) -> None:
     """At a pace of 1 the ramp's own way is 0.1 s of path; half a cycle more is gone in steps."""
-    just_in_time = Movement(Straight(), position_s=2.0 - ramp_way_s + pace * DT_S / 2, pace=pace)
-    assert advance(just_in_time, 1)[0] < pace
-    earlier = Movement(Straight(), position_s=2.0 - ramp_way_s - 1.5 * pace * DT_S, pace=pace)
-    assert advance(earlier, 1)[0] >= pace
+    just_in_time = Movement(
+        Straight(), position_s=2.0 - ramp_way_s + speed_override * DT_S / 2, speed_override=speed_override
+    )
+    assert advance(just_in_time, 1)[0] < speed_override
+    earlier = Movement(
+        Straight(), position_s=2.0 - ramp_way_s - 1.5 * speed_override * DT_S, speed_override=speed_override
+    )
+    assert advance(earlier, 1)[0] >= speed_override
 
 
-@pytest.mark.parametrize("course", [1, -1])
+@pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("shortest_ramp_s", [0.0, 0.4])
 @pytest.mark.parametrize("left_s", [0.9, 0.903, 0.907])
 def test_end_is_reached_within_one_change_of_speed(
-    course: Literal[1, -1], shortest_ramp_s: float, left_s: float
+    direction: Literal[1, -1], shortest_ramp_s: float, left_s: float
 ) -> None:
     """What is left is no whole number of steps, so that the last one may be a change of pace more than the creeping."""
-    position_s = 2.0 - left_s if course == 1 else left_s
+    position_s = 2.0 - left_s if direction == 1 else left_s
     movement = Movement(
-        Straight(), position_s, pace=course * 1.0, course=course, shortest_ramp_s=shortest_ramp_s, creep=0.02
+        Straight(),
+        position_s,
+        speed_override=direction * 1.0,
+        direction=direction,
+        shortest_ramp_s=shortest_ramp_s,
+        creep=0.02,
     )
     paces = np.abs(until_ended(movement))
     change = DT_S / max(RAMP_S, shortest_ramp_s)
@@ -109,10 +123,10 @@ def test_end_is_reached_within_one_change_of_speed(
 
 
 def test_end_is_approached_at_a_tenth_of_the_speed() -> None:
-    movement = Movement(Straight(), position_s=2.0 - 0.02, pace=0.1)
+    movement = Movement(Straight(), position_s=2.0 - 0.02, speed_override=0.1)
     movement.advance(DT_S)
-    assert movement.pace == pytest.approx(0.15)  # it is early: the ramp's way from there is shorter
-    crept = Movement(Straight(), position_s=2.0 - 0.0015, pace=0.1)
+    assert movement.speed_override == pytest.approx(0.15)  # it is early: the ramp's way from there is shorter
+    crept = Movement(Straight(), position_s=2.0 - 0.0015, speed_override=0.1)
     assert advance(crept, 1) == pytest.approx([0.1])
     assert crept.position_s == pytest.approx(2.0 - 0.0005)
     assert not crept.ended
@@ -121,74 +135,74 @@ def test_end_is_approached_at_a_tenth_of_the_speed() -> None:
 
 
 def test_return_ends_exactly_at_its_target() -> None:
-    movement = Movement(Straight(), position_s=1.7, course=-1, back_to_s=0.4)
+    movement = Movement(Straight(), position_s=1.7, direction=-1, reverse_to_s=0.4)
     paces = until_ended(movement)
     assert movement.position_s == pytest.approx(0.4, abs=1e-12)
     assert min(paces) == pytest.approx(-1.0)
     assert paces[-1] >= -0.3
-    assert not movement.stands
+    assert not movement.at_rest
 
 
 def test_return_from_behind_its_target_ends_at_once() -> None:
-    movement = Movement(Straight(), position_s=0.3, course=-1, back_to_s=0.4)
+    movement = Movement(Straight(), position_s=0.3, direction=-1, reverse_to_s=0.4)
     assert movement.ended
     movement.advance(DT_S)
     assert movement.position_s == pytest.approx(0.3)
 
 
 def test_direction_to_a_stop_has_no_end_even_there() -> None:
-    movement = Movement(Straight(), position_s=2.0, course=0)
+    movement = Movement(Straight(), position_s=2.0, direction=0)
     assert not movement.ended
-    assert movement.stands
+    assert movement.at_rest
 
 
 def test_slowing_to_rest_does_not_leave_the_path() -> None:
-    behind = Movement(Straight(), position_s=1.999, pace=1.0, course=0)
+    behind = Movement(Straight(), position_s=1.999, speed_override=1.0, direction=0)
     assert advance(behind, 25)[-1] == 0.0
     assert behind.position_s == 2.0
-    before = Movement(Straight(), position_s=0.001, pace=-1.0, course=0)
+    before = Movement(Straight(), position_s=0.001, speed_override=-1.0, direction=0)
     assert advance(before, 25)[-1] == 0.0
     assert before.position_s == 0.0
 
 
 def test_pause_slows_down_normally_where_a_return_would_end() -> None:
-    paused = Movement(Straight(), position_s=1.0, pace=-1.0, course=0, back_to_s=0.95)
+    paused = Movement(Straight(), position_s=1.0, speed_override=-1.0, direction=0, reverse_to_s=0.95)
     assert advance(paused, 20)[-1] == pytest.approx(0.0)
     assert paused.position_s == pytest.approx(0.905)
 
 
 def test_setpoint_leads_by_the_speed_over_its_lead_time() -> None:
-    for pace, place_s in ((1.0, 1.05), (-0.5, 0.975), (0.0, 1.0)):
-        movement = Movement(Straight(), position_s=1.0, pace=pace)
+    for speed_override, place_s in ((1.0, 1.05), (-0.5, 0.975), (0.0, 1.0)):
+        movement = Movement(Straight(), position_s=1.0, speed_override=speed_override)
         assert movement.place_s(0.05) == pytest.approx(place_s)
         assert movement.motion(0.05).angles_deg == pytest.approx([place_s] * 5)
 
 
-@pytest.mark.parametrize("pace", [1.0, 0.5, -1.0, 0.0])
-def test_speed_scales_with_override_and_acceleration_with_its_square(pace: float) -> None:
-    motion = Movement(Straight(), position_s=1.0, pace=pace).motion(0.0)
-    assert motion.speed_deg_s == pytest.approx([pace * 1.0] * 5)
-    assert motion.acceleration_deg_s2 == pytest.approx([pace**2 * 0.5] * 5)
+@pytest.mark.parametrize("speed_override", [1.0, 0.5, -1.0, 0.0])
+def test_speed_scales_with_override_and_acceleration_with_its_square(speed_override: float) -> None:
+    motion = Movement(Straight(), position_s=1.0, speed_override=speed_override).motion(0.0)
+    assert motion.speed_deg_s == pytest.approx([speed_override * 1.0] * 5)
+    assert motion.acceleration_deg_s2 == pytest.approx([speed_override**2 * 0.5] * 5)
 
 
 def test_a_changing_pace_is_acceleration_too() -> None:
-    movement = Movement(Straight(), position_s=1.0, pace=0.5)
+    movement = Movement(Straight(), position_s=1.0, speed_override=0.5)
     movement.advance(DT_S)
     # To full pace in a fifth of a second: by 5 a second.
-    assert movement.quickening == pytest.approx(5.0)
+    assert movement.override_rate == pytest.approx(5.0)
     assert movement.motion(0.0).acceleration_deg_s2 == pytest.approx([0.55**2 * 0.5 + 5.0] * 5)
-    movement.course = 0
+    movement.direction = 0
     movement.advance(DT_S)
-    assert movement.quickening == pytest.approx(-5.0)
-    movement = Movement(Straight(), pace=1.0)
-    assert movement.quickening == 0.0
+    assert movement.override_rate == pytest.approx(-5.0)
+    movement = Movement(Straight(), speed_override=1.0)
+    assert movement.override_rate == 0.0
     movement.advance(DT_S)
-    assert movement.quickening == 0.0
+    assert movement.override_rate == 0.0
 
 
-@pytest.mark.parametrize("bend", [0.1, 2.0])
+@pytest.mark.parametrize("second_difference", [0.1, 2.0])
 @pytest.mark.parametrize("steps", [1, 2, 7, 50])
-def test_longest_step_can_shrink_by_constant_second_differences_to_zero(steps: int, bend: float) -> None:
-    left = bend * sum(range(1, steps + 1))
-    assert longest_step(left, bend) == pytest.approx(steps * bend)
-    assert longest_step(0.0, bend) == pytest.approx(0.0)
+def test_longest_step_can_shrink_by_constant_second_differences_to_zero(steps: int, second_difference: float) -> None:
+    left = second_difference * sum(range(1, steps + 1))
+    assert longest_step(left, second_difference) == pytest.approx(steps * second_difference)
+    assert longest_step(0.0, second_difference) == pytest.approx(0.0)

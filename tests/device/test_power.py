@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
-from kata.device.journal_set import JournalKeeper, next_sync_ns
+from kata.device.journal_set import JournalSet, next_sync_ns
 from kata.device.messages import Acknowledge, Approach, Play
 from tests.support.cut_disk import CutDisk
 from tests.support.journals import HEADER, MS, give, values
@@ -28,15 +28,15 @@ class Session:
         self.folder = folder
         self.disk = disk
         self.given: list[int] = []
-        self._keeper = JournalKeeper(folder, disk)
-        self._writer = self._keeper.open(header)
+        self._journal_set = JournalSet(folder, disk)
+        self._writer = self._journal_set.open(header)
         self._next_ns = 0
         self._end_ns = 0
         disk.meanwhile = self._measure
 
     @property
     def ok(self) -> bool:
-        return self._keeper.ok
+        return self._journal_set.ok
 
     def run(self, *, begins_ns: int, lasts_ns: int, finish: bool = True) -> None:
         self._next_ns, self._end_ns = begins_ns, begins_ns + lasts_ns
@@ -47,22 +47,22 @@ class Session:
         self._measure(self._end_ns)
         if finish:
             self._writer.finish(JournalEnd(reason="completed"))
-            self._keeper.write()
+            self._journal_set.write()
             self._sync()
 
     def _sync(self) -> int:
         began_ns = self.disk.now_ns
-        self._keeper.sync()
+        self._journal_set.sync()
         return next_sync_ns(began_ns, self.disk.now_ns)
 
     def _measure(self, until_ns: int) -> None:
         """The control thread and the I/O thread, which go on while the disk is busy."""
-        self._keeper.write()
+        self._journal_set.write()
         while self._next_ns <= min(until_ns, self._end_ns - 1):
             self.disk.now_ns = self._next_ns
             give(self._writer, self._next_ns)
             self.given.append(self._next_ns)
-            self._keeper.write()
+            self._journal_set.write()
             self._next_ns += PERIOD_NS
         self.disk.now_ns = max(self.disk.now_ns, until_ns)
 
@@ -123,15 +123,15 @@ def test_blocks_of_another_journal_are_not_read_as_this_ones(tmp_path: Path) -> 
 
 def test_journal_is_on_disk_before_its_end_is_reported(tmp_path: Path) -> None:
     disk = CutDisk()
-    keeper = JournalKeeper(tmp_path, disk)
-    writer = keeper.open(HEADER)
+    journal_set = JournalSet(tmp_path, disk)
+    writer = journal_set.open(HEADER)
     give(writer, 0)
     writer.finish(JournalEnd(reason="completed"))
-    assert keeper.sync() == []
-    keeper.write()
-    assert keeper.sync() == [writer.path]
+    assert journal_set.sync() == []
+    journal_set.write()
+    assert journal_set.sync() == [writer.path]
     assert (disk.entered, disk.synced) == (True, len(disk.data))
-    assert keeper.sync() == []
+    assert journal_set.sync() == []
 
 
 # -- the proof of the proof: a disk that only says it syncs --------------------------------------------------------
@@ -213,15 +213,15 @@ class OnThatDisk(SteppedExchange):
     disk: CutDisk = field(default_factory=CutDisk)
 
     def __post_init__(self) -> None:
-        self.keeper = JournalKeeper(self.folder, self.disk)
+        self.journal_set = JournalSet(self.folder, self.disk)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        return self.keeper.open(header)
+        return self.journal_set.open(header)
 
     def wake(self) -> None:
-        self.keeper.write()
-        self.keeper.sync()
-        self.journal_ok = self.keeper.ok
+        self.journal_set.write()
+        self.journal_set.sync()
+        self.journal_ok = self.journal_set.ok
 
 
 def _fill(disk: CutDisk) -> None:
@@ -238,32 +238,32 @@ def test_failing_disk_stops_the_playback_along_its_path(
 ) -> None:
     monkeypatch.setattr("tests.support.stepped.SteppedExchange", OnThatDisk)
     stepped = Stepped(tmp_path)
-    exchange = stepped.exchange
-    assert isinstance(exchange, OnThatDisk)
+    link = stepped.exchange
+    assert isinstance(link, OnThatDisk)
     assert stepped.send(LOAD, a_trajectory()) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
     assert stepped.send(Play()) is None
     stepped.forward(0.5)
-    before = len(exchange.disk.data)
-    happen(exchange.disk)
+    before = len(link.disk.data)
+    happen(link.disk)
     stepped.until("stopped", within_s=0.5)
 
     assert stepped.causes() == ["journal_fault"]
     assert stepped.torque
     stepped.forward(0.3)
     assert not stepped.torque
-    (tmp_path / "run.journal").write_bytes(exchange.disk.data)
+    (tmp_path / "run.journal").write_bytes(link.disk.data)
     kept = read(tmp_path / "run.journal")
     assert np.sum(kept.phase == PHASE_PLAYING) >= 50
     if happen is _fill:
-        assert len(exchange.disk.data) == before + 1234
+        assert len(link.disk.data) == before + 1234
         assert (kept.truncated, kept.end) == (True, None)
         assert "acknowledge" in stepped.snapshot.refusals
-        exchange.disk.room = 1 << 20
+        link.disk.room = 1 << 20
         stepped.forward(0.2)
     assert stepped.send(Acknowledge()) is None
-    (tmp_path / "run.journal").write_bytes(exchange.disk.data)
+    (tmp_path / "run.journal").write_bytes(link.disk.data)
     kept = read(tmp_path / "run.journal")
     assert kept.end is not None
     assert kept.end.cause_code == "journal_fault"

@@ -9,7 +9,7 @@ import pytest
 
 from kata.device import journal
 from kata.device.messages import Approach, Less, Pause, Play, Return
-from kata.device.range_override import BACK_DEG, LEAST, STEP, RangeOverride
+from kata.device.range_override import MIN_SHARE, RECOVERY_DEG, REDUCTION_STEP, RangeOverride
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
@@ -40,10 +40,10 @@ def standing(comfort: RangeOverride, angle_deg: float = 60.0, speed_deg_s: float
     return Motion(angles, speed, np.zeros(5))
 
 
-def reached(comfort: RangeOverride, seconds: float, pace: float = 1.0) -> list[float]:
+def reached(comfort: RangeOverride, seconds: float, speed_override: float = 1.0) -> list[float]:
     """The moving axis, which would be held at 60 deg, in every hundredth of a second."""
     at = standing(comfort)
-    return [float(comfort.apply(at, pace, 0.01).angles_deg[MOVING]) for _ in range(round(100 * seconds))]
+    return [float(comfort.apply(at, speed_override, 0.01).angles_deg[MOVING]) for _ in range(round(100 * seconds))]
 
 
 # -- how much ---------------------------------------------------------------------------------------------------------
@@ -53,25 +53,25 @@ def test_range_is_whole_and_unchanged_until_reduction_is_requested() -> None:
     whole = comfort()
     at = standing(whole)
     assert all(whole.apply(at, 1.0, 0.01) is at for _ in range(1000))
-    assert whole.whole
-    assert not whole.at_least
+    assert whole.is_full
+    assert not whole.at_minimum
 
 
 def test_one_step_removes_a_tenth_of_range_within_a_second() -> None:
     less = comfort()
-    less.less()
+    less.reduce()
     angles = reached(less, 1.0)
     # 60 deg around 30: at the end of the range, a tenth of it is 3 deg.
     assert angles[-1] == pytest.approx(57.0, abs=0.01)
     assert less.share == pytest.approx(0.9)
-    assert not less.whole
+    assert not less.is_full
     assert np.all(np.diff(angles) <= 0)
 
 
 def test_override_neither_jumps_nor_jerks() -> None:
     less = comfort()
-    less.less()
-    less.less()
+    less.reduce()
+    less.reduce()
     angles = np.array([60.0, 60.0, *reached(less, 2.0)])
     assert np.abs(np.diff(angles)).max() / 0.01 <= 0.25 * 30.1
     assert np.abs(np.diff(angles, 2)).max() / 0.01**2 <= 1.0 * 30.1
@@ -81,7 +81,7 @@ def test_override_neither_jumps_nor_jerks() -> None:
 @pytest.mark.parametrize("moving", [False, True])
 def test_reported_speed_and_acceleration_match_the_override(moving: bool) -> None:
     less = comfort()
-    less.less()
+    less.reduce()
     at = [less.trajectory.motion_at(0.3 + n / 1000) if moving else standing(less) for n in range(900)]
     motions = [less.apply(motion, 1.0, 0.001) for motion in at]
     angles, speeds, accelerations = (np.array([part[MOVING] for part in parts]) for parts in zip(*motions, strict=True))
@@ -93,7 +93,7 @@ def test_reported_speed_and_acceleration_match_the_override(moving: bool) -> Non
 
 def test_on_moving_paths_its_speed_scales_with_the_remaining_range() -> None:
     less = comfort()
-    less.less()
+    less.reduce()
     reached(less, 1.0)
     moving = less.apply(standing(less, 30.0, 50.0), 1.0, 0.01)
     assert moving.speed_deg_s[MOVING] == pytest.approx(0.9 * 50.0)
@@ -103,30 +103,34 @@ def test_on_moving_paths_its_speed_scales_with_the_remaining_range() -> None:
 def test_less_and_less_ends_at_a_fifth_of_the_range() -> None:
     less = comfort(repetition_s=1000.0)
     for _ in range(8):
-        assert not less.at_least
-        less.less()
-    assert less.at_least
-    less.less()
+        assert not less.at_minimum
+        less.reduce()
+    assert less.at_minimum
+    less.reduce()
     reached(less, 10.0)
-    assert less.share == pytest.approx(LEAST)
+    assert less.share == pytest.approx(MIN_SHARE)
 
 
 @pytest.mark.parametrize(
     ("left_of_a_step", "taken_too"), [(0.4, True), (0.5, False), (0.6, False)], ids=["less", "half", "more"]
 )
 def test_step_also_takes_a_remainder_below_half_a_step(left_of_a_step: float, taken_too: bool) -> None:
-    left = LEAST + left_of_a_step * STEP
+    left = MIN_SHARE + left_of_a_step * REDUCTION_STEP
     # So that exactly this is left, in the computer's own numbers.
-    share = left + STEP if left + STEP - STEP == left else math.nextafter(left + STEP, 1.0)
-    assert share - STEP == left
+    share = (
+        left + REDUCTION_STEP
+        if left + REDUCTION_STEP - REDUCTION_STEP == left
+        else math.nextafter(left + REDUCTION_STEP, 1.0)
+    )
+    assert share - REDUCTION_STEP == left
     less = replace(comfort(), share=share)
-    less.less()
-    assert less.at_least is taken_too
+    less.reduce()
+    assert less.at_minimum is taken_too
 
 
 def test_middle_of_the_range_and_still_motors_do_not_move() -> None:
     less = comfort()
-    less.less()
+    less.reduce()
     for _ in range(200):
         motion = less.apply(standing(less, 30.0), 1.0, 0.01)
         assert motion.angles_deg == pytest.approx(standing(less, 30.0).angles_deg, abs=0.01)
@@ -134,21 +138,21 @@ def test_middle_of_the_range_and_still_motors_do_not_move() -> None:
 
 def test_motor_at_its_highest_speed_is_not_accelerated() -> None:
     less = comfort(max_speed_deg_s=50.0)
-    less.less()
+    less.reduce()
     for _ in range(100):
         motion = less.apply(standing(less, 60.0, -50.0), 1.0, 0.01)
         assert abs(motion.speed_deg_s[MOVING]) <= 50.0 + 1e-9
     # Near the middle, too.
     for _ in range(50):
         less.apply(standing(less, 30.5, -50.0), 1.0, 0.01)
-    assert less.whole
+    assert less.is_full
     for _ in range(10):
         less.apply(standing(less, 60.0, -60.0), 1.0, 0.01)
         assert less.share == 1.0
     for _ in range(30):
         motion = less.apply(standing(less, 60.0, -46.0), 1.0, 0.01)
         assert abs(motion.speed_deg_s[MOVING]) <= 50.0 + 1e-9
-    assert not less.whole
+    assert not less.is_full
     for _ in range(100):
         less.apply(standing(less, 60.0, -20.0), 1.0, 0.01)
     assert less.share == pytest.approx(0.9)
@@ -159,37 +163,37 @@ def test_motor_at_its_highest_speed_is_not_accelerated() -> None:
 
 def test_held_arm_stays_held() -> None:
     less = comfort()
-    less.less()
-    assert reached(less, 3.0, pace=0.0) == pytest.approx([60.0] * 300)
+    less.reduce()
+    assert reached(less, 3.0, speed_override=0.0) == pytest.approx([60.0] * 300)
     assert reached(less, 1.0)[-1] == pytest.approx(57.0, abs=0.01)
 
 
 def test_range_recovers_by_a_warm_up_step_after_each_repetition() -> None:
     less = comfort()
-    less.less()
+    less.reduce()
     reached(less, SECONDS - 0.05)
     assert less.share == pytest.approx(0.9)
     # The axis that goes farthest goes through 60 deg.
     reached(less, SECONDS)
-    assert less.share == pytest.approx(0.9 + BACK_DEG / 60.0, abs=0.005)
+    assert less.share == pytest.approx(0.9 + RECOVERY_DEG / 60.0, abs=0.005)
     reached(less, 2 * SECONDS)
-    assert less.whole
+    assert less.is_full
     assert reached(less, 0.1)[-1] == 60.0
 
 
 def test_new_request_starts_from_the_recovered_range_and_waits_again() -> None:
     less = comfort()
-    less.less()
+    less.reduce()
     reached(less, 2 * SECONDS)
-    less.less()
+    less.reduce()
     reached(less, SECONDS - 0.1)
-    assert less.share == pytest.approx(0.8 + BACK_DEG / 60.0, abs=0.005)
+    assert less.share == pytest.approx(0.8 + RECOVERY_DEG / 60.0, abs=0.005)
 
 
 def test_range_does_not_recover_during_a_reversal() -> None:
     less = comfort()
-    less.less()
-    reached(less, 3 * SECONDS, pace=-1.0)
+    less.reduce()
+    reached(less, 3 * SECONDS, speed_override=-1.0)
     assert less.share == pytest.approx(0.9)
     reached(less, SECONDS - 0.1)
     assert less.share == pytest.approx(0.9)
@@ -198,7 +202,7 @@ def test_range_does_not_recover_during_a_reversal() -> None:
 def test_recording_without_motion_has_no_range_and_no_errors() -> None:
     times, angles = strokes(1)
     still = RangeOverride(Trajectory(times, np.tile(angles[:1], (len(times), 1))), 4.0, np.full(5, 120.0))
-    still.less()
+    still.reduce()
     at = standing(still, 0.0)
     for _ in range(1000):
         motion = still.apply(at, 1.0, 0.01)
@@ -232,7 +236,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert stepped.causes() == []
     assert peaks[0] == pytest.approx(54.0, abs=0.2)
     # A fifth less of 60 deg around 30 is 6 deg at its end; half of what a repetition gives back is there.
-    assert np.diff(peaks[1:-1]) == pytest.approx(BACK_DEG / 2, abs=0.1)
+    assert np.diff(peaks[1:-1]) == pytest.approx(RECOVERY_DEG / 2, abs=0.1)
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
     assert any("The range was reduced at 3.0 s" in event.message for event in stepped.exchange.events)
@@ -265,8 +269,8 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     until_place(stepped, 5.0)
     run = stepped.loop._machine._run
     assert run is not None
-    assert run.comfort.share == pytest.approx(0.5, abs=0.02)
-    assert sent(stepped)[-1] - run.reference_deg[MOVING] == pytest.approx(2.0 * run.comfort.share, abs=0.05)
+    assert run.range_override.share == pytest.approx(0.5, abs=0.02)
+    assert sent(stepped)[-1] - run.reference_deg[MOVING] == pytest.approx(2.0 * run.range_override.share, abs=0.05)
 
 
 def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
@@ -275,11 +279,11 @@ def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: P
     stepped.send(Less())
     stepped.until("idle", 60.0)
     kept = stepped.journal()
-    lessened = kept.path_s[kept.phase == journal.PHASE_LESSENED]
+    lessened = kept.path_s[kept.phase == journal.PHASE_REDUCED_RANGE]
     # From when it was asked for to when the range was whole again: a repetition, and 6 deg at 2.5 deg a repetition.
     assert lessened.min() == pytest.approx(3.0, abs=0.05)
-    assert lessened.max() == pytest.approx(3.0 + SECONDS * (1 + 6.0 / BACK_DEG), abs=0.6)
-    assert not np.any(kept.repetition.playing[kept.phase == journal.PHASE_LESSENED])
+    assert lessened.max() == pytest.approx(3.0 + SECONDS * (1 + 6.0 / RECOVERY_DEG), abs=0.6)
+    assert not np.any(kept.repetition.playing[kept.phase == journal.PHASE_REDUCED_RANGE])
     assert np.any(kept.path_s[kept.phase == journal.PHASE_PLAYING] > lessened.max())
 
 

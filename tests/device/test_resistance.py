@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from kata.device import journal
 from kata.device.config import StationConfig
-from kata.device.journal import Files, JournalHeader, JournalWriter
+from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
 from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
-from kata.device.resistance import GivingWay, ResistanceMonitor
+from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
 from tests.support.examples import examples
@@ -460,7 +460,7 @@ def test_the_push_against_a_blocked_arm_ends_in_time(
 ) -> None:
     """A drive's position control, 40 ms late, with all of its push in the proportional or in the integral part."""
     threshold_nm = level * rated_nm
-    giving = GivingWay([threshold_nm], rate_hz, 15.0)
+    giving = YieldOffset([threshold_nm], rate_hz, 15.0)
     integral_nm = 0.99 * rated_nm if wound_up else 0.0
     began_deg = 0.0 if wound_up else 0.99 * rated_nm / p_nm_deg
     late = [began_deg] * 40
@@ -486,28 +486,28 @@ def test_the_push_against_a_blocked_arm_ends_in_time(
 
 @pytest.mark.parametrize(("rate_hz", "step_deg"), [(100, 0.06), (50, 0.1), (10, 0.1)])
 def test_setpoint_yields_smoothly_at_six_degrees_per_second_and_newtonmetre(rate_hz: int, step_deg: float) -> None:
-    giving = GivingWay([1.0], rate_hz, 15.0)
+    giving = YieldOffset([1.0], rate_hz, 15.0)
     giving.yield_to(np.array([2.0]), np.array([0.0]), np.array([0.0]))
     assert giving.offset_deg[0] == pytest.approx(-step_deg)
 
 
 @pytest.mark.parametrize(
-    ("fastest_deg_s", "pace", "step_deg"), [(15.0, 1.0, 0.05), (15.0, 0.5, 0.025), (2.0, 1.0, 0.02)]
+    ("fastest_deg_s", "speed_override", "step_deg"), [(15.0, 1.0, 0.05), (15.0, 0.5, 0.025), (2.0, 1.0, 0.02)]
 )
 def test_setpoint_returns_at_five_degrees_per_second_or_patients_limit(
-    fastest_deg_s: float, pace: float, step_deg: float
+    fastest_deg_s: float, speed_override: float, step_deg: float
 ) -> None:
-    giving = GivingWay([1.0], 100, fastest_deg_s)
+    giving = YieldOffset([1.0], 100, fastest_deg_s)
     giving.offset_deg = np.array([-3.0])
-    giving.resume(pace)
+    giving.resume(speed_override)
     assert giving.offset_deg[0] == pytest.approx(-3.0 + step_deg)
 
 
 def test_push_that_caused_a_reversal_has_one_second_to_end(stepped: Stepped) -> None:
     monitor = ResistanceMonitor([1.0] * 5)
-    monitor.turned_back(PUSHED, 2.0, 0)
-    facts = stepped.loop._observer.facts(0, None, stepped.loop._situation(0, 0.0))
-    pushed = msgspec.structs.replace(facts, torque_nm=(0.0, 0.0, 0.0, 2.0, 0.0))
+    monitor.start_after_reversal(PUSHED, 2.0, 0)
+    state = stepped.loop._state_builder.build(0, None, stepped.loop._loop_context(0, 0.0))
+    pushed = msgspec.structs.replace(state, torque_nm=(0.0, 0.0, 0.0, 2.0, 0.0))
     times_ns = range(0, 1_500_000_000, 10_000_000)
     along = [0.0, 0.0, 0.0, 5.0, 0.0]
     felt_by = [monitor.resisting_axis(msgspec.structs.replace(pushed, t_ns=t_ns), along) for t_ns in times_ns]
@@ -522,7 +522,7 @@ def a_run(folder: Path, trajectory: Trajectory, level: int = 25, **settings: obj
         JournalHeader,
     )  # fmt: skip
     load = msgspec.structs.replace(LOAD, load_level=level)
-    return Run(load, trajectory, JournalWriter(folder, header, Files()), config)
+    return Run(load, trajectory, JournalWriter(folder, header, JournalDisk()), config)
 
 
 @pytest.mark.parametrize(
@@ -548,10 +548,10 @@ def test_a_place_of_long_ago_is_remembered(tmp_path: Path) -> None:
 def felt(stepped: Stepped, speed_deg_s: float, torque_nm: float, ahead_deg: float = 0.0) -> int | None:
     """What a monitor of motor 5 finds after a tenth of a second."""
     monitor = ResistanceMonitor([4.0, 4.0, 4.0, 4.0, 1.0])
-    facts = stepped.loop._observer.facts(0, None, stepped.loop._situation(0, 0.0))
+    state = stepped.loop._state_builder.build(0, None, stepped.loop._loop_context(0, 0.0))
     for t_ns in (0, 100_000_000):
         now = msgspec.structs.replace(
-            facts,
+            state,
             t_ns=t_ns,
             torque_nm=(0.0, 0.0, 0.0, 0.0, torque_nm),
             setpoint_deg=(*REST_DEG[:4], REST_DEG[4] + ahead_deg),

@@ -157,9 +157,9 @@ def test_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
     assert stepped.torque
     assert stepped.mode == "stopped"
     assert stepped.causes()[0] == "torque_found"
-    assert stepped.loop._exchange is stepped.exchange
+    assert stepped.loop._link is stepped.exchange
     stepped.exchange.closing = True
-    stepped.loop._torque_off_at_last()
+    stepped.loop._torque_off_on_exit()
     assert stepped.torque
 
 

@@ -25,7 +25,7 @@ def test_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped)
 
 def test_the_emergency_stop_is_looked_at_between_two_cycles_too(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
-    playing.loop.glance()
+    playing.loop.poll_estop()
     assert not playing.torque
 
     # However short the press was: who saw it open stops.
@@ -38,9 +38,9 @@ def test_the_emergency_stop_is_looked_at_between_two_cycles_too(playing: Stepped
 
 
 def test_between_two_cycles_nothing_else_is_done(playing: Stepped) -> None:
-    playing.loop.glance()
+    playing.loop.poll_estop()
     playing.apparatus.inputs_silent = True
-    playing.loop.glance()
+    playing.loop.poll_estop()
     assert playing.torque
     playing.apparatus.inputs_silent = False
     playing.cycle()
@@ -49,7 +49,7 @@ def test_between_two_cycles_nothing_else_is_done(playing: Stepped) -> None:
 
 def test_port_lost_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -> None:
     playing.apparatus.gone = True
-    playing.loop.glance()
+    playing.loop.poll_estop()
     playing.cycle()
     assert playing.causes() == ["bus_lost"]
 
@@ -202,7 +202,7 @@ def _strain(stepped: Stepped) -> None:
 
 
 def _garble(stepped: Stepped) -> None:
-    stepped.apparatus.garbled = {3}
+    stepped.apparatus.corrupt = {3}
 
 
 def _mean_another_run(stepped: Stepped) -> None:
@@ -212,7 +212,7 @@ def _mean_another_run(stepped: Stepped) -> None:
 def _stop_planning(stepped: Stepped) -> None:
     run = stepped.loop._machine._run
     assert run is not None
-    run.every = 1_000_000
+    run.cycles_per_setpoint = 1_000_000
 
 
 def _run_away(stepped: Stepped) -> None:
@@ -287,7 +287,7 @@ def test_an_error_in_the_control_program_stops_at_once(playing: Stepped, monkeyp
     def broken(*_: object) -> None:
         raise RuntimeError("as if")
 
-    monkeypatch.setattr(playing.loop._machine, "_move", broken)
+    monkeypatch.setattr(playing.loop._machine, "_follow_path", broken)
     playing.cycle()
     assert not playing.torque
     assert playing.mode == "stopped"

@@ -13,7 +13,7 @@ _PACKET_START: Final = b"\xff\xff\xfd\x00"
 
 
 class AnsweringLine:
-    """A :class:`~kata.device.bus.serial_transport.Line` to drives that are there at once, with the station's ids and models."""
+    """A :class:`~kata.device.bus.serial_transport.Transport` to drives that are there at once, with the station's ids and models."""
 
     def __init__(self, config: StationConfig) -> None:
         self._modbus = config.protocol == "modbus"

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from kata.device.journal import Files
+from kata.device.journal import JournalDisk
 
 _BLOCK: Final = 512
 
 
 @dataclass
-class CutDisk(Files):
+class CutDisk(JournalDisk):
     """Holds one file. ``now_ns`` is moved by the test; a sync takes ``sync_ns``, during which ``meanwhile`` is called."""
 
     sync_ns: int = 0

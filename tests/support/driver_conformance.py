@@ -7,7 +7,7 @@ import pytest
 
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import Bus, BusError
-from kata.device.ceiling import ceiling_hz, cycle_ns
+from kata.device.ceiling import cycle_time_ns, max_cycle_hz
 from tests.support.drive_registers import expected_registers
 from tests.support.simulated_world import World
 
@@ -36,7 +36,7 @@ class Conformance:
     @pytest.fixture
     def bus(self, world: World) -> Bus:
         """Return the bus opened, its drives configured and verified."""
-        bus = make_bus(world.config, world.open_line)
+        bus = make_bus(world.config, world.open_transport)
         bus.open()
         bus.configure(range(5))
         self.until_verified(world, bus)
@@ -69,21 +69,21 @@ class Conformance:
         self.cycles(world, bus, 2)
         assert all(world.torque)
         opened_ns = world.t_ns
-        again = make_bus(world.config, world.open_line)
+        again = make_bus(world.config, world.open_transport)
         again.open()
         self.cycles(world, again, 10)
         assert all(world.torque)
         assert [seen for seen in world.seen if seen.t_ns > opened_ns] == []
 
     def test_a_drive_that_is_missing_is_named(self, world: World) -> None:
-        bus = make_bus(world.config, world.open_line)
+        bus = make_bus(world.config, world.open_transport)
         bus.open()
         world.fault("silent", 3)
         with pytest.raises(BusError, match=r"motor 3 \(id 3\) does not answer"):
             bus.configure(range(5))
 
     def test_two_drives_with_one_id_are_named(self, world: World) -> None:
-        bus = make_bus(world.config, world.open_line)
+        bus = make_bus(world.config, world.open_transport)
         bus.open()
         world.fault("duplicate_id", 4)
         with pytest.raises(BusError, match=r"motor 4.*do two drives share its id"):
@@ -93,14 +93,14 @@ class Conformance:
 
     def wrong(self, world: World, motor: int) -> list[int]:
         """Return the registers of a drive that are not as the manual and the configuration want them."""
-        expected = expected_registers(world.config.as_it_stands, motor)
+        expected = expected_registers(world.config.with_side_directions, motor)
         return [address for address, data in expected.items() if world.registers(motor, address, len(data)) != data]
 
     def test_configured_drives_have_every_register(self, world: World, bus: Bus) -> None:
         assert [self.wrong(world, motor) for motor in range(1, 6)] == [[]] * 5
 
     def test_an_unconfigured_drive_is_never_verified(self, world: World) -> None:
-        bus = make_bus(world.config, world.open_line)
+        bus = make_bus(world.config, world.open_transport)
         bus.open()
         statuses = [status for reading in self.cycles(world, bus, 250) for status in reading.statuses]
         assert not any(status.verified for status in statuses)
@@ -112,7 +112,7 @@ class Conformance:
 
     @pytest.mark.parametrize("motor", [1, 5])
     def test_each_changed_register_is_found_in_two_seconds(self, world: World, bus: Bus, motor: int) -> None:
-        for address, data in expected_registers(world.config.as_it_stands, motor).items():
+        for address, data in expected_registers(world.config.with_side_directions, motor).items():
             world.set_registers(motor, address, bytes(len(data)) if any(data) else b"\1" + data[1:])
             cycles = 2 * world.config.cycle_hz
             statuses = [
@@ -209,7 +209,7 @@ class Conformance:
         times = [drive.t_ns for drive in reading.drives] + [reading.inputs.t_ns]
         assert times == sorted(times)
         assert began_ns < times[0]
-        assert times[-1] < began_ns + 2 * cycle_ns(world.config)
+        assert times[-1] < began_ns + 2 * cycle_time_ns(world.config)
         assert bus.errors == 0
 
     def test_speed_and_torque_have_the_sign_of_the_motion(self, world: World, bus: Bus) -> None:
@@ -309,10 +309,10 @@ class Conformance:
         others = [n for n in range(5) if n != motor - 1]
         for reading in readings[1:]:
             assert reading.drives[motor - 1] is None
-            assert reading.silent <= {motor - 1}
+            assert reading.timed_out <= {motor - 1}
             assert all(reading.drives[n] for n in others)
-        assert any(reading.silent for reading in readings)
-        assert not any(reading.garbled for reading in readings)
+        assert any(reading.timed_out for reading in readings)
+        assert not any(reading.corrupt for reading in readings)
 
     def test_a_silent_drive_costs_less_than_a_millisecond_a_cycle(self, world: World, bus: Bus) -> None:
         def spent_s() -> float:
@@ -339,7 +339,7 @@ class Conformance:
         world.fault(kind, 5)
         for reading in self.cycles(world, bus, 3):
             assert reading.drives[4] is None
-            assert 4 in reading.garbled
+            assert 4 in reading.corrupt
             assert all(reading.drives[:4])
         world.script.clear()
         assert all(self.cycles(world, bus, 12)[-1].drives)
@@ -417,7 +417,7 @@ class Conformance:
             bus.write_setpoints(HOLD)
         # The last setpoints are still on their way.
         took_ns = (world.t_ns - began_ns) / 50
-        assert took_ns <= 1.02 * 1e9 / ceiling_hz(world.config)
+        assert took_ns <= 1.02 * 1e9 / max_cycle_hz(world.config)
 
     def test_whatever_does_not_come_a_reading_ends_in_time(self, world: World, bus: Bus) -> None:
         for motor in range(1, 6):
@@ -425,5 +425,5 @@ class Conformance:
         for _ in range(30):
             began_ns = world.t_ns
             assert not any(bus.read().drives)
-            assert world.t_ns - began_ns < cycle_ns(world.config) + 2 * _SLACK_S * 1e9
+            assert world.t_ns - began_ns < cycle_time_ns(world.config) + 2 * _SLACK_S * 1e9
             world.wait(0.01)

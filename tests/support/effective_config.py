@@ -10,10 +10,10 @@ import msgspec
 from hypothesis import strategies as st
 
 from kata.device.bus.drivers import make_bus
-from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, ConfigError, Inputs, ModbusMap, StationConfig, read
 from kata.device.config_rules import RANGES, Range
-from kata.device.cycle_state import CycleStateBuilder, Situation
+from kata.device.cycle_state import CycleStateBuilder, LoopContext
 from kata.device.supervisor import evaluate_faults
 from tests.support.answering_line import AnsweringLine
 
@@ -89,7 +89,7 @@ class Apparatus:
     def __post_init__(self) -> None:
         axis = self.config.axes[WATCHED]
         self.position_deg = self.setpoint_deg = (axis.min_deg + axis.max_deg) / 2
-        self._observer = CycleStateBuilder(self.config)
+        self._state_builder = CycleStateBuilder(self.config)
         self._command()
         for _ in range(10):
             assert self.faults() == set(), "nothing is wrong yet"
@@ -101,15 +101,15 @@ class Apparatus:
     def faults(self) -> set[str]:
         """The faults of the next cycle."""
         self.t_ns += round(self.cycle_ms * MS)
-        situation = Situation(
+        context = LoopContext(
             late_ms=0.0,
             service_age_ms=self.service_age_ms,
-            disagreements=0,
+            run_id_mismatches=0,
             journal_ok=True,
             limits_deg=self.config.mechanism_deg,
             rate_hz=self.config.rate_hz,
         )
-        found = evaluate_faults(self._observer.facts(self.t_ns, self._reading(), situation), self.config)
+        found = evaluate_faults(self._state_builder.build(self.t_ns, self._reading(), context), self.config)
         self._command()
         return {code for code, _ in found}
 
@@ -127,15 +127,15 @@ class Apparatus:
     def _command(self) -> None:
         setpoints = [*self._rest()]
         setpoints[WATCHED] = self.setpoint_deg
-        self._observer.commanded(self.t_ns, True, tuple(setpoints), self.t_ns)
+        self._state_builder.record_command(self.t_ns, True, tuple(setpoints), self.t_ns)
 
-    def _reading(self) -> Reading:
-        drives: list[DriveReading | None] = [DriveReading(self.t_ns, angle, 0.0, 0.0) for angle in self._rest()]
-        drives[WATCHED] = DriveReading(self.t_ns, self.position_deg, self.speed_deg_s, self.torque_nm)
+    def _reading(self) -> BusSample:
+        drives: list[DriveSample | None] = [DriveSample(self.t_ns, angle, 0.0, 0.0) for angle in self._rest()]
+        drives[WATCHED] = DriveSample(self.t_ns, self.position_deg, self.speed_deg_s, self.torque_nm)
         if self.drive_silent:
             drives[WATCHED] = None
-        inputs = InputReading(self.t_ns, estop_open=self.estop_open, pedal_down=False)
-        return Reading(
+        inputs = InputSample(self.t_ns, estop_open=self.estop_open, pedal_down=False)
+        return BusSample(
             drives=tuple(drives),
             inputs=None if self.inputs_silent else inputs,
             statuses=tuple(DriveStatus(self.t_ns, n, True, 0, False) for n in range(5)),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from msgspec import structs
 
-from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample
 from tests.support.fault_matrix import Kind
 from tests.support.stepped import SteppedApparatus
 
@@ -15,7 +15,7 @@ _LATE_CYCLES = 10
 _VERY_LATE_CYCLES = 15
 _INPUT_LATE_CYCLES = 5
 _SLOW = 5
-_NOTHING = Reading((None,) * 5, None, ())
+_NOTHING = BusSample((None,) * 5, None, ())
 
 
 @dataclass
@@ -24,14 +24,14 @@ class FaultyApparatus(SteppedApparatus):
 
     kind: Kind | None = None
     signal: str = ""
-    history: deque[Reading] = field(default_factory=lambda: deque(maxlen=20))
+    history: deque[BusSample] = field(default_factory=lambda: deque(maxlen=20))
     number: int = 0
     dice: random.Random = field(default_factory=lambda: random.Random(1))
-    last: Reading | None = None
+    last: BusSample | None = None
     statuses: list[DriveStatus] = field(default_factory=list)
     """What the faulty drive has said of itself since it is at fault, before the fault changed it."""
 
-    def read(self) -> Reading:
+    def read(self) -> BusSample:
         true = super().read()
         self.history.append(true)
         self.number += 1
@@ -44,11 +44,11 @@ class FaultyApparatus(SteppedApparatus):
                 axis = int(motor) - 1
                 drives = list(true.drives)
                 drives[axis] = self._drive(what, axis, drives[axis])
-                garbled = frozenset({axis}) if (what, self.kind) == ("reply", "garbage") else frozenset()
+                corrupt = frozenset({axis}) if (what, self.kind) == ("reply", "garbage") else frozenset()
                 statuses = (
                     true.statuses if what != "reply" else tuple(s for s in true.statuses if self._status(s.axis, axis))
                 )
-                return structs.replace(true, drives=tuple(drives), garbled=garbled, statuses=statuses)
+                return structs.replace(true, drives=tuple(drives), corrupt=corrupt, statuses=statuses)
             case "registers" | "torque":
                 return structs.replace(true, statuses=tuple(self._told(what, int(motor) - 1, true.statuses)))
             case "e-stop" | "second" | "pedal":
@@ -103,14 +103,14 @@ class FaultyApparatus(SteppedApparatus):
     def _status(self, of: int, faulty: int) -> bool:
         return of != faulty or self.kind in ("stuck", "slow", "intermittent")
 
-    def _drive(self, what: str, axis: int, now: DriveReading | None) -> DriveReading | None:
+    def _drive(self, what: str, axis: int, now: DriveSample | None) -> DriveSample | None:
         assert now is not None and self.last is not None
         before = self.last.drives[axis]
         late = self.history[max(0, len(self.history) - 1 - _LATE_CYCLES)].drives[axis]
         assert before is not None and late is not None
         if what == "reply":
             return self._reply(now, before)
-        changes: dict[Kind, Callable[[], DriveReading]] = {
+        changes: dict[Kind, Callable[[], DriveSample]] = {
             "position": {
                 "off": lambda: structs.replace(now, position_deg=-180.0),
                 "stuck": lambda: structs.replace(now, position_deg=before.position_deg),
@@ -133,7 +133,7 @@ class FaultyApparatus(SteppedApparatus):
         assert self.kind is not None
         return changes[self.kind]()
 
-    def _reply(self, now: DriveReading, before: DriveReading) -> DriveReading | None:
+    def _reply(self, now: DriveSample, before: DriveSample) -> DriveSample | None:
         match self.kind:
             case "stuck":
                 return structs.replace(before, t_ns=now.t_ns)
@@ -144,14 +144,14 @@ class FaultyApparatus(SteppedApparatus):
         # Nothing came, nothing sound came, what came was an error, or it came when nobody listened any more.
         return None
 
-    def _slowly(self, axis: int) -> DriveReading:
+    def _slowly(self, axis: int) -> DriveSample:
         if self.number % _SLOW == 0 or self.last is None:
             self.last = self.history[-1]
         reading = self.last.drives[axis]
         assert reading is not None
         return reading
 
-    def _inputs(self, what: str, now: InputReading | None) -> InputReading | None:
+    def _inputs(self, what: str, now: InputSample | None) -> InputSample | None:
         assert now is not None
         if what == "pedal":
             return structs.replace(now, pedal_down=self._pedal(now.pedal_down))
@@ -200,7 +200,7 @@ class FaultyApparatus(SteppedApparatus):
                 return late.pedal_down if late else None
         return None if self.number % 2 else down
 
-    def _whole(self, now: Reading) -> Reading:
+    def _whole(self, now: BusSample) -> BusSample:
         assert self.last is not None
         match self.kind:
             case "off":
@@ -208,7 +208,7 @@ class FaultyApparatus(SteppedApparatus):
             case "stuck":
                 return self.last
             case "garbage":
-                return structs.replace(_NOTHING, garbled=frozenset(range(5)))
+                return structs.replace(_NOTHING, corrupt=frozenset(range(5)))
             case "slow":
                 return _NOTHING if self.number % _SLOW else now
             case "delayed":

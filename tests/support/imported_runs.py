@@ -19,7 +19,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
 from kata.device.config import StationConfig
-from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+from kata.device.journal import JournalDisk, JournalEnd, JournalHeader, JournalWriter
 from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
@@ -68,11 +68,11 @@ class Clinic:
             kind="teaching" if kind == "teaching" else "run",
             id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
         )  # fmt: skip
-        writer = JournalWriter(self.folder, header, Files())
+        writer = JournalWriter(self.folder, header, JournalDisk())
         t_ns = 5_000_000_000
         for take, seconds in enumerate(takes, start=1):
             for n in range(round(seconds * 100) + 1):
-                writer.sample(
+                writer.append_sample(
                     t_ns,
                     take=take,
                     phase=journal.PHASE_PLAYING if kind == "run" else 0,

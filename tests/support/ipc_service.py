@@ -11,9 +11,9 @@ from typing import Any
 import msgspec
 
 from kata.device.config import StationConfig
-from kata.device.ipc import Exchange
-from kata.device.journal import Files
-from kata.device.journal_set import JournalKeeper
+from kata.device.ipc import SocketServiceLink
+from kata.device.journal import JournalDisk
+from kata.device.journal_set import JournalSet
 from kata.device.loader import Result
 from kata.device.messages import (
     Command,
@@ -61,14 +61,14 @@ class FakeLoader:
 class Service:
     """The service's end of the socket, and an exchange without its threads unless they are started."""
 
-    def __init__(self, folder: Path, files: Files | None = None) -> None:
+    def __init__(self, folder: Path, files: JournalDisk | None = None) -> None:
         self._socket, self._device = socket.socketpair()
         self._socket.settimeout(LIMIT_S)
         self._incoming = bytearray()
         self._heard: deque[Any] = deque()
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
         self.loader = FakeLoader()
-        self.exchange = Exchange(StationConfig(), self._device, JournalKeeper(folder, files), self.loader)
+        self.link = SocketServiceLink(StationConfig(), self._device, JournalSet(folder, files), self.loader)
 
     def send(self, message: ToDevice) -> None:
         self._socket.sendall(frame(message))
@@ -83,7 +83,7 @@ class Service:
             self.take(part)
 
     def take(self, message: ToDevice) -> None:
-        self.exchange._understand(msgspec.msgpack.encode(message))
+        self.link._decode(msgspec.msgpack.encode(message))
 
     def hear(self) -> Any:
         """Wait for the next message."""
@@ -96,8 +96,8 @@ class Service:
 
     def answers(self) -> list[tuple[int, str | None]]:
         """Everything that was answered so far, where no thread runs: id and the refusal's code."""
-        self.exchange.wake()
-        letters = self.exchange._letters
+        self.link.wake()
+        letters = self.link._outbound_messages
         found = [letter for letter in letters if isinstance(letter, Reply)]
         letters.clear()
         return [(reply.id, reply.refusal.code if reply.refusal else None) for reply in found]

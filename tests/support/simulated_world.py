@@ -31,7 +31,7 @@ class _LossyLine(world.MemoryLine):
         self._lossy = lossy
 
     def send(self, data: bytes) -> None:
-        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
         if not self._lossy.loses_this():
             super().send(data)
 
@@ -70,9 +70,9 @@ class World(world.World):
         self._lost = [0, 0]
         """How many requests still pass, and how many of those behind them are lost."""
 
-    def open_line(self, port: str, baud: int) -> world.MemoryLine:
+    def open_transport(self, port: str, baud: int) -> world.MemoryLine:
         """Open the port; requests that :meth:`lose_requests` names do not reach the drives."""
-        super().open_line(port, baud)
+        super().open_transport(port, baud)
         self.opened = _LossyLine(self, baud)
         return self.opened
 

@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import StationConfig
-from kata.device.ipc import Taken
-from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
+from kata.device.ipc import Heartbeats, QueuedCommand
+from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
 from kata.device.messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
 from kata.device.references import build
@@ -40,7 +40,7 @@ class SteppedApparatus:
     torques_nm: list[float] = field(default_factory=lambda: [0.0] * 5)
     drift_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
     """How fast each shaft goes its own way, whatever it is told."""
-    garbled: set[int] = field(default_factory=set)
+    corrupt: set[int] = field(default_factory=set)
     torque: list[bool] = field(default_factory=lambda: [False] * 5)
     estop_open: bool = False
     pedal_down: bool = False
@@ -69,7 +69,7 @@ class SteppedApparatus:
             self.configured.append(n)
             self.mismatch[n], self.verified[n] = "", True
 
-    def read(self) -> Reading:
+    def read(self) -> BusSample:
         self._check()
         self._cycle += 1
         axis = self._cycle % 5
@@ -78,8 +78,8 @@ class SteppedApparatus:
             self.angles_deg[n] += drift * since_s
         drives = tuple(
             None
-            if n in self.silent | self.garbled
-            else DriveReading(self.t_ns, angle, self.speeds_deg_s[n], self.torques_nm[n], self.alert[n])
+            if n in self.silent | self.corrupt
+            else DriveSample(self.t_ns, angle, self.speeds_deg_s[n], self.torques_nm[n], self.alert[n])
             for n, angle in enumerate(self.angles_deg)
         )
         inputs = self._contacts()
@@ -93,16 +93,16 @@ class SteppedApparatus:
             self.mismatch[axis],
         )
         statuses = () if axis in self.silent else (status,)
-        return Reading(drives, inputs, statuses, frozenset(self.garbled), frozenset(self.silent - self.garbled))
+        return BusSample(drives, inputs, statuses, frozenset(self.corrupt), frozenset(self.silent - self.corrupt))
 
-    def read_inputs(self) -> InputReading | None:
+    def read_inputs(self) -> InputSample | None:
         self._check()
         return self._contacts()
 
-    def _contacts(self) -> InputReading | None:
+    def _contacts(self) -> InputSample | None:
         if self.inputs_silent:
             return None
-        return InputReading(self.t_ns, self.estop_open, self.pedal_down, self.contacts_disagree)
+        return InputSample(self.t_ns, self.estop_open, self.pedal_down, self.contacts_disagree)
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         self._check()
@@ -133,7 +133,7 @@ class SteppedExchange:
     """Stands where the I/O thread's queues are; journals go to a folder when they are read."""
 
     folder: Path
-    commands: list[Taken] = field(default_factory=list)
+    commands: list[QueuedCommand] = field(default_factory=list)
     stop_requests: int = 0
     stop_requested: StopCode | None = None
     closing: bool = False
@@ -141,7 +141,7 @@ class SteppedExchange:
     journal_ok: bool = True
     naming: str | None = None
     """The run that the service names in its heartbeats, one a cycle."""
-    heartbeats: int = 0
+    heartbeat_count: int = 0
     dropped: int = 0
     replies: list[Reply] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
@@ -149,9 +149,9 @@ class SteppedExchange:
     journals: list[JournalWriter] = field(default_factory=list)
 
     @property
-    def belief(self) -> tuple[int, str | None]:
-        self.heartbeats += 1
-        return self.heartbeats, self.naming
+    def heartbeats(self) -> Heartbeats:
+        self.heartbeat_count += 1
+        return Heartbeats(self.heartbeat_count, self.naming)
 
     def take_stop(self) -> StopCode | None:
         requested, self.stop_requested = self.stop_requested, None
@@ -170,11 +170,11 @@ class SteppedExchange:
         if isinstance(built, Refusal):
             self.replies.append(Reply(id=number, refusal=built))
         elif built:
-            self.commands.append(Taken(number, command, built.trajectory, None, built.correction))
+            self.commands.append(QueuedCommand(number, command, built.trajectory, None, built.correction))
         else:
-            self.commands.append(Taken(number, command))
+            self.commands.append(QueuedCommand(number, command))
 
-    def take_command(self) -> Taken | None:
+    def take_command(self) -> QueuedCommand | None:
         return self.commands.pop(0) if self.commands else None
 
     def service_age_ms(self, t_ns: int) -> float:
@@ -190,7 +190,7 @@ class SteppedExchange:
         self.snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        self.journals.append(JournalWriter(self.folder, header, Files()))
+        self.journals.append(JournalWriter(self.folder, header, JournalDisk()))
         return self.journals[-1]
 
     def wake(self) -> None:
@@ -247,7 +247,7 @@ class Stepped:
         self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
     ) -> Refusal | None:
         """One command with the counter and the expiry that it has, and the cycle that takes it."""
-        self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None, correction))
+        self.exchange.commands.append(QueuedCommand(len(self.exchange.replies), command, trajectory, None, correction))
         self.cycle()
         return self.exchange.replies[-1].refusal
 

@@ -19,7 +19,7 @@ from kata.bench.other_libraries import installed
 from kata.bench.report import Report
 from kata.bench.running_service import BenchError
 from kata.device import config
-from kata.device.ceiling import BITS_A_BYTE, ceiling_hz
+from kata.device.ceiling import BITS_A_BYTE, max_cycle_hz
 from kata.device.config import StationConfig
 from kata.simulator.client import SimulatorClient
 from kata.simulator.process import SimulatorProcess
@@ -89,7 +89,7 @@ class Rates:
     """Medians over the rounds."""
 
     per_s: float
-    ceiling_hz: float
+    max_cycle_hz: float
     sd_us: float
     spread_us: float
     cpu_percent: float
@@ -100,7 +100,7 @@ class Rates:
     @property
     def ratio(self) -> float:
         """Share of the ceiling."""
-        return self.per_s / self.ceiling_hz
+        return self.per_s / self.max_cycle_hz
 
 
 @dataclass(frozen=True)
@@ -133,10 +133,10 @@ class BusBench:
         with bus_process("kata_cycle", self._station, real_time=False):
             pass
 
-    def ceiling_hz(self, contender: Contender) -> float:
+    def max_cycle_hz(self, contender: Contender) -> float:
         """Return the cycles per second at which the bus would never be idle."""
         if self._config.protocol == "modbus":
-            return ceiling_hz(self._config)
+            return max_cycle_hz(self._config)
         return 1e6 / (
             contender.bytes * BITS_A_BYTE * 1e6 / self._config.baud + contender.answers * self._config.return_delay_us
         )
@@ -257,7 +257,7 @@ def _rates(
                 measured.setdefault((contender, granted), []).append(figures)
     best: dict[Contender, Rates] = {}
     for (contender, granted), all_rounds in measured.items():
-        rates = _median_rates(all_rounds, bench.ceiling_hz(contender), real_time=granted)
+        rates = _median_rates(all_rounds, bench.max_cycle_hz(contender), real_time=granted)
         if contender not in best or rates.per_s > best[contender].per_s:
             best[contender] = rates
     return {contender: best[contender] for contender in contenders if contender in best}
@@ -266,7 +266,7 @@ def _rates(
 def _median_rates(rounds: Sequence[CycleFigures], ceiling: float, *, real_time: bool) -> Rates:
     return Rates(
         per_s=median(figures.per_s for figures in rounds),
-        ceiling_hz=ceiling,
+        max_cycle_hz=ceiling,
         sd_us=median(figures.sd_us for figures in rounds),
         spread_us=median(figures.spread_us for figures in rounds),
         cpu_percent=median(figures.cpu_percent for figures in rounds),
@@ -299,7 +299,7 @@ def _add_row(report: Report, label: str, figure: str, baud: int, rates: Rates, c
         (
             label if rates.real_time or not report.on.fifo else f"{label} (no FIFO)",
             f"{rates.per_s:.1f}",
-            f"{rates.ceiling_hz:.1f}",
+            f"{rates.max_cycle_hz:.1f}",
             f"{rates.ratio * 100:.1f}",
             f"{rates.cpu_percent:.1f}",
             f"{rates.sd_us:.0f}",

@@ -5,7 +5,7 @@ from typing import Final
 from kata.bench.bus_cycle import Goals
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import DynamixelBus
-from kata.device.bus.serial_transport import SerialLine
+from kata.device.bus.serial_transport import SerialTransport
 from kata.device.config import StationConfig
 
 _INSTRUCTION_AT: Final = 7
@@ -17,7 +17,7 @@ class KataDrives:
 
     def __init__(self, config: StationConfig, *, fast: bool = True) -> None:
         """``fast``: the drives support Fast Sync Read."""
-        self._bus = DynamixelBus(config, SerialLine if fast else _OlderDrives)
+        self._bus = DynamixelBus(config, SerialTransport if fast else _OlderDrives)
         self._bus.open()
         self._bus.configure(range(len(config.axes)))
         self._goals = Goals(config)
@@ -52,7 +52,7 @@ class KataCycle:
         self._bus.close()
 
 
-class _OlderDrives(SerialLine):
+class _OlderDrives(SerialTransport):
     """A serial line whose drives do not support Fast Sync Read: the request is dropped."""
 
     def send(self, data: bytes) -> None:

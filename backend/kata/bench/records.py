@@ -21,7 +21,7 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import journal
 from kata.device.config import StationConfig
-from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+from kata.device.journal import JournalDisk, JournalEnd, JournalHeader, JournalWriter
 from kata.motion.axes import CANONICAL_SIDE
 
 _RATE_HZ: Final = 100
@@ -107,7 +107,7 @@ class _Records:
             started_at=utc_now() - timedelta(seconds=duration_s),
             started_ns=0,
         )
-        writer = JournalWriter(self._folder, header, Files())
+        writer = JournalWriter(self._folder, header, JournalDisk())
         for n in range(round(duration_s * _RATE_HZ) + 1):
             time_s = n / _RATE_HZ
             angle_rad = 2 * np.pi * time_s / _PERIOD_S
@@ -115,7 +115,7 @@ class _Records:
             # Like a real arm: behind the setpoint by a small, varying angle, so that the error is not constant.
             measured = setpoint if kind == "teaching" else [angle - 0.4 * np.sin(angle_rad) for angle in setpoint]
             phase = 0 if kind == "teaching" else journal.PHASE_PLAYING
-            writer.sample(
+            writer.append_sample(
                 n * (1_000_000_000 // _RATE_HZ),
                 take=1,
                 phase=phase,

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 import msgspec
 
 from kata.bench.helper_process import helper_process
-from kata.device.latency_histogram import Lateness
+from kata.device.latency_histogram import LatencyHistogram
 from kata.system import realtime
 
 
@@ -59,8 +59,8 @@ def main() -> None:
     sys.stdout.write(json.dumps({"p999_ms": p999_ms, "max_ms": lateness.max_ns / 1e6, "missed": missed}))
 
 
-def _watch(period_ns: int, until_closed: int) -> tuple[Lateness, int]:
-    lateness = Lateness()
+def _watch(period_ns: int, until_closed: int) -> tuple[LatencyHistogram, int]:
+    lateness = LatencyHistogram()
     deadline_ns = time.monotonic_ns()
     cycles = missed = 0
     while cycles % 100 or not select.select([until_closed], [], [], 0)[0]:

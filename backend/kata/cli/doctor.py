@@ -29,7 +29,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
-from kata.device.ceiling import ceiling_hz
+from kata.device.ceiling import max_cycle_hz
 from kata.errors import ProblemError
 from kata.settings import Settings
 from kata.system.privileges import fifo_granted, kernel_preemption, memory_lock_granted
@@ -167,7 +167,7 @@ def _station(settings: Settings) -> Iterator[Finding]:
         yield Finding("Station", "problem", str(error), "Mend the file.")
         return
     yield Finding("Station", "ok", f"{station.name}: {station.port}, {station.baud} baud, {station.rate_hz} Hz")
-    ceiling = f"{station.protocol} at {station.baud} bit/s carries at most {int(ceiling_hz(station))} cycles a second"
+    ceiling = f"{station.protocol} at {station.baud} bit/s carries at most {int(max_cycle_hz(station))} cycles a second"
     yield Finding("Bus", "ok", f"{ceiling}; {station.cycle_hz} are asked for.")
     yield from _port(station)
 

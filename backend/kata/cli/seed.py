@@ -30,7 +30,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import upgrade
 from kata.device.config import StationConfig
-from kata.device.journal import FolderInUseError, JournalEnd, not_written
+from kata.device.journal import FolderInUseError, JournalEnd, synthetic_journal
 from kata.motion.axes import Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
@@ -177,7 +177,7 @@ class _Invented:
         angles = motor_angles_deg(poses, self._side)
         nothing = np.zeros_like(angles)
         end = JournalEnd(reason="finished")
-        journal = not_written(
+        journal = synthetic_journal(
             "teaching", row.id, _STATION, _RATE_HZ, at, built_in.times_s, _counts(angles), nothing, nothing, end
         )
         kept = recordings.store_teaching(self._session, journal)
@@ -263,7 +263,7 @@ class _Invented:
         end = JournalEnd(reason="completed")
         if stopped:
             end = JournalEnd(reason="stopped", cause_code="operator_stop", cause_message="Stopped by the operator.")
-        journal = not_written("run", row.id, _STATION, _RATE_HZ, at, times_s, measured, setpoints, torque, end)
+        journal = synthetic_journal("run", row.id, _STATION, _RATE_HZ, at, times_s, measured, setpoints, torque, end)
         runs.complete(self._session, journal, StationConfig(name=_STATION))
 
     def _assess(self, episode_id: UUID, week: int) -> None:

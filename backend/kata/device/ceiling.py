@@ -22,12 +22,12 @@ _MODBUS_BOTH_BYTES: Final = 17 + 5
 """Function 23, besides two bytes for each register read."""
 
 
-def ceiling_hz(config: "StationConfig") -> float:
+def max_cycle_hz(config: "StationConfig") -> float:
     """Cycles a second at which the line would never be idle."""
-    return 1e9 / cycle_ns(config)
+    return 1e9 / cycle_time_ns(config)
 
 
-def cycle_ns(config: "StationConfig") -> float:
+def cycle_time_ns(config: "StationConfig") -> float:
     """How long the bytes of one cycle, setpoints included, and the silences and delays between them take."""
     byte_ns = BITS_A_BYTE * 1e9 / config.baud
     delay_ns = config.return_delay_us * 1e3

@@ -216,7 +216,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         return tuple((axis.min_deg - tolerance, axis.max_deg + tolerance) for axis in self.axes)
 
     @property
-    def as_it_stands(self) -> "StationConfig":
+    def with_side_directions(self) -> "StationConfig":
         """With the directions that the drives have now: motors 3 to 5 see what turns with the apparatus the other way round."""
         signs = (1, 1, *APPARATUS_SIGNS[self.side][2:])
         axes = (

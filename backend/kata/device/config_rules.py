@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Final, Literal
 
-from kata.device.ceiling import ceiling_hz
+from kata.device.ceiling import max_cycle_hz
 from kata.motion.axes import N_AXES, POSE_RANGE_DEG
 
 if TYPE_CHECKING:
@@ -441,7 +441,7 @@ def _rates_divide(config: "StationConfig") -> Iterator[str]:
 
 
 def _bus_carries_it(config: "StationConfig") -> Iterator[str]:
-    ceiling = ceiling_hz(config)
+    ceiling = max_cycle_hz(config)
     if config.cycle_hz > ceiling:
         yield (
             f"cycle_hz: this bus carries at most {int(ceiling)} cycles a second ({config.protocol} at {config.baud} bit/s); "

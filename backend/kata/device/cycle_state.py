@@ -1,41 +1,41 @@
-"""What is known of the apparatus at the beginning of a cycle, gathered from this cycle's replies and earlier ones."""
+"""What is known of the apparatus at the beginning of a cycle, gathered from this cycle's received and earlier ones."""
 
 import math
 from typing import Final, Literal
 
 from msgspec import Struct, structs
 
-from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, StationConfig
 from kata.device.config_rules import OVERTORQUE
 from kata.device.messages import TorqueState
 
-_SWITCHING_NS: Final = 50_000_000
+_TORQUE_SETTLING_NS: Final = 50_000_000
 """A drive's word on its torque counts from this long after the torque was switched."""
-_TORQUE_KNOWN_MS: Final = 1000.0
+_MAX_TORQUE_REPORT_AGE_MS: Final = 1000.0
 """A drive's word on its torque counts for this long; its status is read every few cycles."""
-_STEADY_NS: Final = 20_000_000
+_PEDAL_DEBOUNCE_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
-_NOTHING: Final = Reading(drives=(), inputs=None, statuses=())
+_NO_SAMPLE: Final = BusSample(drives=(), inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
 Limits = tuple[tuple[float, float], ...]
 """Lowest and highest setpoint of each axis, degrees."""
 
 
-class Situation(Struct, frozen=True):
+class LoopContext(Struct, frozen=True):
     """What the loop itself knows, besides what the bus said."""
 
     late_ms: float
     service_age_ms: float
-    disagreements: int
+    run_id_mismatches: int
     """How often in a row the service named another run than the one that goes on."""
     journal_ok: bool
     limits_deg: Limits
     """The tightest of mechanism and run."""
     rate_hz: int
     """Setpoints a second: the run's own, without one the station's."""
-    torque_left: bool = False
+    torque_inherited: bool = False
     """Torque is neither commanded on nor off: the port has been opened, and a drive may hold an arm."""
 
 
@@ -46,7 +46,7 @@ class CycleState(Struct, frozen=True):
     """
 
     t_ns: int
-    situation: Situation
+    context: LoopContext
     bus_ok: bool
     complete: bool
     """Every drive, its status and the inputs have been seen since the bus is there, every register is verified, and no drive has torque."""
@@ -63,7 +63,7 @@ class CycleState(Struct, frozen=True):
     """inf where a drive never answered."""
     status_age_ms: tuple[float, ...]
     """Since the status came, or since the port was opened where none has come; inf without a port."""
-    garbled: tuple[bool, ...]
+    corrupt: tuple[bool, ...]
     """Since its last sound answer something unsound came at least as often as nothing. Once is not enough: what a busy computer
     hands over late looks unsound too, and a drive that is switched off is not to be called damaged for that.
     """
@@ -99,7 +99,7 @@ class CycleState(Struct, frozen=True):
     """How far the setpoint has gone while the drive reported the very same position again and again."""
 
 
-class _Lasting:
+class _Duration:
     """For how long something has held without a break, for each axis."""
 
     def __init__(self, axes: int) -> None:
@@ -122,15 +122,15 @@ class CycleStateBuilder:
     def __init__(self, config: StationConfig) -> None:
         self._config = config
         axes = len(config.axes)
-        self._drives: list[DriveReading | None] = [None] * axes
-        self._before: list[DriveReading | None] = [None] * axes
+        self._drives: list[DriveSample | None] = [None] * axes
+        self._previous_drives: list[DriveSample | None] = [None] * axes
         self._status: list[DriveStatus | None] = [None] * axes
-        self._nothing, self._unsound = [0] * axes, [0] * axes
-        self._following, self._overtorque, self._accelerating = _Lasting(axes), _Lasting(axes), _Lasting(axes)
+        self._timeouts, self._corrupt = [0] * axes, [0] * axes
+        self._following, self._overtorque, self._accelerating = _Duration(axes), _Duration(axes), _Duration(axes)
         self._frozen_since: list[float | None] = [None] * axes
         self._torque: list[TorqueState] = ["unknown"] * axes
         self._reset = [False] * axes
-        self._inputs: InputReading | None = None
+        self._inputs: InputSample | None = None
         self._disagree_since_ns: int | None = None
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._opened = False
@@ -144,7 +144,7 @@ class CycleStateBuilder:
         self._setpoint_t_ns = 0
         self._setpoint_cycles = 0
 
-    def commanded(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...], setpoint_t_ns: int) -> None:
+    def record_command(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...], setpoint_t_ns: int) -> None:
         """Remember what the drives were told in this cycle, and when that setpoint was worked out."""
         if torque_on != self._torque_on:
             self._torque_on = torque_on
@@ -152,27 +152,27 @@ class CycleStateBuilder:
         self._setpoint_cycles = 0 if setpoint_t_ns != self._setpoint_t_ns else self._setpoint_cycles + 1
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
 
-    def glance(self, inputs: InputReading) -> None:
+    def poll_estop(self, inputs: InputSample) -> None:
         """What the inputs said between two cycles. An open switch, at which torque was cut, counts whatever it says next."""
         self._inputs = inputs
         if inputs.estop_open:
             self._opened = True
             self._torque_switched_ns = inputs.t_ns
 
-    def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> CycleState:
-        """Take in this cycle's replies (None: the bus is not there) and tell what is known at ``t_ns``."""
-        replies = reading or _NOTHING
-        self._take(t_ns, replies, bus_ok=reading is not None)
+    def build(self, t_ns: int, sample: BusSample | None, context: LoopContext) -> CycleState:
+        """Take in this cycle's received (None: the bus is not there) and tell what is known at ``t_ns``."""
+        received = sample or _NO_SAMPLE
+        self._take(t_ns, received, bus_ok=sample is not None)
         inputs = self._inputs
         inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
-        self._know_torque(t_ns, bus_ok=reading is not None)
-        answered = [drive.t_ns for drive in replies.drives if drive]
+        self._update_torque(t_ns, bus_ok=sample is not None)
+        answered = [drive.t_ns for drive in received.drives if drive]
         axes = range(len(self._drives))
         reported = tuple([self._torque_reported(status) for status in self._status])
         return CycleState(
             t_ns=t_ns,
-            situation=situation,
-            bus_ok=reading is not None,
+            context=context,
+            bus_ok=sample is not None,
             complete=inputs_known
             and all(self._drives)
             and all(torque is False for torque in reported)
@@ -185,8 +185,8 @@ class CycleStateBuilder:
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
             status_age_ms=tuple([_age_ms(t_ns, status.t_ns if status else self._opened_ns) for status in self._status]),
-            garbled=tuple(
-                [0 < unsound >= nothing for unsound, nothing in zip(self._unsound, self._nothing, strict=True)]
+            corrupt=tuple(
+                [0 < unsound >= nothing for unsound, nothing in zip(self._corrupt, self._timeouts, strict=True)]
             ),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
             hardware_error=tuple([self._hardware_error(n) for n in axes]),
@@ -199,49 +199,49 @@ class CycleStateBuilder:
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
             setpoint_cycles=self._setpoint_cycles,
-            following_ms=tuple([self._following.ms(n, t_ns, self._behind(n)) for n in axes]),
-            overtorque_ms=tuple([self._overtorque.ms(n, t_ns, self._too_strong(n)) for n in axes]),
-            accelerating_ms=tuple([self._accelerating.ms(n, t_ns, self._too_abrupt(n)) for n in axes]),
+            following_ms=tuple([self._following.ms(n, t_ns, self._exceeds_following_error(n)) for n in axes]),
+            overtorque_ms=tuple([self._overtorque.ms(n, t_ns, self._exceeds_torque(n)) for n in axes]),
+            accelerating_ms=tuple([self._accelerating.ms(n, t_ns, self._exceeds_acceleration(n)) for n in axes]),
             jump_deg=tuple([self._jump_deg(n) for n in axes]),
             frozen_deg=tuple([self._frozen_deg(n) for n in axes]),
         )
 
-    def _take(self, t_ns: int, replies: Reading, *, bus_ok: bool) -> None:
-        for n, drive in enumerate(replies.drives):
+    def _take(self, t_ns: int, received: BusSample, *, bus_ok: bool) -> None:
+        for n, drive in enumerate(received.drives):
             if drive:
-                self._before[n], self._drives[n] = self._drives[n], drive
-                self._nothing[n] = self._unsound[n] = 0
+                self._previous_drives[n], self._drives[n] = self._drives[n], drive
+                self._timeouts[n] = self._corrupt[n] = 0
             else:
-                self._nothing[n] += n in replies.silent
-                self._unsound[n] += n in replies.garbled
+                self._timeouts[n] += n in received.timed_out
+                self._corrupt[n] += n in received.corrupt
         if not bus_ok:
             # A drive that comes back may have been without power: its last status no longer counts.
             self._status = [None] * len(self._status)
             self._opened_ns = -math.inf
         elif self._opened_ns == -math.inf:
             self._opened_ns = t_ns
-        for status in replies.statuses:
+        for status in received.statuses:
             self._status[status.axis] = status
             self._reset[status.axis] = bool(status.mismatch) or (self._reset[status.axis] and not status.verified)
-        if replies.inputs:
-            self._note_contacts(replies.inputs)
+        if received.inputs:
+            self._note_contacts(received.inputs)
             opened, self._opened = self._opened, False
-            self._inputs = structs.replace(replies.inputs, estop_open=True) if opened else replies.inputs
-            self._settle_pedal(replies.inputs)
+            self._inputs = structs.replace(received.inputs, estop_open=True) if opened else received.inputs
+            self._debounce_pedal(received.inputs)
 
-    def _note_contacts(self, inputs: InputReading) -> None:
+    def _note_contacts(self, inputs: InputSample) -> None:
         if not inputs.contacts_disagree:
             self._disagree_since_ns = None
         elif self._disagree_since_ns is None:
             self._disagree_since_ns = inputs.t_ns
 
-    def _settle_pedal(self, inputs: InputReading) -> None:
+    def _debounce_pedal(self, inputs: InputSample) -> None:
         if inputs.pedal_down is None:
             self._pedal_down = self._pedal_changed_ns = None
         elif inputs.pedal_down == self._pedal_down:
             self._pedal_changed_ns = None
         elif self._pedal_down is None or (
-            self._pedal_changed_ns is not None and inputs.t_ns - self._pedal_changed_ns >= _STEADY_NS
+            self._pedal_changed_ns is not None and inputs.t_ns - self._pedal_changed_ns >= _PEDAL_DEBOUNCE_NS
         ):
             self._pedal_down = inputs.pedal_down
             self._pedal_changed_ns = None
@@ -249,15 +249,15 @@ class CycleStateBuilder:
             self._pedal_changed_ns = inputs.t_ns
 
     def _torque_reported(self, status: DriveStatus | None) -> bool | None:
-        if status is None or status.t_ns < self._torque_switched_ns + _SWITCHING_NS:
+        if status is None or status.t_ns < self._torque_switched_ns + _TORQUE_SETTLING_NS:
             return None
         return status.torque_on
 
-    def _know_torque(self, t_ns: int, *, bus_ok: bool) -> None:
+    def _update_torque(self, t_ns: int, *, bus_ok: bool) -> None:
         """A drive has torque from the command on until it says itself that it has none; without a recent word it is unknown."""
         for n, status in enumerate(self._status):
             reported = self._torque_reported(status)
-            recent = status is not None and _age_ms(t_ns, status.t_ns) <= _TORQUE_KNOWN_MS
+            recent = status is not None and _age_ms(t_ns, status.t_ns) <= _MAX_TORQUE_REPORT_AGE_MS
             if self._torque_on and bus_ok:
                 self._torque[n] = "on"
             elif not (bus_ok and recent):
@@ -271,32 +271,32 @@ class CycleStateBuilder:
 
     # -- one axis each, judged over more than this cycle ------------------------------------------------------------
 
-    def _behind(self, n: int) -> bool:
+    def _exceeds_following_error(self, n: int) -> bool:
         drive = self._drives[n]
         allowed_deg = self._config.following_error_deg
         return drive is not None and self._torque_on and abs(self._setpoint[n] - drive.position_deg) > allowed_deg
 
-    def _too_strong(self, n: int) -> bool:
+    def _exceeds_torque(self, n: int) -> bool:
         drive = self._drives[n]
         return drive is not None and abs(drive.torque_nm) > self._axis(n).max_torque_nm * OVERTORQUE
 
-    def _too_abrupt(self, n: int) -> bool:
-        before, now = self._before[n], self._drives[n]
-        if before is None or now is None or now.t_ns <= before.t_ns:
+    def _exceeds_acceleration(self, n: int) -> bool:
+        previous, now = self._previous_drives[n], self._drives[n]
+        if previous is None or now is None or now.t_ns <= previous.t_ns:
             return False
-        change_deg_s2 = abs(now.speed_deg_s - before.speed_deg_s) / ((now.t_ns - before.t_ns) / 1e9)
+        change_deg_s2 = abs(now.speed_deg_s - previous.speed_deg_s) / ((now.t_ns - previous.t_ns) / 1e9)
         return change_deg_s2 > self._axis(n).max_acceleration_deg_s2
 
     def _jump_deg(self, n: int) -> float:
-        before, now = self._before[n], self._drives[n]
-        if before is None or now is None:
+        previous, now = self._previous_drives[n], self._drives[n]
+        if previous is None or now is None:
             return 0.0
-        possible = 2 * self._axis(n).max_speed_deg_s * (now.t_ns - before.t_ns) / 1e9
-        return max(0.0, abs(now.position_deg - before.position_deg) - possible)
+        possible = 2 * self._axis(n).max_speed_deg_s * (now.t_ns - previous.t_ns) / 1e9
+        return max(0.0, abs(now.position_deg - previous.position_deg) - possible)
 
     def _frozen_deg(self, n: int) -> float:
-        before, now = self._before[n], self._drives[n]
-        if before is None or now is None or not self._torque_on or now.position_deg != before.position_deg:
+        previous, now = self._previous_drives[n], self._drives[n]
+        if previous is None or now is None or not self._torque_on or now.position_deg != previous.position_deg:
             self._frozen_since[n] = None
             return 0.0
         began_at = self._frozen_since[n]

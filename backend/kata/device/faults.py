@@ -15,19 +15,19 @@ from kata.device.config_rules import OVERSPEED
 from kata.device.cycle_state import CycleState, Limits
 from kata.messages import Template
 
-OVERRUN_LIMIT_MS: Final = 250.0
+MAX_OVERRUN_MS: Final = 250.0
 """Setpoints this late: the arm has stood still, and the present setpoint is no longer near it in time."""
-_STEP: Final = 1.5
+_MAX_STEP_SHARE: Final = 1.5
 _STEP_TOLERANCE_DEG: Final = 1.0
 _ROUNDING_DEG: Final = 1e-6
-_OVERTORQUE_MS: Final = 100.0
-_ACCELERATING_MS: Final = 30.0
-_JUMP_DEG: Final = 5.0
-FROZEN_DEG: Final = 8.0
+_MAX_OVERTORQUE_MS: Final = 100.0
+_MAX_OVERACCELERATION_MS: Final = 30.0
+_MAX_JUMP_DEG: Final = 5.0
+MAX_FROZEN_SETPOINT_DEG: Final = 8.0
 """So far a setpoint may go before the drive has answered to it with a single count of its encoder."""
-_SETPOINT_PERIODS: Final = 3
-_STATUS_SILENCE_MS: Final = 1000.0
-_DISAGREEMENTS: Final = 3
+_MAX_SETPOINT_PERIODS: Final = 3
+_MAX_STATUS_AGE_MS: Final = 1000.0
+_MAX_RUN_ID_MISMATCHES: Final = 3
 
 Key = tuple[str, int | None]
 """A fault's code and axis (0-4) or None."""
@@ -47,127 +47,129 @@ class Fault:
     holds: Condition
 
 
-def _estop_pressed(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.estop == "open" else ()
+def _estop_pressed(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.estop == "open" else ()
 
 
-def _estop_unknown(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.estop == "unknown" and facts.bus_ok else ()
+def _estop_unknown(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.estop == "unknown" and state.bus_ok else ()
 
 
-def _bus_lost(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return () if facts.bus_ok else (None,)
+def _bus_lost(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return () if state.bus_ok else (None,)
 
 
-def _drive_silent(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return _unheard(facts, config, garbled=False)
+def _drive_silent(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return _not_answering(state, config, corrupt=False)
 
 
-def _drive_garbled(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return _unheard(facts, config, garbled=True)
+def _drive_garbled(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return _not_answering(state, config, corrupt=True)
 
 
-def _unheard(facts: CycleState, config: StationConfig, *, garbled: bool) -> Iterable[int]:
-    if not facts.bus_ok:
+def _not_answering(state: CycleState, config: StationConfig, *, corrupt: bool) -> Iterable[int]:
+    if not state.bus_ok:
         return ()
-    ages = zip(facts.drive_age_ms, facts.status_age_ms, facts.garbled, strict=True)
+    ages = zip(state.drive_age_ms, state.status_age_ms, state.corrupt, strict=True)
     return (
         n
         for n, (drive_ms, status_ms, unsound) in enumerate(ages)
-        if unsound == garbled and (drive_ms > config.silence_ms or status_ms > _STATUS_SILENCE_MS)
+        if unsound == corrupt and (drive_ms > config.silence_ms or status_ms > _MAX_STATUS_AGE_MS)
     )
 
 
-def _drive_error(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, error in enumerate(facts.hardware_error) if error)
+def _drive_error(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, error in enumerate(state.hardware_error) if error)
 
 
-def _drive_watchdog(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, tripped in enumerate(facts.watchdog_tripped) if tripped and facts.torque_on)
+def _drive_watchdog(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, tripped in enumerate(state.watchdog_tripped) if tripped and state.torque_on)
 
 
-def _torque_lost(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, reported in enumerate(facts.torque_reported) if facts.torque_on and reported is False)
+def _torque_lost(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, reported in enumerate(state.torque_reported) if state.torque_on and reported is False)
 
 
-def _torque_remains(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    switched_off = not facts.torque_on and not facts.situation.torque_left
-    return (n for n, reported in enumerate(facts.torque_reported) if switched_off and reported)
+def _torque_remains(state: CycleState, config: StationConfig) -> Iterable[int]:
+    switched_off = not state.torque_on and not state.context.torque_inherited
+    return (n for n, reported in enumerate(state.torque_reported) if switched_off and reported)
 
 
-def _torque_found(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, reported in enumerate(facts.torque_reported) if facts.situation.torque_left and reported)
+def _torque_found(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, reported in enumerate(state.torque_reported) if state.context.torque_inherited and reported)
 
 
-def _drive_reset(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, reset in enumerate(facts.reset) if reset)
+def _drive_reset(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, reset in enumerate(state.reset) if reset)
 
 
-def _contacts_disagree(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.contacts_disagree_ms > config.inputs.contacts_disagree_ms else ()
+def _contacts_disagree(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.contacts_disagree_ms > config.inputs.contacts_disagree_ms else ()
 
 
-def _position_limit(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    if not facts.torque_on:
+def _position_limit(state: CycleState, config: StationConfig) -> Iterable[int]:
+    if not state.torque_on:
         return ()
     # Half of the tolerance is in the limits of what may be commanded already.
     tolerance = config.limit_tolerance_deg / 2
-    measured = zip(facts.situation.limits_deg, facts.measured_deg, strict=True)
+    measured = zip(state.context.limits_deg, state.measured_deg, strict=True)
     return (n for n, ((low, high), angle) in enumerate(measured) if not low - tolerance <= angle <= high + tolerance)
 
 
-def _overspeed(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    if not facts.torque_on:
+def _overspeed(state: CycleState, config: StationConfig) -> Iterable[int]:
+    if not state.torque_on:
         return ()
     return (
         n
-        for n, (axis, speed) in enumerate(zip(config.axes, facts.speed_deg_s, strict=True))
+        for n, (axis, speed) in enumerate(zip(config.axes, state.speed_deg_s, strict=True))
         if abs(speed) > OVERSPEED * axis.max_speed_deg_s
     )
 
 
-def _following_error(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, lasted in enumerate(facts.following_ms) if lasted > config.following_error_ms)
+def _following_error(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, lasted in enumerate(state.following_ms) if lasted > config.following_error_ms)
 
 
-def _overtorque(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, lasted in enumerate(facts.overtorque_ms) if lasted > _OVERTORQUE_MS and facts.torque_on)
+def _overtorque(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, lasted in enumerate(state.overtorque_ms) if lasted > _MAX_OVERTORQUE_MS and state.torque_on)
 
 
-def _overacceleration(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, lasted in enumerate(facts.accelerating_ms) if lasted > _ACCELERATING_MS and facts.torque_on)
+def _overacceleration(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (
+        n for n, lasted in enumerate(state.accelerating_ms) if lasted > _MAX_OVERACCELERATION_MS and state.torque_on
+    )
 
 
-def _position_jump(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, jump in enumerate(facts.jump_deg) if jump > _JUMP_DEG and facts.torque_on)
+def _position_jump(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, jump in enumerate(state.jump_deg) if jump > _MAX_JUMP_DEG and state.torque_on)
 
 
-def _position_frozen(facts: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, gone in enumerate(facts.frozen_deg) if gone > FROZEN_DEG)
+def _position_frozen(state: CycleState, config: StationConfig) -> Iterable[int]:
+    return (n for n, gone in enumerate(state.frozen_deg) if gone > MAX_FROZEN_SETPOINT_DEG)
 
 
-def _setpoint_frozen(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    limit = _SETPOINT_PERIODS * config.cycle_hz // facts.situation.rate_hz
-    return (None,) if facts.torque_on and facts.setpoint_cycles > limit else ()
+def _setpoint_frozen(state: CycleState, config: StationConfig) -> Iterable[None]:
+    limit = _MAX_SETPOINT_PERIODS * config.cycle_hz // state.context.rate_hz
+    return (None,) if state.torque_on and state.setpoint_cycles > limit else ()
 
 
-def _overrun(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.torque_on and facts.situation.late_ms > OVERRUN_LIMIT_MS else ()
+def _overrun(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.torque_on and state.context.late_ms > MAX_OVERRUN_MS else ()
 
 
-def _service_silent(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.torque_on and facts.situation.service_age_ms > config.service_silence_ms else ()
+def _service_silent(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.torque_on and state.context.service_age_ms > config.service_silence_ms else ()
 
 
-def _other_run(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.torque_on and facts.situation.disagreements >= _DISAGREEMENTS else ()
+def _other_run(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.torque_on and state.context.run_id_mismatches >= _MAX_RUN_ID_MISMATCHES else ()
 
 
-def _journal_fault(facts: CycleState, config: StationConfig) -> Iterable[None]:
-    return () if facts.situation.journal_ok else (None,)
+def _journal_fault(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return () if state.context.journal_ok else (None,)
 
 
-def _never(facts: CycleState, config: StationConfig) -> Iterable[None]:
+def _raised_by_an_act(state: CycleState, config: StationConfig) -> Iterable[None]:
     """Raised by an act, or before something is sent, and not by a condition; cleared at once."""
     return ()
 
@@ -297,10 +299,10 @@ FAULTS: Final = (
         0,
         texts.SETPOINT_STEP,
         _REPORT,
-        _never,
+        _raised_by_an_act,
     ),
-    Fault("setpoint_limit", 0, texts.SETPOINT_LIMIT, _REPORT, _never),
-    Fault("setpoint_acceleration", 0, texts.SETPOINT_ACCELERATION, _REPORT, _never),
+    Fault("setpoint_limit", 0, texts.SETPOINT_LIMIT, _REPORT, _raised_by_an_act),
+    Fault("setpoint_acceleration", 0, texts.SETPOINT_ACCELERATION, _REPORT, _raised_by_an_act),
     Fault("setpoint_frozen", 1, texts.SETPOINT_FROZEN, _REPORT, _setpoint_frozen),
     Fault("overrun", 1, texts.OVERRUN, _CHECK_AND_ACKNOWLEDGE, _overrun),
     Fault(
@@ -329,36 +331,36 @@ FAULTS: Final = (
         2,
         texts.LOAD_REPEATED,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
-        _never,
+        _raised_by_an_act,
     ),
     Fault(
         "load_on_the_way",
         2,
         texts.LOAD_ON_THE_WAY,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
-        _never,
+        _raised_by_an_act,
     ),
     Fault(
         "load_while_held",
         2,
         texts.LOAD_WHILE_HELD,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
-        _never,
+        _raised_by_an_act,
     ),
-    Fault("operator_stop", 1, texts.OPERATOR_STOP, texts.ACKNOWLEDGE_WHEN_SAFE, _never),
+    Fault("operator_stop", 1, texts.OPERATOR_STOP, texts.ACKNOWLEDGE_WHEN_SAFE, _raised_by_an_act),
     Fault(
         "browser_lost",
         1,
         texts.BROWSER_LOST,
         texts.CHECK_PATIENT,
-        _never,
+        _raised_by_an_act,
     ),
     Fault(
         "unexpected_error",
         0,
         texts.UNEXPECTED_ERROR,
         texts.REPORT_WITH_DEVICE_LOG,
-        _never,
+        _raised_by_an_act,
     ),
 )
 """The fault table, most telling first."""
@@ -368,7 +370,7 @@ FAULT_BY_CODE: Final = {fault.code: fault for fault in FAULTS}
 
 def largest_step_deg(axis: Axis, rate_hz: int) -> float:
     """From one setpoint to the next, of so many a second."""
-    return _STEP * axis.max_speed_deg_s / rate_hz + _STEP_TOLERANCE_DEG
+    return _MAX_STEP_SHARE * axis.max_speed_deg_s / rate_hz + _STEP_TOLERANCE_DEG
 
 
 def refused_setpoints(
@@ -391,7 +393,7 @@ def refused_setpoints(
         if not abs(angle - newest[n]) <= largest_step_deg(axis, rate_hz):
             found.append(("setpoint_step", n))
         elif len(last_deg) > 1:
-            bend = abs(angle - 2 * newest[n] + last_deg[-2][n]) * rate_hz**2
-            if bend > axis.max_acceleration_deg_s2:
+            second_difference = abs(angle - 2 * newest[n] + last_deg[-2][n]) * rate_hz**2
+            if second_difference > axis.max_acceleration_deg_s2:
                 found.append(("setpoint_acceleration", n))
     return found

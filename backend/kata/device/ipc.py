@@ -17,14 +17,14 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 import msgspec
 
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.journal import JournalHeader, JournalWriter
-from kata.device.journal_set import JournalKeeper, JournalThreads
+from kata.device.journal_set import JournalSet, JournalThreads
 from kata.device.messages import (
     LONGEST_LOAD_BYTES,
     Command,
@@ -54,25 +54,25 @@ from kata.motion.trajectory import Trajectory
 log = logging.getLogger(__name__)
 
 _POLL_S: Final = 0.01
-_SLICE_BYTES: Final = 1 << 18
+_RECEIVE_BYTES: Final = 1 << 18
 """Limits how much is received before the other sources are looked at again."""
-_FLOOD_BYTES: Final = 1 << 16
+_LARGE_READ_BYTES: Final = 1 << 16
 """So much at once are parts of a Load."""
-_REST_S: Final = 0.001
+_PAUSE_AFTER_LARGE_READ_S: Final = 0.001
 """After so much, to limit the processor's time that a Load takes: the kernel thread that brings the bus's bytes has no priority, and
 this thread has one. A Stop may wait for it."""
-_SNAPSHOTS_KEPT: Final = 20
-_COMMANDS_KEPT: Final = 100
-_LAST_WORDS_S: Final = 1.0
+_MAX_QUEUED_SNAPSHOTS: Final = 20
+_MAX_QUEUED_COMMANDS: Final = 100
+_FINAL_SEND_LIMIT_S: Final = 1.0
 
-_CROWDED: Final = Refusal.of(code="busy", message=texts.TOO_MANY_COMMANDS(), next_step=texts.WAIT_A_MOMENT())
-_LOADING: Final = Refusal.of(
+_QUEUE_FULL: Final = Refusal.of(code="busy", message=texts.TOO_MANY_COMMANDS(), next_step=texts.WAIT_A_MOMENT())
+_ALREADY_LOADING: Final = Refusal.of(
     code="busy", message=texts.CHECKING_ANOTHER_RECORDING(), next_step=texts.WAIT_THEN_LOAD_AGAIN()
 )
 
 
 @dataclass(frozen=True)
-class Taken:
+class QueuedCommand:
     """A command on its way to the machine; what could be checked outside the control thread has been."""
 
     id: int
@@ -83,6 +83,15 @@ class Taken:
     correction: Correction | None = None
     stop_requests: int = 0
     """How many Stop commands had come before it."""
+
+
+class Heartbeats(NamedTuple):
+    """What the heartbeats of the service have reported."""
+
+    received: int
+    """Heartbeats received since the start."""
+    expected_run_id: str | None
+    """The run or teaching that the last heartbeat named; "" for none, None if it did not say."""
 
 
 @dataclass
@@ -120,7 +129,7 @@ class ServiceLink(Protocol):
         """The service is gone, or asked this process to end."""
 
     @property
-    def belief(self) -> tuple[int, str | None]:
+    def heartbeats(self) -> Heartbeats:
         """How many heartbeats came, and the run that the last one named."""
 
     @property
@@ -134,7 +143,7 @@ class ServiceLink(Protocol):
     def take_stop(self) -> StopCode | None:
         """Why to stop, if a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
 
-    def take_command(self) -> Taken | None:
+    def take_command(self) -> QueuedCommand | None:
         """At most one command a cycle."""
 
     def service_age_ms(self, t_ns: int) -> float:
@@ -156,37 +165,35 @@ class ServiceLink(Protocol):
         """At the end of a cycle: what it has left, its sample above all, goes on its way now."""
 
 
-class Exchange:
+class SocketServiceLink:
     """The queues, and the threads that serve them: the :class:`ServiceLink` of a device process."""
 
-    def __init__(
-        self, config: StationConfig, connection: socket.socket, journals: JournalKeeper, loader: Loader
-    ) -> None:
+    def __init__(self, config: StationConfig, connection: socket.socket, journals: JournalSet, loader: Loader) -> None:
         """``loader``: started, and told to call :meth:`wake`, by the caller."""
         self._config = config
         self._socket = connection
-        self._keeper = journals
-        self._journals = JournalThreads(journals, self._tell_closed, self._close)
+        self._journal_set = journals
+        self._journal_threads = JournalThreads(journals, self._report_journal_closed, self._close)
         self._loader = loader
         self._loading: _Loading | None = None
-        self._commands: deque[Taken] = deque()
+        self._commands: deque[QueuedCommand] = deque()
         self._stops: deque[StopCode] = deque()
         """Stop commands that the control thread has not taken."""
-        self._heard_ns = time.monotonic_ns()
+        self._last_received_ns = time.monotonic_ns()
         self._snapshots: deque[Snapshot] = deque()
-        self._newest: Snapshot | None = None
+        self._latest_snapshot: Snapshot | None = None
         self._replies: list[Reply] = []
         """Of this cycle."""
-        self._letters: deque[Reply | Event | JournalClosed] = deque()
+        self._outbound_messages: deque[Reply | Event | JournalClosed] = deque()
         self._finished = threading.Event()
         self._woken = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
-        self._slice = memoryview(bytearray(_SLICE_BYTES))
+        self._receive_buffer = memoryview(bytearray(_RECEIVE_BYTES))
         """Kept: with locked memory each new one would be 64 pages that the kernel clears at once."""
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
-        self.belief: tuple[int, str | None] = (0, None)
+        self.heartbeats: Heartbeats = Heartbeats(0, None)
         """How many heartbeats came, and the run that the last one named."""
         self.dropped = 0
         """Snapshots that a slow service never got."""
@@ -196,11 +203,11 @@ class Exchange:
     def start(self) -> None:
         """Start the threads."""
         self._thread.start()
-        self._journals.start()
+        self._journal_threads.start()
 
     def finish(self) -> None:
         """The control thread has ended: let the last journal reach the disk and the last words the service."""
-        self._journals.finish()
+        self._journal_threads.finish()
         self._finished.set()
         self._wake_io()
         self._thread.join()
@@ -216,7 +223,7 @@ class Exchange:
             first = first or because
         return first
 
-    def take_command(self) -> Taken | None:
+    def take_command(self) -> QueuedCommand | None:
         """See :class:`ServiceLink`.
 
         A Stop may come at any moment in between. The I/O thread first counts it, then leaves it for :meth:`take_stop`, then
@@ -238,7 +245,7 @@ class Exchange:
 
     def service_age_ms(self, t_ns: int) -> float:
         """See :class:`ServiceLink`."""
-        return math.inf if self.closing else (t_ns - self._heard_ns) / 1e6
+        return math.inf if self.closing else (t_ns - self._last_received_ns) / 1e6
 
     def reply(self, reply: Reply) -> None:
         """See :class:`ServiceLink`."""
@@ -246,34 +253,34 @@ class Exchange:
 
     def publish_event(self, event: Event) -> None:
         """See :class:`ServiceLink`."""
-        self._letters.append(event)
+        self._outbound_messages.append(event)
 
     def publish_snapshot(self, snapshot: Snapshot) -> None:
         """See :class:`ServiceLink`."""
-        if len(self._snapshots) >= _SNAPSHOTS_KEPT:
+        if len(self._snapshots) >= _MAX_QUEUED_SNAPSHOTS:
             self._snapshots.popleft()
             self.dropped += 1
-        self._newest = snapshot
+        self._latest_snapshot = snapshot
         self._snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
         """See :class:`ServiceLink`."""
-        return self._keeper.open(header)
+        return self._journal_set.open(header)
 
     @property
     def journal_ok(self) -> bool:
         """See :class:`ServiceLink`."""
-        return self._keeper.ok
+        return self._journal_set.ok
 
     def wake(self) -> None:
         """See :class:`ServiceLink`.
 
         Replies go now: the service may send a Load on the strength of one, which is judged by this cycle's snapshot.
         """
-        self._letters.extend(self._replies)
+        self._outbound_messages.extend(self._replies)
         self._replies.clear()
         self._wake_io()
-        self._journals.wake()
+        self._journal_threads.wake()
 
     # -- the other threads' side ----------------------------------------------------------------------------------
 
@@ -284,8 +291,8 @@ class Exchange:
     def _wake_io(self) -> None:
         os.eventfd_write(self._woken, 1)
 
-    def _tell_closed(self, journal: Path) -> None:
-        self._letters.append(JournalClosed(path=str(journal)))
+    def _report_journal_closed(self, journal: Path) -> None:
+        self._outbound_messages.append(JournalClosed(path=str(journal)))
 
     def _close(self) -> None:
         """A thread has ended: the control thread must not go on without it."""
@@ -309,10 +316,10 @@ class Exchange:
                 os.eventfd_read(self._woken)
             if self._socket in readable:
                 self._receive(incoming)
-            self._take_loaded()
+            self._take_load_results()
             self._send(outgoing)
-        self._letters.extend(self._replies)
-        until_ns = time.monotonic_ns() + int(_LAST_WORDS_S * 1e9)
+        self._outbound_messages.extend(self._replies)
+        until_ns = time.monotonic_ns() + int(_FINAL_SEND_LIMIT_S * 1e9)
         self._send(outgoing)
         while outgoing and time.monotonic_ns() < until_ns:
             select.select([], [self._socket], [], _POLL_S)
@@ -320,7 +327,7 @@ class Exchange:
 
     def _receive(self, incoming: bytearray) -> None:
         try:
-            count = self._socket.recv_into(self._slice)
+            count = self._socket.recv_into(self._receive_buffer)
         except BlockingIOError:
             return
         except OSError:
@@ -329,18 +336,18 @@ class Exchange:
             log.info("the service is gone")
             self.closing = True
             return
-        incoming += self._slice[:count]
+        incoming += self._receive_buffer[:count]
         try:
             for encoded in frames(incoming):
-                self._heard_ns = time.monotonic_ns()
-                self._understand(encoded)
+                self._last_received_ns = time.monotonic_ns()
+                self._decode(encoded)
         except ValueError as error:
             log.error("the service cannot be understood any more: %s", error)
             self.closing = True
-        if count >= _FLOOD_BYTES:
-            time.sleep(_REST_S)
+        if count >= _LARGE_READ_BYTES:
+            time.sleep(_PAUSE_AFTER_LARGE_READ_S)
 
-    def _understand(self, encoded: bytes) -> None:
+    def _decode(self, encoded: bytes) -> None:
         try:
             message = self._decoder.decode(encoded)
         except msgspec.MsgspecError as error:
@@ -348,7 +355,7 @@ class Exchange:
             return
         match message:
             case Heartbeat():
-                self.belief = (self.belief[0] + 1, message.run_id)
+                self.heartbeats = Heartbeats(self.heartbeats.received + 1, message.run_id)
             case LoadPart():
                 self._take_part(message)
             case Request():
@@ -364,10 +371,10 @@ class Exchange:
                 return
             case Teach() | Unload():
                 self._discard_load(STOPPED_MEANWHILE)
-        if len(self._commands) >= _COMMANDS_KEPT:
-            self._refuse(request.id, _CROWDED)
+        if len(self._commands) >= _MAX_QUEUED_COMMANDS:
+            self._refuse(request.id, _QUEUE_FULL)
         else:
-            self._commands.append(Taken(request.id, request.command, stop_requests=self.stop_requests))
+            self._commands.append(QueuedCommand(request.id, request.command, stop_requests=self.stop_requests))
 
     def _stop(self, request_id: int, because: StopCode) -> None:
         """In this order: see :meth:`take_command`."""
@@ -378,17 +385,19 @@ class Exchange:
             with suppress(IndexError):
                 self._refuse(self._commands.popleft().id, STOPPED_MEANWHILE)
         self._discard_load(STOPPED_MEANWHILE)
-        self._letters.append(Reply(id=request_id))
+        self._outbound_messages.append(Reply(id=request_id))
 
     def _refuse(self, request_id: int, refusal: Refusal) -> None:
-        self._letters.append(Reply(id=request_id, refusal=refusal))
+        self._outbound_messages.append(Reply(id=request_id, refusal=refusal))
 
     # -- loading --------------------------------------------------------------------------------------------------
 
     def _begin_load(self, request: Request, load: Load) -> None:
         """Refuse what can be refused at once; the control thread has the last word when the recording has been checked."""
-        not_now = self._newest.refusals.get("load") if self._newest else None
-        refusal = not_now or other_side(load.side, self._config.side) or (_LOADING if self._loading else None)
+        refusal_in_mode = self._latest_snapshot.refusals.get("load") if self._latest_snapshot else None
+        refusal = (
+            refusal_in_mode or other_side(load.side, self._config.side) or (_ALREADY_LOADING if self._loading else None)
+        )
         if refusal:
             self._refuse(request.id, refusal)
         else:
@@ -417,7 +426,7 @@ class Exchange:
         else:
             self._loading = None
 
-    def _take_loaded(self) -> None:
+    def _take_load_results(self) -> None:
         for request_id, result in self._loader.results():
             loading = self._loading
             if loading is None or loading.request.id != request_id:
@@ -429,16 +438,18 @@ class Exchange:
                 self._refuse(request_id, result)
                 continue
             command, count = loading.request.command, loading.stop_requests
-            self._commands.append(Taken(request_id, command, result.trajectory, None, result.correction, count))
+            self._commands.append(QueuedCommand(request_id, command, result.trajectory, None, result.correction, count))
 
     # -- to the service -------------------------------------------------------------------------------------------
 
     def _send(self, outgoing: bytearray) -> None:
-        if self.closing and not outgoing and not self._letters:
+        if self.closing and not outgoing and not self._outbound_messages:
             return
         # Snapshots wait here, and the oldest are dropped, while the service does not read.
         if len(outgoing) < 1 << 16:
-            messages: list[FromDevice] = [self._letters.popleft() for _ in range(len(self._letters))]
+            messages: list[FromDevice] = [
+                self._outbound_messages.popleft() for _ in range(len(self._outbound_messages))
+            ]
             messages += [self._snapshots.popleft() for _ in range(len(self._snapshots))]
             for message in messages:
                 outgoing += frame(message)

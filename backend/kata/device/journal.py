@@ -34,7 +34,7 @@ PHASE_PAUSED: Final = 3
 PHASE_RETURNING: Final = 4
 PHASE_STOPPING: Final = 5
 PHASE_REVERSING: Final = 6
-PHASE_LESSENED: Final = 7
+PHASE_REDUCED_RANGE: Final = 7
 """Playing with less range than was asked for at load."""
 
 SUFFIX: Final = ".journal"
@@ -157,7 +157,7 @@ class Journal:
         )
 
 
-class Files:
+class JournalDisk:
     """What a journal asks of the disk; tests put a disk of their own here, and cut its power after any call."""
 
     def create(self, path: Path) -> int:
@@ -192,7 +192,7 @@ class JournalWriter:
     for the disk, which outlives the power.
     """
 
-    def __init__(self, folder: Path, header: JournalHeader, files: Files) -> None:
+    def __init__(self, folder: Path, header: JournalHeader, files: JournalDisk) -> None:
         """Name the file and queue its header; nothing touches the disk before the first :meth:`write`."""
         self.path = folder / f"{header.kind}-{header.id}{SUFFIX}"
         self.lost = 0
@@ -211,7 +211,7 @@ class JournalWriter:
         """Its name in the folder is on the disk."""
         self._complete = False
 
-    def sample(
+    def append_sample(
         self,
         t_ns: int,
         *,
@@ -327,7 +327,7 @@ def parse(data: bytes, name: str) -> Journal:
     )
 
 
-def not_written(
+def synthetic_journal(
     kind: Literal["teaching", "run"],
     id_: UUID,
     station: str,

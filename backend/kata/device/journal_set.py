@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from kata.device.journal import Files, JournalHeader, JournalWriter
+from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
 
 log = logging.getLogger(__name__)
 
@@ -25,13 +25,13 @@ def next_sync_ns(began_ns: int, now_ns: int) -> int:
     return max(began_ns + _SYNC_NS, now_ns)
 
 
-class JournalKeeper:
+class JournalSet:
     """The open journals of one folder."""
 
-    def __init__(self, folder: Path, files: Files | None = None) -> None:
+    def __init__(self, folder: Path, files: JournalDisk | None = None) -> None:
         """``files``: another disk than the computer's."""
         self._folder = folder
-        self._files = files or Files()
+        self._files = files or JournalDisk()
         self._open: list[JournalWriter] = []
 
     def open(self, header: JournalHeader) -> JournalWriter:
@@ -75,19 +75,19 @@ class JournalKeeper:
 class JournalThreads:
     """The thread that writes the journals of a keeper, and the one that syncs them."""
 
-    def __init__(self, keeper: JournalKeeper, on_closed: Callable[[Path], None], on_end: Callable[[], None]) -> None:
+    def __init__(self, journal_set: JournalSet, on_closed: Callable[[Path], None], on_end: Callable[[], None]) -> None:
         """
         :param on_closed: is called with each journal that is finished and on the disk.
         :param on_end: is called when a thread ends, for whatever reason.
         """
-        self._keeper = keeper
+        self._journal_set = journal_set
         self._on_closed = on_closed
         self._on_end = on_end
         self._ended = threading.Event()
         self._woken = os.eventfd(0, os.EFD_CLOEXEC)
         self._threads = [
             threading.Thread(target=self._serve, args=(part,), name=name, daemon=True)
-            for name, part in (("journal", self._keep_written), ("sync", self._keep_synced))
+            for name, part in (("journal", self._write_until_ended), ("sync", self._sync_until_ended))
         ]
 
     def start(self) -> None:
@@ -106,7 +106,7 @@ class JournalThreads:
         for thread in self._threads:
             thread.join()
         os.close(self._woken)
-        self._keeper.write()
+        self._journal_set.write()
         self._sync()
 
     def _serve(self, part: Callable[[], None]) -> None:
@@ -115,12 +115,12 @@ class JournalThreads:
         finally:
             self._on_end()
 
-    def _keep_written(self) -> None:
+    def _write_until_ended(self) -> None:
         while not self._ended.is_set():
             os.eventfd_read(self._woken)
-            self._keeper.write()
+            self._journal_set.write()
 
-    def _keep_synced(self) -> None:
+    def _sync_until_ended(self) -> None:
         due_ns = time.monotonic_ns()
         while not self._ended.wait(max(0, due_ns - time.monotonic_ns()) / 1e9):
             began_ns = time.monotonic_ns()
@@ -128,5 +128,5 @@ class JournalThreads:
             due_ns = next_sync_ns(began_ns, time.monotonic_ns())
 
     def _sync(self) -> None:
-        for path in self._keeper.sync():
+        for path in self._journal_set.sync():
             self._on_closed(path)

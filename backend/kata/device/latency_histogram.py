@@ -13,7 +13,7 @@ _OCTAVES: Final = 16
 _LAST: Final = (_OCTAVES + 1) * _SHARES - 1
 
 
-class Lateness:
+class LatencyHistogram:
     """Adding costs a fraction of a microsecond, asking for percentiles some ten."""
 
     def __init__(self) -> None:

@@ -16,13 +16,13 @@ from typing import Final
 from msgspec import structs
 
 from kata.device import texts
-from kata.device.bus.port import Bus, BusError, Reading
-from kata.device.ceiling import ceiling_hz
+from kata.device.bus.port import Bus, BusError, BusSample
+from kata.device.ceiling import max_cycle_hz
 from kata.device.config import StationConfig
-from kata.device.cycle_state import CycleState, CycleStateBuilder, Situation
+from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import refused_setpoints
 from kata.device.ipc import ServiceLink
-from kata.device.latency_histogram import Lateness
+from kata.device.latency_histogram import LatencyHistogram
 from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refusal, Reply, Snapshot, TorqueState
 from kata.device.modes import StateMachine
 from kata.device.pedal import UsbPedal
@@ -33,7 +33,7 @@ from kata.messages import text_of
 log = logging.getLogger(__name__)
 
 SNAPSHOT_HZ: Final = 10
-_REOPEN_NS: Final = 250_000_000
+_RETRY_NS: Final = 250_000_000
 """Between two attempts to open the port, or to configure a drive."""
 
 
@@ -44,7 +44,7 @@ class ControlLoop:
         self,
         config: StationConfig,
         bus: Bus,
-        exchange: ServiceLink,
+        link: ServiceLink,
         *,
         real_time: bool,
         memory_locked: bool,
@@ -54,15 +54,15 @@ class ControlLoop:
         """``now_ns`` and ``sleep``: the clock, real or stepped."""
         self._config = config
         self._bus = bus
-        self._exchange = exchange
+        self._link = link
         self._real_time = real_time
         self._memory_locked = memory_locked
         self._now_ns = now_ns
         self._sleep = sleep
-        self._observer = CycleStateBuilder(config)
+        self._state_builder = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
-        self._machine = StateMachine(config, exchange.open_journal, exchange.publish_event)
+        self._machine = StateMachine(config, link.open_journal, link.publish_event)
         self._connected = False
         self._connection_problem = ""
         self._try_open_at_ns = 0
@@ -71,39 +71,39 @@ class ControlLoop:
         self._first_stops = now_ns() // 1_000_000
         """Where the stop counter begins: no later device process repeats a value of an earlier one."""
         self._deadline_ns = now_ns()
-        self._none_was_due = False
+        self._deadline_void = False
         """The port was opened or drives were configured, which takes many cycles; torque was not commanded on."""
         self._period_ns = 1_000_000_000 // config.cycle_hz
-        self._glances = ceiling_hz(config) >= 2 * config.cycle_hz
+        self._polls_estop = max_cycle_hz(config) >= 2 * config.cycle_hz
         """The bus has time to spare."""
         self._cycles = 0
         self._overruns = 0
-        self._lateness = Lateness()
+        self._latency = LatencyHistogram()
         self._drive_errors = [0] * len(config.axes)
-        self._heard = 0
-        self._disagreements = 0
+        self._heartbeats_seen = 0
+        self._run_id_mismatches = 0
         self._sent_deg: list[tuple[float, ...]] = []
         """The last one or two setpoints since torque is on."""
-        self._shown: tuple[object, ...] = ()
-        self._shown_at_ns = 0
+        self._published: tuple[object, ...] = ()
+        self._published_at_ns = 0
 
     def run(self) -> None:
         """Until the service is gone and nothing is left to end. Torque is off when it returns."""
         self._deadline_ns = self._now_ns()
         try:
-            while self.turn():
+            while self.tick():
                 pass
         finally:
-            self._torque_off_at_last()
+            self._torque_off_on_exit()
 
-    def turn(self) -> bool:
+    def tick(self) -> bool:
         """One cycle at its deadline, a glance halfway, and sleep until the next is due; False as :meth:`cycle` says."""
         if not self._connected:
             self._open()
         now_ns = self._now_ns()
-        if self._none_was_due:
+        if self._deadline_void:
             self._deadline_ns = now_ns
-            self._none_was_due = False
+            self._deadline_void = False
         late_ns = now_ns - self._deadline_ns
         missed = max(0, late_ns // self._period_ns)
         self._overruns += missed
@@ -111,35 +111,35 @@ class ControlLoop:
         if not self.cycle(self._deadline_ns, late_ns / 1e6):
             return False
         self._deadline_ns += self._period_ns
-        if self._glances and self._sleep_until(self._deadline_ns - self._period_ns // 2):
-            self.glance()
+        if self._polls_estop and self._sleep_until(self._deadline_ns - self._period_ns // 2):
+            self.poll_estop()
         self._sleep_until(self._deadline_ns)
-        self._lateness.add(self._now_ns() - self._deadline_ns)
+        self._latency.add(self._now_ns() - self._deadline_ns)
         return True
 
     def cycle(self, t_ns: int, late_ms: float) -> bool:
         """One cycle; False when the service is gone and everything has come to its end."""
         self._cycles += 1
-        reading = self._read()
-        facts = self._observer.facts(t_ns, reading, self._situation(t_ns, late_ms))
+        sample = self._read()
+        state = self._state_builder.build(t_ns, sample, self._loop_context(t_ns, late_ms))
         torque_was_on = self._machine.torque_on
         try:
-            self._machine.step(facts, evaluate_faults(facts, self._config), self._exchange.take_stop())
-            self._take_command(facts)
+            self._machine.step(state, evaluate_faults(state, self._config), self._link.take_stop())
+            self._execute_command(state)
         except Exception:
             log.exception("the control program met an error of its own")
-            self._machine.abort(facts, [("unexpected_error", None)])
-        self._look_once_more(facts)
-        self._write(torque_was_on, facts)
+            self._machine.abort(state, [("unexpected_error", None)])
+        self._gate_setpoint(state)
+        self._write(torque_was_on, state)
         machine = self._machine
-        self._observer.commanded(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
-        self._note_verified(facts)
-        self._publish(facts)
-        self._exchange.wake()
-        self._configure(facts)
-        return not (self._exchange.closing and self._machine.close())
+        self._state_builder.record_command(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
+        self._update_verified_since(state)
+        self._publish(state)
+        self._link.wake()
+        self._configure(state)
+        return not (self._link.closing and self._machine.close())
 
-    def glance(self) -> None:
+    def poll_estop(self) -> None:
         """A look at the emergency stop halfway between two cycles: open, torque goes off at once.
 
         The stop itself is the next cycle's, as every other.
@@ -149,11 +149,11 @@ class ControlLoop:
         try:
             inputs = self._bus.read_inputs()
             if inputs:
-                self._observer.glance(inputs)
+                self._state_builder.poll_estop(inputs)
                 if inputs.estop_open:
                     self._bus.torque_off()
         except BusError as error:
-            self._lost(error)
+            self._connection_lost(error)
 
     def _sleep_until(self, t_ns: int) -> bool:
         """Whether there was any time left."""
@@ -161,34 +161,34 @@ class ControlLoop:
         self._sleep(max(0, left_ns) / 1e9)
         return left_ns > 0
 
-    def _situation(self, t_ns: int, late_ms: float) -> Situation:
-        heard, believed = self._exchange.belief
-        if heard != self._heard:
-            self._heard = heard
-            agrees = believed is None or believed == self._machine.occupation
-            self._disagreements = 0 if agrees else self._disagreements + 1
-        return Situation(
+    def _loop_context(self, t_ns: int, late_ms: float) -> LoopContext:
+        count, expected_run_id = self._link.heartbeats
+        if count != self._heartbeats_seen:
+            self._heartbeats_seen = count
+            agrees = expected_run_id is None or expected_run_id == self._machine.active_id
+            self._run_id_mismatches = 0 if agrees else self._run_id_mismatches + 1
+        return LoopContext(
             late_ms=late_ms,
-            service_age_ms=self._exchange.service_age_ms(t_ns),
-            disagreements=self._disagreements,
-            journal_ok=self._exchange.journal_ok and self._machine.journal_ok,
+            service_age_ms=self._link.service_age_ms(t_ns),
+            run_id_mismatches=self._run_id_mismatches,
+            journal_ok=self._link.journal_ok and self._machine.journal_ok,
             limits_deg=self._machine.limits_deg,
             rate_hz=self._machine.rate_hz,
-            torque_left=self._machine.torque_left,
+            torque_inherited=self._machine.torque_inherited,
         )
 
-    def _look_once_more(self, facts: CycleState) -> None:
+    def _gate_setpoint(self, state: CycleState) -> None:
         """At every setpoint before it is sent, wherever it came from."""
         machine = self._machine
         if not machine.torque_on:
             self._sent_deg.clear()
         elif machine.setpoint_due or not self._sent_deg:
-            before = self._sent_deg or [facts.measured_deg]
+            before = self._sent_deg or [state.measured_deg]
             refused = refused_setpoints(
                 before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz
             )
             if refused:
-                machine.abort(facts, refused)
+                machine.abort(state, refused)
             self._sent_deg = [*before[-1:], machine.setpoint_deg]
 
     # -- the bus --------------------------------------------------------------------------------------------------
@@ -196,27 +196,29 @@ class ControlLoop:
     def _open(self) -> None:
         if self._now_ns() < self._try_open_at_ns:
             return
-        self._none_was_due = True
+        self._deadline_void = True
         # The collector never runs by itself here (see :mod:`kata.system.realtime`); now nothing is due.
         gc.collect()
         try:
             self._bus.open()
         except BusError as error:
-            self._lost(error)
+            self._connection_lost(error)
             return
         self._connected = True
         self._connection_problem = ""
         log.info("connected to %s", self._config.port)
 
-    def _configure(self, facts: CycleState) -> None:
+    def _configure(self, state: CycleState) -> None:
         """Configure the drives that have lost their settings, while every drive that answers says that it has no torque."""
         machine = self._machine
-        answering = [n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms <= self._config.silence_ms]
-        wanted = [n for n in answering if facts.mismatch[n]]
-        still = not machine.torque_on and not machine.torque_left and all(facts.torque[n] == "off" for n in answering)
+        answering = [n for n, age_ms in enumerate(state.drive_age_ms) if age_ms <= self._config.silence_ms]
+        wanted = [n for n in answering if state.mismatch[n]]
+        still = (
+            not machine.torque_on and not machine.torque_inherited and all(state.torque[n] == "off" for n in answering)
+        )
         if not (self._connected and wanted and still) or self._now_ns() < self._try_configure_at_ns:
             return
-        self._none_was_due = True
+        self._deadline_void = True
         problem = ""
         for n in wanted:
             try:
@@ -227,63 +229,63 @@ class ControlLoop:
             log.warning("a drive cannot be configured: %s", problem)
         machine.drive_problem = problem
         # The drives are read before they are judged again.
-        self._try_configure_at_ns = self._now_ns() + _REOPEN_NS
+        self._try_configure_at_ns = self._now_ns() + _RETRY_NS
 
-    def _note_verified(self, facts: CycleState) -> None:
+    def _update_verified_since(self, state: CycleState) -> None:
         """Keep since when connection and settings are unbroken."""
-        if not facts.bus_ok or any(facts.reset):
+        if not state.bus_ok or any(state.reset):
             self._verified_since_ns = None
-        elif self._verified_since_ns is None and all(facts.verified):
-            self._verified_since_ns = facts.t_ns
+        elif self._verified_since_ns is None and all(state.verified):
+            self._verified_since_ns = state.t_ns
             self._machine.drive_problem = ""
-            self._machine.tell("verified", texts.SETTINGS_VERIFIED())
+            self._machine.emit("verified", texts.SETTINGS_VERIFIED())
 
-    def _lost(self, error: BusError) -> None:
+    def _connection_lost(self, error: BusError) -> None:
         self._bus.close()
         self._connected = False
-        self._try_open_at_ns = self._now_ns() + _REOPEN_NS
+        self._try_open_at_ns = self._now_ns() + _RETRY_NS
         if str(error) != self._connection_problem:
             self._connection_problem = text_of(error)
             log.warning("not connected: %s", error)
 
-    def _read(self) -> Reading | None:
+    def _read(self) -> BusSample | None:
         if not self._connected:
             return None
         try:
-            reading = self._bus.read()
-            for axis in reading.garbled | reading.silent:
+            sample = self._bus.read()
+            for axis in sample.corrupt | sample.timed_out:
                 self._drive_errors[axis] += 1
-            return self._with_pedal(reading)
+            return self._with_pedal(sample)
         except BusError as error:
-            self._lost(error)
+            self._connection_lost(error)
             return None
 
-    def _with_pedal(self, reading: Reading) -> Reading:
-        if self._pedal is None or reading.inputs is None:
-            return reading
-        return structs.replace(reading, inputs=structs.replace(reading.inputs, pedal_down=self._pedal.down()))
+    def _with_pedal(self, sample: BusSample) -> BusSample:
+        if self._pedal is None or sample.inputs is None:
+            return sample
+        return structs.replace(sample, inputs=structs.replace(sample.inputs, pedal_down=self._pedal.down()))
 
-    def _write(self, torque_was_on: bool, facts: CycleState) -> None:
+    def _write(self, torque_was_on: bool, state: CycleState) -> None:
         machine = self._machine
         if not self._connected:
             return
         try:
             if not machine.torque_on:
-                if machine.torque_left:
+                if machine.torque_inherited:
                     return
                 # Sent until each drive itself says that it has none.
-                if torque_was_on or any(reported is not False for reported in facts.torque_reported):
+                if torque_was_on or any(reported is not False for reported in state.torque_reported):
                     self._bus.torque_off()
             elif not torque_was_on:
                 self._bus.torque_on(machine.setpoint_deg)
             elif machine.setpoint_due:
                 self._bus.write_setpoints(machine.setpoint_deg)
         except BusError as error:
-            self._lost(error)
+            self._connection_lost(error)
 
-    def _torque_off_at_last(self) -> None:
+    def _torque_off_on_exit(self) -> None:
         try:
-            if self._connected and not self._machine.torque_left:
+            if self._connected and not self._machine.torque_inherited:
                 self._bus.torque_off()
         except BusError as error:
             log.error("torque could not be switched off: %s", error)
@@ -293,73 +295,73 @@ class ControlLoop:
 
     # -- the service ----------------------------------------------------------------------------------------------
 
-    def _take_command(self, facts: CycleState) -> None:
-        taken = self._exchange.take_command()
+    def _execute_command(self, state: CycleState) -> None:
+        taken = self._link.take_command()
         if taken is None:
             return
         refusal = taken.refusal
         if refusal is None and isinstance(taken.command, Guarded):
             # Counted before a later command was queued: one that was sent without knowledge of the newest Stop does not agree.
-            refusal = out_of_date(taken.command, self._stops, facts.t_ns)
-        refusal = refusal or self._machine.command(taken.command, taken.trajectory, facts, taken.correction)
-        self._exchange.reply(Reply(id=taken.id, refusal=refusal))
+            refusal = out_of_date(taken.command, self._stops, state.t_ns)
+        refusal = refusal or self._machine.command(taken.command, taken.trajectory, state, taken.correction)
+        self._link.reply(Reply(id=taken.id, refusal=refusal))
 
     @property
     def _stops(self) -> int:
-        return self._first_stops + self._exchange.stop_requests + self._machine.stops_latched
+        return self._first_stops + self._link.stop_requests + self._machine.stops_latched
 
-    def _publish(self, facts: CycleState) -> None:
+    def _publish(self, state: CycleState) -> None:
         """Ten snapshots a second, and one at once when something that matters has changed."""
         machine = self._machine
-        estop = self._estop(facts)
-        showing = (
+        estop = self._estop(state)
+        summary = (
             machine.mode,
-            self._torque(facts),
+            self._torque(state),
             self._stops,
             estop,
-            machine.pedal(facts),
+            machine.pedal(state),
             machine.stop and len(machine.stop.keys),
         )
-        due = facts.t_ns - self._shown_at_ns >= 1_000_000_000 // SNAPSHOT_HZ
-        if due or showing != self._shown:
-            self._shown = showing
-            self._shown_at_ns = facts.t_ns
-            self._exchange.publish_snapshot(self._snapshot(facts, estop))
+        due = state.t_ns - self._published_at_ns >= 1_000_000_000 // SNAPSHOT_HZ
+        if due or summary != self._published:
+            self._published = summary
+            self._published_at_ns = state.t_ns
+            self._link.publish_snapshot(self._snapshot(state, estop))
 
-    def _estop(self, facts: CycleState) -> EstopState:
-        if facts.estop != "closed":
-            return "pressed" if facts.estop == "open" else "unknown"
+    def _estop(self, state: CycleState) -> EstopState:
+        if state.estop != "closed":
+            return "pressed" if state.estop == "open" else "unknown"
         stop = self._machine.stop
         return "released" if stop and any(code == "estop_pressed" for code, _ in stop.keys) else "closed"
 
-    def _torque(self, facts: CycleState) -> tuple[TorqueState, ...]:
+    def _torque(self, state: CycleState) -> tuple[TorqueState, ...]:
         """Of each drive; torque that is switched on in this very cycle included."""
         if not self._machine.torque_on:
-            return facts.torque
-        every: list[TorqueState] = ["on"] * len(facts.torque)
+            return state.torque
+        every: list[TorqueState] = ["on"] * len(state.torque)
         return tuple(every)
 
-    def _snapshot(self, facts: CycleState, estop: EstopState) -> Snapshot:
+    def _snapshot(self, state: CycleState, estop: EstopState) -> Snapshot:
         machine = self._machine
-        p50_ms, p99_ms, p999_ms = self._lateness.percentiles_ms(50, 99, 99.9)
-        refusals = machine.refusals(facts)
-        if machine.mode == "offline" and (problem := self._offline_problem(facts)):
+        p50_ms, p99_ms, p999_ms = self._latency.percentiles_ms(50, 99, 99.9)
+        refusals = machine.refusals(state)
+        if machine.mode == "offline" and (problem := self._offline_problem(state)):
             offline = Refusal.of(
                 code="is_offline",
                 message=texts.NOT_CONNECTED_BECAUSE(reason=problem),
                 next_step=texts.SWITCH_ON_AND_CHECK_ADAPTER(),
             )
             refusals = {name: offline if one.code == "is_offline" else one for name, one in refusals.items()}
-        torque = self._torque(facts)
+        torque = self._torque(state)
         return Snapshot(
-            t_ns=facts.t_ns,
+            t_ns=state.t_ns,
             mode=machine.mode,
             torque="on" if "on" in torque else "unknown" if "unknown" in torque else "off",
             stops=self._stops,
             verified_since_ns=self._verified_since_ns,
             estop=estop,
-            pedal=machine.pedal(facts),
-            axes=tuple(self._axis(n, facts, torque[n]) for n in range(len(self._config.axes))),
+            pedal=machine.pedal(state),
+            axes=tuple(self._axis(n, state, torque[n]) for n in range(len(self._config.axes))),
             stop=machine.stop.state() if machine.stop else None,
             run=machine.run_state(),
             teaching=machine.teaching_state(),
@@ -372,30 +374,30 @@ class ControlLoop:
                 lateness_p50_ms=p50_ms,
                 lateness_p99_ms=p99_ms,
                 lateness_p999_ms=p999_ms,
-                lateness_max_ms=self._lateness.max_ns / 1e6,
+                lateness_max_ms=self._latency.max_ns / 1e6,
                 bus_errors=self._bus.errors,
                 drive_errors=tuple(self._drive_errors),
-                telemetry_dropped=self._exchange.dropped,
+                telemetry_dropped=self._link.dropped,
                 real_time=self._real_time,
                 memory_locked=self._memory_locked,
             ),
         )
 
-    def _offline_problem(self, facts: CycleState) -> str:
+    def _offline_problem(self, state: CycleState) -> str:
         """Why the apparatus does not come up; empty where nothing is known to be wrong."""
-        missing = next((n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms > self._config.silence_ms), None)
+        missing = next((n for n, age_ms in enumerate(state.drive_age_ms) if age_ms > self._config.silence_ms), None)
         if self._connection_problem or missing is None:
             return self._connection_problem or self._machine.drive_problem
         return texts.DRIVE_DOES_NOT_ANSWER(motor=missing + 1, drive_id=self._config.axes[missing].id)
 
-    def _axis(self, n: int, facts: CycleState, torque: TorqueState) -> AxisState:
-        known = math.isfinite(facts.drive_age_ms[n])
+    def _axis(self, n: int, state: CycleState, torque: TorqueState) -> AxisState:
+        known = math.isfinite(state.drive_age_ms[n])
         return AxisState(
             motor=n + 1,
             setpoint_deg=self._machine.setpoint_deg[n] if known else None,
-            measured_deg=facts.measured_deg[n] if known else None,
-            speed_deg_s=facts.speed_deg_s[n],
-            torque_nm=facts.torque_nm[n],
+            measured_deg=state.measured_deg[n] if known else None,
+            speed_deg_s=state.speed_deg_s[n],
+            torque_nm=state.torque_nm[n],
             torque=torque,
-            age_ms=facts.drive_age_ms[n] if known else None,
+            age_ms=state.drive_age_ms[n] if known else None,
         )

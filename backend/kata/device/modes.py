@@ -44,13 +44,13 @@ from kata.device.messages import (
 )
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
-    no_less,
     no_torque_found,
     not_in_this_mode,
     not_verified,
     not_yet_cleared,
     other_side,
     outside_range,
+    range_at_minimum,
     too_far_from_start,
 )
 from kata.device.run import Run
@@ -106,7 +106,7 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
 _SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
 """They may hold when the apparatus is switched on: everything else is known then."""
 
-_RAMP_LIMIT_NS: Final = int(2 * RAMP_S * 1e9)
+_MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
 """A category 1 stop that has not come to a stand by then cuts the torque all the same."""
 
 _PHASES: Final[dict[Mode, int]] = {
@@ -146,7 +146,7 @@ class StateMachine:
         self.mode: Mode = "offline"
         self.stop: LatchedStop | None = None
         self.torque_on = False
-        self.torque_left = True
+        self.torque_inherited = True
         """Torque is neither commanded on nor off: a drive may hold an arm since before the port was opened."""
         self.drive_problem = ""
         """Why a drive cannot be configured; empty while none is known."""
@@ -156,92 +156,92 @@ class StateMachine:
         """Without torque, where the arm is."""
         self.setpoint_t_ns: int
         """When the setpoint was worked out."""
-        self._raised: list[Key] = []
+        self._pending_faults: list[Key] = []
         """Faults that a step has found by itself; they count in the next cycle."""
         self._period_s = 1.0 / config.cycle_hz
-        self._grid: int
+        self._cycles_on_path: int
         """Cycles since torque is on, or since the paper's way of playing began."""
         self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
-    def step(self, facts: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
+    def step(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Let one cycle pass: faults first, then the mode's own step."""
-        self._t_ns = facts.t_ns
-        self._know_what_was_left(facts)
+        self._t_ns = state.t_ns
+        self._update_torque_inherited(state)
         if not self.torque_on:
-            self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
+            self.setpoint_deg, self.setpoint_t_ns = state.measured_deg, state.t_ns
         if self.mode == "offline":
-            self._leave_offline(facts, holding)
+            self._leave_offline(state, holding)
         if self.mode != "offline":
-            self._supervise(facts, holding, stop_requested)
-        self._STEPS[self.mode](self, facts)
+            self._supervise(state, holding, stop_requested)
+        self._STEPS[self.mode](self, state)
 
-    def _know_what_was_left(self, facts: CycleState) -> None:
+    def _update_torque_inherited(self, state: CycleState) -> None:
         """After a loss of the port torque is left as it is, until every drive says that it has none or the switch is pressed."""
-        if not facts.bus_ok:
-            self.torque_left = True
-        elif facts.estop == "open" or all(reported is False for reported in facts.torque_reported):
-            self.torque_left = False
+        if not state.bus_ok:
+            self.torque_inherited = True
+        elif state.estop == "open" or all(reported is False for reported in state.torque_reported):
+            self.torque_inherited = False
 
-    def _leave_offline(self, facts: CycleState, holding: list[Key]) -> None:
+    def _leave_offline(self, state: CycleState, holding: list[Key]) -> None:
         """Everything must have been seen to be good, but for the switch, which stops at once; or a drive holds an arm."""
         # Each drive that answers has said what it has: the stop then names all that hold the arm, and none that was only not asked yet.
-        answers = zip(facts.drive_age_ms, facts.torque_reported, strict=True)
+        answers = zip(state.drive_age_ms, state.torque_reported, strict=True)
         asked = all(age_ms > self._config.silence_ms or reported is not None for age_ms, reported in answers)
-        arm_held = self.torque_left and asked and any(facts.torque_reported)
-        if arm_held or (facts.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
+        arm_held = self.torque_inherited and asked and any(state.torque_reported)
+        if arm_held or (state.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
             self._enter("idle")
 
-    def _supervise(self, facts: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
+    def _supervise(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
-        acted, self._raised = self._raised if self.torque_on else [], []
+        raised, self._pending_faults = self._pending_faults if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
-            acted.append((stop_requested, None))
-        if self.stop is None and (holding or acted):
-            self._latch(facts)
+            raised.append((stop_requested, None))
+        if self.stop is None and (holding or raised):
+            self._latch(state)
         if self.stop is None:
             return
-        for cause in self.stop.update(holding, acted):
-            self._emit("fault", _told(cause))
+        for cause in self.stop.update(holding, raised):
+            self._emit("fault", _fault_event_text(cause))
         if self.mode != "stopped":
             if self._movement:
-                self._movement.course = 0
+                self._movement.direction = 0
             self._end_teaching()
             self._enter("stopped")
 
     # -- one step for each mode -------------------------------------------------------------------------------------
 
-    def _step_stopped(self, facts: CycleState) -> None:
+    def _step_stopped(self, state: CycleState) -> None:
         assert self.stop is not None
         if self.torque_on and self.stop.category == 0:
             self._cut_torque()
         elif self.torque_on:
-            self._move(facts)
-            late = facts.t_ns - self.stop.at_ns > _RAMP_LIMIT_NS
-            if self.stop.category == 1 and (late or self._stands):
+            self._follow_path(state)
+            late = state.t_ns - self.stop.at_ns > _MAX_RAMP_NS
+            if self.stop.category == 1 and (late or self._at_rest):
                 self._cut_torque()
         if not self.torque_on:
             self._end_stopped_run()
 
-    def _step_teaching(self, facts: CycleState) -> None:
+    def _step_teaching(self, state: CycleState) -> None:
         teaching = self._teaching
         assert teaching is not None
         was_recording = teaching.recording
-        teaching.step(facts)
+        teaching.step(state)
         if teaching.recording and not was_recording:
             self._emit("take_started", texts.TAKE_STARTED(take=teaching.takes))
         elif was_recording and not teaching.recording:
-            self._tell_take_ended(teaching)
+            self._emit_take_ended(teaching)
 
-    def _step_moving(self, facts: CycleState) -> None:
+    def _step_moving(self, state: CycleState) -> None:
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
-        self._feel(run, movement, facts)
-        self._move(facts)
+        self._check_resistance(run, movement, state)
+        self._follow_path(state)
         if self.mode == "approaching" and movement.ended:
-            if run.settle(self.setpoint_deg, facts.measured_deg, self._period_s):
-                self._movement = run.along(run.trajectory, course=0)
+            if run.settle(self.setpoint_deg, state.measured_deg, self._period_s):
+                self._movement = run.movement_along(run.trajectory, direction=0)
                 self._enter("paused")
         elif self.mode == "playing":
             self._step_playing(run, movement)
@@ -255,40 +255,40 @@ class StateMachine:
         if movement.ended and axis is None:
             run.played_to_end = True
             self._begin_return()
-        elif axis is not None and run.resisted_again and (movement.ended or movement.stands):
-            self._raised.append(("load_repeated", axis))
+        elif axis is not None and run.resisted_again and (movement.ended or movement.at_rest):
+            self._pending_faults.append(("load_repeated", axis))
         elif movement.ended:
-            movement.course = 0
-        elif movement.stands:
+            movement.direction = 0
+        elif movement.at_rest:
             self._enter("paused")
 
-    def _feel(self, run: Run, movement: Movement, facts: CycleState) -> None:
+    def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
         """Answer resistance over the patient's level: back along the path where the recording plays, else a stop that holds the arm."""
-        axis = run.resisted(facts)
+        axis = run.detect_resistance(state)
         if axis is None:
             return
         if self.mode == "playing" and run.resisting_axis is None:
-            run.turn_back(axis, movement, facts)
+            run.reverse(axis, movement, state)
             at_s = movement.position_s
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
             return
         movement.ramp_s = TURN_S
-        self._raised.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
+        self._pending_faults.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
 
-    def _give_way(self, run: Run, movement: Movement, facts: CycleState) -> None:
+    def _yield(self, run: Run, movement: Movement, state: CycleState) -> None:
         """Let a setpoint yield that would go on pushing against the patient: held after resistance, or taken back from it."""
         if self.mode == "stopped" and self.stop and self.stop.category == 2:
-            run.give_way(facts)
-        elif self.mode == "playing" and run.resisting_axis is not None and movement.pace <= 0.0:
-            run.give_way(facts, only_to_met=True)
+            run.yield_to_push(state)
+        elif self.mode == "playing" and run.resisting_axis is not None and movement.speed_override <= 0.0:
+            run.yield_to_push(state, only_to_reversal=True)
 
-    def _step_resting(self, facts: CycleState) -> None:
+    def _step_without_torque(self, state: CycleState) -> None:
         """Torque is off, nothing happens."""
 
     _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
-        "offline": _step_resting,
-        "idle": _step_resting,
-        "ready": _step_resting,
+        "offline": _step_without_torque,
+        "idle": _step_without_torque,
+        "ready": _step_without_torque,
         "teaching": _step_teaching,
         "approaching": _step_moving,
         "playing": _step_moving,
@@ -299,40 +299,40 @@ class StateMachine:
 
     # -- commands -------------------------------------------------------------------------------------------------
 
-    def refusal(self, name: CommandName, facts: CycleState) -> Refusal | None:
+    def refusal(self, name: CommandName, state: CycleState) -> Refusal | None:
         """Why a command would not be accepted now; None when it would."""
         refusal = not_in_this_mode(name, self.mode)
         if refusal:
             return refusal
         if name == "acknowledge" and self.stop:
-            held = self.stop.category == 2 and self._stands
+            held = self.stop.category == 2 and self._at_rest
             still_stopping = self.torque_on and not held
-            return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(facts, self.drive_problem)
+            return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(state, self.drive_problem)
         if name == "release_torque":
-            return no_torque_found(facts)
+            return no_torque_found(state)
         if name == "approach":
             assert self._run is not None
-            start = tuple(self._run.trajectory.start_deg) if self._run.as_in_paper else facts.measured_deg
-            return outside_range(facts, self._config) or too_far_from_start(facts, start)
+            start = tuple(self._run.trajectory.start_deg) if self._run.zero_order_hold else state.measured_deg
+            return outside_range(state, self._config) or too_far_from_start(state, start)
         if name == "less":
             assert self._run is not None
-            return no_less(self._run.comfort)
-        if name == "pause" and self._movement and self._movement.course == 0:
+            return range_at_minimum(self._run.range_override)
+        if name == "pause" and self._movement and self._movement.direction == 0:
             return Refusal.of(
                 code="is_pausing", message=texts.ALREADY_PAUSING(), next_step=texts.WAIT_UNTIL_IT_STANDS()
             )
         return None
 
-    def refusals(self, facts: CycleState) -> dict[CommandName, Refusal]:
+    def refusals(self, state: CycleState) -> dict[CommandName, Refusal]:
         """Every command that is not allowed now, and why."""
-        found = {name: self.refusal(name, facts) for name in COMMAND_NAMES}
+        found = {name: self.refusal(name, state) for name in COMMAND_NAMES}
         return {name: refusal for name, refusal in found.items() if refusal}
 
     def command(
-        self, command: Command, trajectory: Trajectory | None, facts: CycleState, correction: Correction | None = None
+        self, command: Command, trajectory: Trajectory | None, state: CycleState, correction: Correction | None = None
     ) -> Refusal | None:
         """Carry out a command other than Stop, or refuse it. ``trajectory`` and ``correction`` belong to Load."""
-        refusal = self.refusal(_COMMAND_OF[type(command)], facts)
+        refusal = self.refusal(_COMMAND_OF[type(command)], state)
         if refusal is None and isinstance(command, Teach | Load):
             refusal = other_side(command.side, self._config.side)
         if refusal:
@@ -357,26 +357,26 @@ class StateMachine:
                 self._end_run(JournalEnd(reason="unloaded"))
                 self._enter("idle")
             case Approach():
-                self._begin_approach(facts)
+                self._begin_approach(state)
             case Play():
                 assert self._movement is not None and self._run is not None
                 self._run.resisting_axis = None
-                self._movement.course, self._movement.ramp_s = 1, RAMP_S
-                if self._run.as_in_paper:
+                self._movement.direction, self._movement.ramp_s = 1, RAMP_S
+                if self._run.zero_order_hold:
                     # The first sample with the next cycle, and another every tenth of a second.
-                    self._movement.pace, self._grid = 1.0, -1
+                    self._movement.speed_override, self._cycles_on_path = 1.0, -1
                 self._enter("playing")
             case Pause():
                 assert self._movement is not None
-                self._movement.course = 0
+                self._movement.direction = 0
             case Less():
                 assert self._run is not None
-                self._run.comfort.less()
+                self._run.range_override.reduce()
                 self._emit("less", texts.LESS_RANGE_REQUESTED(at_s=self._run.position_s))
             case Return():
                 self._begin_return()
             case ReleaseTorque():
-                self.torque_left = False
+                self.torque_inherited = False
                 self._emit("torque", texts.TORQUE_RELEASED_BY_HAND())
             case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
                 self._cut_torque()
@@ -394,11 +394,11 @@ class StateMachine:
             self._end_run(JournalEnd(reason="unloaded"))
         return True
 
-    def abort(self, facts: CycleState, causes: list[Key]) -> None:
+    def abort(self, state: CycleState, causes: list[Key]) -> None:
         """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
-        stop = self.stop or self._latch(facts)
+        stop = self.stop or self._latch(state)
         for cause in stop.update(stop.holding, causes):
-            self._emit("fault", _told(cause))
+            self._emit("fault", _fault_event_text(cause))
         self._cut_torque()
         if self.mode != "stopped":
             self._end_teaching()
@@ -406,13 +406,13 @@ class StateMachine:
 
     # -- as the snapshot tells it ---------------------------------------------------------------------------------
 
-    def pedal(self, facts: CycleState) -> PedalState:
+    def pedal(self, state: CycleState) -> PedalState:
         """The pedal as it counts."""
-        if facts.pedal_down is None:
+        if state.pedal_down is None:
             return "unknown"
-        if facts.pedal_down and self._teaching and not self._teaching.pedal_was_up:
+        if state.pedal_down and self._teaching and not self._teaching.pedal_was_up:
             return "stuck"
-        return "down" if facts.pedal_down else "up"
+        return "down" if state.pedal_down else "up"
 
     def run_state(self) -> RunState | None:
         """The loaded recording and the place on its path."""
@@ -426,7 +426,7 @@ class StateMachine:
         return self._teaching.state() if self._teaching else None
 
     @property
-    def occupation(self) -> str:
+    def active_id(self) -> str:
         """The run or teaching that goes on, "" for none."""
         return self._run.load.run_id if self._run else self._teaching.teaching_id if self._teaching else ""
 
@@ -444,7 +444,7 @@ class StateMachine:
     def setpoint_due(self) -> bool:
         """With torque on: a setpoint is sent and a sample recorded in this cycle."""
         assert self._run is not None
-        return self._grid % self._run.every == 0
+        return self._cycles_on_path % self._run.cycles_per_setpoint == 0
 
     @property
     def rate_hz(self) -> int:
@@ -457,88 +457,90 @@ class StateMachine:
         open_now = (self._run and self._run.journal, self._teaching and self._teaching.journal)
         return not any(writer.lost for writer in open_now if writer)
 
-    def tell(self, code: str, message: str) -> None:
+    def emit(self, code: str, message: str) -> None:
         """Emit an event of the loop's, in the numbering of all."""
         self._emit(code, message)
 
     # -- parts ----------------------------------------------------------------------------------------------------
 
-    def _latch(self, facts: CycleState) -> LatchedStop:
-        self.stop = LatchedStop(facts.t_ns)
+    def _latch(self, state: CycleState) -> LatchedStop:
+        self.stop = LatchedStop(state.t_ns)
         self.stops_latched += 1
         return self.stop
 
-    def _begin_approach(self, facts: CycleState) -> None:
+    def _begin_approach(self, state: CycleState) -> None:
         run = self._run
         assert run is not None
-        here = np.array(facts.measured_deg)
+        here = np.array(state.measured_deg)
         run.begin(here)
-        assert run.back_to_deg is not None
+        assert run.return_to_deg is not None
         speed_deg_s = run.approach_speed_deg_s
-        if run.as_in_paper:
+        if run.zero_order_hold:
             # The paper goes to the start when it plays; until then the arm is held, within the patient's limits.
-            self._movement = run.along(approach.Approach(here, run.back_to_deg, speed_deg_s), course=1)
+            self._movement = run.movement_along(approach.Approach(here, run.return_to_deg, speed_deg_s), direction=1)
         else:
             start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
-            self._movement = run.along(approach.from_its_side(here, start, leaves, speed_deg_s), course=1)
-        self._grid = 0
+            self._movement = run.movement_along(approach.from_its_side(here, start, leaves, speed_deg_s), direction=1)
+        self._cycles_on_path = 0
         self.torque_on = True
         self._emit("torque", texts.TORQUE_ON())
         self._enter("approaching")
 
     def _begin_return(self) -> None:
         run = self._run
-        assert run is not None and run.back_to_deg is not None
+        assert run is not None and run.return_to_deg is not None
         run.resisting_axis = None
         here = np.array(self.setpoint_deg)
-        run.set_out(here)
-        self._movement = run.along(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s), course=1)
+        run.start_path(here)
+        self._movement = run.movement_along(
+            approach.Approach(here, run.return_to_deg, run.approach_speed_deg_s), direction=1
+        )
         self._enter("returning")
 
-    def _move(self, facts: CycleState) -> None:
+    def _follow_path(self, state: CycleState) -> None:
         """Record what the last setpoint came to, and go on along the path."""
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
         on_recording = movement.path is run.trajectory
-        self._grid += 1
+        self._cycles_on_path += 1
         if self.setpoint_due:
-            if facts.measured_t_ns is not None:
-                since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
-                place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
-                run.record(facts.measured_t_ns, facts, self._phase(run), place, self.setpoint_deg)
-            self._give_way(run, movement, facts)
+            if state.measured_t_ns is not None:
+                since_s = (state.measured_t_ns - state.t_ns) / 1e9
+                place = movement.position_s + movement.speed_override * since_s if on_recording else float("nan")
+                run.record(state.measured_t_ns, state, self._phase(run), place, self.setpoint_deg)
+            self._yield(run, movement, state)
             self.setpoint_deg = run.setpoint(movement)
-            self.setpoint_t_ns = facts.t_ns
+            self.setpoint_t_ns = state.t_ns
         movement.advance(self._period_s)
         if on_recording:
             run.position_s = movement.position_s
-        run.tighten(self.setpoint_deg, facts.measured_deg)
+        run.tighten(self.setpoint_deg, state.measured_deg)
 
     def _phase(self, run: Run) -> int:
         """What a sample is part of. Played with less range, or taken back, it is not what was asked for."""
         if self.mode == "playing" and run.resisting_axis is not None:
             return journal.PHASE_REVERSING
-        if self.mode == "playing" and not run.comfort.whole:
-            return journal.PHASE_LESSENED
+        if self.mode == "playing" and not run.range_override.is_full:
+            return journal.PHASE_REDUCED_RANGE
         return _PHASES[self.mode]
 
     @property
-    def _stands(self) -> bool:
-        return self._movement is None or self._movement.stands
+    def _at_rest(self) -> bool:
+        return self._movement is None or self._movement.at_rest
 
     def _cut_torque(self) -> None:
         if self.torque_on:
             self.torque_on = False
             self._emit("torque", texts.TORQUE_OFF())
 
-    def _tell_take_ended(self, teaching: Teaching) -> None:
+    def _emit_take_ended(self, teaching: Teaching) -> None:
         self._emit("take_ended", texts.TAKE_ENDED(take=teaching.takes, take_s=teaching.take_s))
 
     def _end_teaching(self) -> None:
         teaching, self._teaching = self._teaching, None
         if teaching:
             if teaching.recording:
-                self._tell_take_ended(teaching)
+                self._emit_take_ended(teaching)
             teaching.end()
 
     def _end_stopped_run(self) -> None:
@@ -586,7 +588,7 @@ class StateMachine:
         )
 
 
-def _told(cause: StopCause) -> Text:
+def _fault_event_text(cause: StopCause) -> Text:
     """Return the text of the event that a cause of a stop was latched."""
     fault = with_key(cause.message, cause.message_key)
     return texts.FAULT_EVENT(fault=fault, fault_code=cause.code, category=cause.category)

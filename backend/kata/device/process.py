@@ -12,9 +12,9 @@ from typing import Final
 
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
-from kata.device.ipc import Exchange
-from kata.device.journal import Files, FolderInUseError, claimed
-from kata.device.journal_set import JournalKeeper
+from kata.device.ipc import SocketServiceLink
+from kata.device.journal import FolderInUseError, JournalDisk, claimed
+from kata.device.journal_set import JournalSet
 from kata.device.loader import ReferenceLoader
 from kata.device.loop import ControlLoop
 from kata.system import realtime
@@ -39,7 +39,7 @@ def main() -> int:
     try:
         config = read(arguments.station)
         arguments.journal.mkdir(parents=True, exist_ok=True)
-        Files().sync_folder(arguments.journal.parent)
+        JournalDisk().sync_folder(arguments.journal.parent)
     except (ConfigError, OSError) as error:
         log.error("%s", error)
         return 2
@@ -48,8 +48,8 @@ def main() -> int:
             # Started first: it inherits nothing of what is done for real time.
             loader = ReferenceLoader(config)
             connection = socket.socket(fileno=arguments.socket)
-            exchange = Exchange(config, connection, JournalKeeper(arguments.journal), loader)
-            _run(config, exchange, loader, wants_real_time=not arguments.no_real_time)
+            link = SocketServiceLink(config, connection, JournalSet(arguments.journal), loader)
+            _run(config, link, loader, wants_real_time=not arguments.no_real_time)
     except FolderInUseError as error:
         log.error("%s", error)
         return 2
@@ -57,9 +57,9 @@ def main() -> int:
     return 0
 
 
-def _run(config: StationConfig, exchange: Exchange, loader: ReferenceLoader, *, wants_real_time: bool) -> None:
+def _run(config: StationConfig, link: SocketServiceLink, loader: ReferenceLoader, *, wants_real_time: bool) -> None:
     def end(signum: int, frame: object) -> None:
-        exchange.closing = True
+        link.closing = True
 
     signal.signal(signal.SIGTERM, end)
     # Ctrl-C in a terminal reaches the whole group; ending is the service's to decide.
@@ -68,20 +68,20 @@ def _run(config: StationConfig, exchange: Exchange, loader: ReferenceLoader, *, 
     memory_locked = wants_real_time and realtime.lock_memory()
     # The other threads inherit it.
     scheduled = wants_real_time and realtime.schedule(realtime.IO_PRIORITY)
-    control = threading.Thread(target=_control, args=(config, exchange, scheduled, memory_locked), name="control")
-    loader.start(exchange.notify)
-    exchange.start()
+    control = threading.Thread(target=_control, args=(config, link, scheduled, memory_locked), name="control")
+    loader.start(link.notify)
+    link.start()
     control.start()
     control.join()
     loader.finish()
-    exchange.finish()
+    link.finish()
 
 
-def _control(config: StationConfig, exchange: Exchange, scheduled: bool, memory_locked: bool) -> None:
+def _control(config: StationConfig, link: SocketServiceLink, scheduled: bool, memory_locked: bool) -> None:
     ControlLoop(
         config,
         make_bus(config),
-        exchange,
+        link,
         real_time=scheduled and realtime.schedule(realtime.CONTROL_PRIORITY),
         memory_locked=memory_locked,
         now_ns=time.monotonic_ns,

@@ -11,14 +11,14 @@ from kata.motion.linkage import Floats
 from kata.motion.path import Motion
 from kata.motion.trajectory import Trajectory
 
-STEP: Final = 0.1
+REDUCTION_STEP: Final = 0.1
 """Of the range, each time that somebody asks for less."""
-LEAST: Final = 0.2
-BACK_DEG: Final = 2.5
+MIN_SHARE: Final = 0.2
+RECOVERY_DEG: Final = 2.5
 """Of the motor that goes farthest, in each repetition: as much as a warm-up widens by."""
-_FASTEST_S: Final = 0.25
+_MAX_RATE_S: Final = 0.25
 """Of the range in a second: a step takes under a second, 60 deg from the middle it is 15 deg/s."""
-_QUICKENING_S2: Final = 1.0
+_MAX_ACCELERATION_S2: Final = 1.0
 """Of the range in a second, each second: 60 deg from the middle it is 60 deg/s^2."""
 
 
@@ -43,65 +43,67 @@ class RangeOverride:
         self._rate_s = 0.0
         self._since_s = math.inf
         """Of the path, since somebody asked for less."""
-        self._back = BACK_DEG / max(float(np.max(self.trajectory.reach_deg)), BACK_DEG) / self.repetition_s
+        self._recovery_s = (
+            RECOVERY_DEG / max(float(np.max(self.trajectory.reach_deg)), RECOVERY_DEG) / self.repetition_s
+        )
 
     @property
-    def at_least(self) -> bool:
+    def at_minimum(self) -> bool:
         """There is no less."""
-        return self._wanted == LEAST
+        return self._wanted == MIN_SHARE
 
     @property
-    def whole(self) -> bool:
+    def is_full(self) -> bool:
         """The range is the one that was asked for at load."""
         return self.share == 1.0
 
-    def less(self) -> None:
+    def reduce(self) -> None:
         """A step less than what is wanted now."""
-        wanted = self._wanted - STEP
+        wanted = self._wanted - REDUCTION_STEP
         # What would be left for half a step is taken with this one.
-        self._wanted = LEAST if wanted < LEAST + STEP / 2 else wanted
+        self._wanted = MIN_SHARE if wanted < MIN_SHARE + REDUCTION_STEP / 2 else wanted
         self._since_s = 0.0
 
-    def apply(self, motion: Motion, pace: float, dt_s: float) -> Motion:
+    def apply(self, motion: Motion, speed_override: float, dt_s: float) -> Motion:
         """Let ``dt_s`` pass at a pace, and give the path's motion with what is left of its range.
 
         :param motion: of the path itself, by everybody's clock.
         :param pace: below 0 while the arm is taken back.
         """
-        passed_s = abs(pace) * dt_s
-        forward_s = max(pace, 0.0) * dt_s
+        passed_s = abs(speed_override) * dt_s
+        forward_s = max(speed_override, 0.0) * dt_s
         self._since_s += forward_s
         back_s = min(forward_s, max(0.0, self._since_s - self.repetition_s))
-        self._wanted = min(1.0, self._wanted + self._back * back_s)
-        if self.whole and self._wanted == 1.0:
+        self._wanted = min(1.0, self._wanted + self._recovery_s * back_s)
+        if self.is_full and self._wanted == 1.0:
             return motion
         from_middle_deg = motion.angles_deg - self.trajectory.middle_deg
         before_s = self._rate_s
-        self._approach(passed_s, self._room_s(motion, from_middle_deg))
-        quickening = (self._rate_s - before_s) / dt_s
+        self._approach(passed_s, self._max_rate_s(motion, from_middle_deg))
+        override_rate = (self._rate_s - before_s) / dt_s
         return Motion(
             self.trajectory.middle_deg + self.share * from_middle_deg,
-            self.share * motion.speed_deg_s + abs(pace) * self._rate_s * from_middle_deg,
+            self.share * motion.speed_deg_s + abs(speed_override) * self._rate_s * from_middle_deg,
             self.share * motion.acceleration_deg_s2
-            + 2 * abs(pace) * self._rate_s * motion.speed_deg_s
-            + abs(pace) * quickening * from_middle_deg,
+            + 2 * abs(speed_override) * self._rate_s * motion.speed_deg_s
+            + abs(speed_override) * override_rate * from_middle_deg,
         )
 
     def _approach(self, passed_s: float, fastest_s: float) -> None:
         """Towards what is wanted, no faster than it can still be slowed down from."""
         if passed_s == 0.0:
             return
-        bend = _QUICKENING_S2 * passed_s**2
+        second_difference = _MAX_ACCELERATION_S2 * passed_s**2
         left = self._wanted - self.share
-        most = min(fastest_s * passed_s, float(longest_step(abs(left), bend)))
+        most = min(fastest_s * passed_s, float(longest_step(abs(left), second_difference)))
         before = self._rate_s * passed_s
-        change = min(max(min(max(left, -most), most), before - bend), before + bend)
+        change = min(max(min(max(left, -most), most), before - second_difference), before + second_difference)
         self.share += change
         self._rate_s = change / passed_s
 
-    def _room_s(self, motion: Motion, from_middle_deg: Floats) -> float:
+    def _max_rate_s(self, motion: Motion, from_middle_deg: Floats) -> float:
         """How fast the range may change without making any motor faster than its limit."""
         room = np.maximum(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0)
         away = np.abs(from_middle_deg)
-        fastest = np.divide(room, away, out=np.full_like(away, _FASTEST_S), where=away > 0)
-        return min(_FASTEST_S, float(np.min(fastest)))
+        fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_S), where=away > 0)
+        return min(_MAX_RATE_S, float(np.min(fastest)))

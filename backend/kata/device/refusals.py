@@ -6,9 +6,9 @@ from typing import Final
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.faults import FROZEN_DEG
+from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.messages import CommandName, Guarded, Mode, Refusal
-from kata.device.range_override import LEAST, RangeOverride
+from kata.device.range_override import MIN_SHARE, RangeOverride
 from kata.device.supervisor import LatchedStop
 from kata.messages import Text
 from kata.motion.axes import Side
@@ -95,9 +95,9 @@ def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
     return None
 
 
-def not_verified(facts: CycleState, problem: str) -> Refusal | None:
+def not_verified(state: CycleState, problem: str) -> Refusal | None:
     """A stop is acknowledged when every drive is known to have its settings. ``problem``: why one cannot be configured."""
-    if all(facts.verified):
+    if all(state.verified):
         return None
     if problem:
         return Refusal.of(
@@ -106,11 +106,11 @@ def not_verified(facts: CycleState, problem: str) -> Refusal | None:
     return Refusal.of(code="not_verified", message=texts.SETTINGS_BEING_CHECKED(), next_step=texts.WAIT_A_MOMENT())
 
 
-def no_torque_found(facts: CycleState) -> Refusal | None:
+def no_torque_found(state: CycleState) -> Refusal | None:
     """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
-    if not facts.bus_ok:
+    if not state.bus_ok:
         return _IN_MODE["offline"]
-    if facts.situation.torque_left and any(state != "off" for state in facts.torque):
+    if state.context.torque_inherited and any(state != "off" for state in state.torque):
         return None
     return Refusal.of(code="no_torque_found", message=texts.NO_TORQUE_FOUND(), next_step=texts.ACKNOWLEDGE_STOP())
 
@@ -126,21 +126,21 @@ def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
     )
 
 
-def no_less(comfort: RangeOverride) -> Refusal | None:
+def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
     """Less and less comes to an end."""
-    if not comfort.at_least:
+    if not range_override.at_minimum:
         return None
     return Refusal.of(
         code="is_at_least",
-        message=texts.RANGE_IS_LEAST(least_percent=100 * LEAST),
+        message=texts.RANGE_IS_LEAST(least_percent=100 * MIN_SHARE),
         next_step=texts.PAUSE_OR_STOP(),
     )
 
 
-def outside_range(facts: CycleState, config: StationConfig) -> Refusal | None:
+def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
     """Torque is not switched on where the first measurement would be a fault."""
     tolerance = config.limit_tolerance_deg
-    for motor, (axis, angle) in enumerate(zip(config.axes, facts.measured_deg, strict=True), start=1):
+    for motor, (axis, angle) in enumerate(zip(config.axes, state.measured_deg, strict=True), start=1):
         if not axis.min_deg - tolerance <= angle <= axis.max_deg + tolerance:
             return Refusal.of(
                 code="outside_range",
@@ -150,13 +150,13 @@ def outside_range(facts: CycleState, config: StationConfig) -> Refusal | None:
     return None
 
 
-def too_far_from_start(facts: CycleState, start_deg: Sequence[float]) -> Refusal | None:
+def too_far_from_start(state: CycleState, start_deg: Sequence[float]) -> Refusal | None:
     """Nobody goes in a single step further than what a frozen drive is known by. ``start_deg``: where that step would lead."""
-    for motor, (start, angle) in enumerate(zip(start_deg, facts.measured_deg, strict=True), start=1):
-        if abs(start - angle) > FROZEN_DEG:
+    for motor, (start, angle) in enumerate(zip(start_deg, state.measured_deg, strict=True), start=1):
+        if abs(start - angle) > MAX_FROZEN_SETPOINT_DEG:
             return Refusal.of(
                 code="too_far_from_start",
                 message=texts.TOO_FAR_FROM_START(motor=motor, distance_deg=abs(start - angle)),
-                next_step=texts.MOVE_WITHIN_OR_OTHER_METHOD(within_deg=FROZEN_DEG),
+                next_step=texts.MOVE_WITHIN_OR_OTHER_METHOD(within_deg=MAX_FROZEN_SETPOINT_DEG),
             )
     return None

@@ -41,39 +41,39 @@ class ResistanceMonitor:
         self._since_ns: list[int | None] = [None] * len(thresholds_nm)
         self._met: tuple[int, float, int] | None = None
 
-    def turned_back(self, axis: int, torque_nm: float, t_ns: int) -> None:
+    def start_after_reversal(self, axis: int, torque_nm: float, t_ns: int) -> None:
         """Start again after a reversal: the push that was met has :data:`RELIEVE_NS` to end before it counts once more."""
         self._since_ns = [None] * len(self._thresholds_nm)
         self._met = (axis, torque_nm, t_ns + RELIEVE_NS)
 
-    def resisting_axis(self, facts: CycleState, speed_deg_s: Sequence[float]) -> int | None:
+    def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float]) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
 
         :param speed_deg_s: of the reference: the path's tangent times the pace.
         """
         found = None
         for n, threshold_nm in enumerate(self._thresholds_nm):
-            torque_nm = facts.torque_nm[n]
-            ahead_deg = facts.setpoint_deg[n] - facts.measured_deg[n]
+            torque_nm = state.torque_nm[n]
+            ahead_deg = state.setpoint_deg[n] - state.measured_deg[n]
             since_ns = self._since_ns[n]
             if (
                 abs(torque_nm) < threshold_nm
                 or not _pushes(torque_nm, speed_deg_s[n], ahead_deg)
-                or self._ends(n, facts)
+                or self._is_subsiding(n, state)
             ):
                 self._since_ns[n] = None
             elif since_ns is None:
-                self._since_ns[n] = facts.t_ns
-            elif found is None and facts.t_ns - since_ns >= RESISTS_NS:
+                self._since_ns[n] = state.t_ns
+            elif found is None and state.t_ns - since_ns >= RESISTS_NS:
                 found = n
         return found
 
-    def _ends(self, n: int, facts: CycleState) -> bool:
+    def _is_subsiding(self, n: int, state: CycleState) -> bool:
         """Return True while the push that caused the last reversal may take its time to end."""
         if self._met is None:
             return False
         axis, torque_nm, until_ns = self._met
-        return n == axis and facts.torque_nm[n] * torque_nm > 0 and facts.t_ns < until_ns
+        return n == axis and state.torque_nm[n] * torque_nm > 0 and state.t_ns < until_ns
 
 
 def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
@@ -87,7 +87,7 @@ def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
     return abs(speed_deg_s) < SLOW_DEG_S and np.sign(torque_nm) * ahead_deg > -_COUNT_DEG
 
 
-class GivingWay:
+class YieldOffset:
     """How far each setpoint is taken off its path because the patient pushes there, ``(5,)`` in degrees."""
 
     def __init__(self, thresholds_nm: Sequence[float], rate_hz: int, resume_deg_s: float) -> None:
@@ -110,9 +110,9 @@ class GivingWay:
         over = np.abs(torque_nm) >= self._thresholds_nm
         self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -FARTHEST_DEG, FARTHEST_DEG)
 
-    def resume(self, pace: float) -> None:
-        """Let one setpoint's time pass in which the recording plays on at ``pace``: the offset becomes smaller."""
-        back = self._resume_deg * pace
+    def resume(self, speed_override: float) -> None:
+        """Let one setpoint's time pass in which the recording plays on at ``speed_override``: the offset becomes smaller."""
+        back = self._resume_deg * speed_override
         self.offset_deg = self.offset_deg - np.clip(self.offset_deg, -back, back)
 
     def keep_within(self, lowest_deg: Floats, highest_deg: Floats) -> None:

@@ -9,9 +9,9 @@ from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault, Key
 from kata.device.messages import StopCause, StopState
 
 
-def evaluate_faults(facts: CycleState, config: StationConfig) -> list[Key]:
+def evaluate_faults(state: CycleState, config: StationConfig) -> list[Key]:
     """Every fault that holds in this cycle, in the table's order."""
-    return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(facts, config)]
+    return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(state, config)]
 
 
 @dataclass
@@ -22,10 +22,10 @@ class LatchedStop:
     keys: list[Key] = field(default_factory=list)
     holding: frozenset[Key] = frozenset()
 
-    def update(self, holding: Iterable[Key], acted: Iterable[Key]) -> list[StopCause]:
+    def update(self, holding: Iterable[Key], raised: Iterable[Key]) -> list[StopCause]:
         """Take in the faults that hold now, and what was raised by an act; returns what is new."""
         self.holding = frozenset(holding)
-        new = [key for key in (*holding, *acted) if key not in self.keys]
+        new = [key for key in (*holding, *raised) if key not in self.keys]
         self.keys += new
         return [self._cause(FAULT_BY_CODE[code], axis) for code, axis in new]
 

@@ -25,10 +25,10 @@ class Teaching:
     cycles: int = field(init=False)
     """Of this take."""
 
-    def step(self, facts: CycleState) -> None:
+    def step(self, state: CycleState) -> None:
         """Let one cycle pass."""
-        if facts.pedal_down is not True:
-            self.pedal_was_up = self.pedal_was_up or facts.pedal_down is False
+        if state.pedal_down is not True:
+            self.pedal_was_up = self.pedal_was_up or state.pedal_down is False
             self.take_began_ns = None
             return
         if not self.pedal_was_up:
@@ -36,18 +36,18 @@ class Teaching:
         if self.take_began_ns is None:
             self.takes += 1
             self.cycles = 0
-            self.take_began_ns = facts.t_ns
-        self.take_s = (facts.t_ns - self.take_began_ns) / 1e9
-        if self.cycles % self.every == 0 and facts.measured_t_ns is not None:
+            self.take_began_ns = state.t_ns
+        self.take_s = (state.t_ns - self.take_began_ns) / 1e9
+        if self.cycles % self.every == 0 and state.measured_t_ns is not None:
             self.samples += 1
-            self.journal.sample(
-                facts.measured_t_ns,
+            self.journal.append_sample(
+                state.measured_t_ns,
                 take=self.takes,
                 phase=0,
                 path_s=self.take_s,
-                setpoint_deg=facts.measured_deg,
-                measured_deg=facts.measured_deg,
-                torque_nm=facts.torque_nm,
+                setpoint_deg=state.measured_deg,
+                measured_deg=state.measured_deg,
+                torque_nm=state.torque_nm,
             )
         self.cycles += 1
 

@@ -29,7 +29,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName, CheckState
 from kata.clinic.sessions.schemas import CheckConfirmation, Run
 from kata.database.base import utc_now
-from kata.device.journal import Journal, JournalEnd, not_written
+from kata.device.journal import Journal, JournalEnd, synthetic_journal
 from kata.device.messages import LOAD_LEVELS, Mode
 from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
@@ -263,7 +263,7 @@ class ServiceDriver:
         self._show(step, total, 0.0)
 
     def _as_journal(self, teaching_id: UUID, times_s: Floats, angles_deg: Floats) -> Journal:
-        return not_written(
+        return synthetic_journal(
             "teaching",
             teaching_id,
             self.station.info.name,

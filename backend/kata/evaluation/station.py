@@ -13,8 +13,8 @@ from msgspec import structs
 from kata.device import journal, references
 from kata.device.bus.drivers import make_bus
 from kata.device.config import StationConfig
-from kata.device.ipc import Taken
-from kata.device.journal import Files, Journal, JournalHeader, JournalWriter
+from kata.device.ipc import Heartbeats, QueuedCommand
+from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter
 from kata.device.loop import ControlLoop
 from kata.device.messages import (
     Approach,
@@ -56,7 +56,7 @@ class VirtualStation:
         self._link = _DirectLink(config)
         self._loop = ControlLoop(
             config,
-            make_bus(config, self._world.open_line),
+            make_bus(config, self._world.open_transport),
             self._link,
             real_time=False,
             memory_locked=False,
@@ -118,7 +118,7 @@ class VirtualStation:
             self._cycle()
 
     def _cycle(self) -> None:
-        self._loop.turn()
+        self._loop.tick()
         stop = self._link.snapshot and self._link.snapshot.stop
         if stop:
             raise EvaluationError(" ".join(cause.message for cause in stop.causes))
@@ -129,13 +129,13 @@ class _DirectLink:
 
     closing = False
     stop_requests = 0
-    belief: tuple[int, str | None] = (0, None)
+    heartbeats: Heartbeats = Heartbeats(0, None)
     dropped = 0
     journal_ok = True
 
     def __init__(self, config: StationConfig) -> None:
         self._config = config
-        self._command: Taken | None = None
+        self._command: QueuedCommand | None = None
         self._reply: Reply | None = None
         self._memory = _Memory()
         self._writer: JournalWriter | None = None
@@ -169,7 +169,7 @@ class _DirectLink:
     def take_stop(self) -> None:
         """See :class:`~kata.device.ipc.ServiceLink`."""
 
-    def take_command(self) -> Taken | None:
+    def take_command(self) -> QueuedCommand | None:
         """See :class:`~kata.device.ipc.ServiceLink`."""
         command, self._command = self._command, None
         return command
@@ -200,26 +200,26 @@ class _DirectLink:
             self._writer.write()
 
 
-def _prepare(number: int, command: Command, config: StationConfig) -> Taken:
+def _prepare(number: int, command: Command, config: StationConfig) -> QueuedCommand:
     """Return a command as the device process passes it to the control thread."""
     built = references.build(command, config) if isinstance(command, Load) else None
     if isinstance(built, references.Reference):
-        return Taken(number, command, built.trajectory, None, built.correction)
-    return Taken(number, command, None, built)
+        return QueuedCommand(number, command, built.trajectory, None, built.correction)
+    return QueuedCommand(number, command, None, built)
 
 
-class _Memory(Files):
+class _Memory(JournalDisk):
     """Stores the last journal in memory."""
 
     def __init__(self) -> None:
         self.data = bytearray()
 
     def create(self, path: Path) -> int:
-        """See :class:`~kata.device.journal.Files`."""
+        """See :class:`~kata.device.journal.JournalDisk`."""
         self.data.clear()
         return 0
 
     def write(self, file: int, data: bytearray) -> int:
-        """See :class:`~kata.device.journal.Files`."""
+        """See :class:`~kata.device.journal.JournalDisk`."""
         self.data += data
         return len(data)

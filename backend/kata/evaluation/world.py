@@ -116,7 +116,7 @@ class World:
         self.byte_by_byte = False
         """True: answers arrive byte by byte; False: each at once."""
 
-    def open_line(self, port: str, baud: int) -> MemoryLine:
+    def open_transport(self, port: str, baud: int) -> MemoryLine:
         """Open the line, like a serial port."""
         if self.script.has("gone"):
             raise BusError(f"{port} cannot be opened")

@@ -36,7 +36,7 @@ _PHASES: Final = ", ".join(
         (journal.PHASE_RETURNING, "returning"),
         (journal.PHASE_STOPPING, "stopping"),
         (journal.PHASE_REVERSING, "going back before resistance"),
-        (journal.PHASE_LESSENED, "playing with less range"),
+        (journal.PHASE_REDUCED_RANGE, "playing with less range"),
     )
 )
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import FastParser, StatusParser, encode
 from kata.device.bus.port import Bus, BusError
-from kata.device.bus.serial_transport import Line
+from kata.device.bus.serial_transport import Transport
 from kata.device.config import Inputs
 from kata.simulator import protocol
 from kata.simulator.protocol import Instruction
@@ -64,7 +64,7 @@ class TestSlowDynamixel(Conformance):
 @pytest.mark.parametrize("cycles", [1, 3])
 def test_answer_late_by_whole_cycles_is_recognized_by_its_length(cycles: int) -> None:
     world = World()
-    bus = make_bus(world.config, world.open_line)
+    bus = make_bus(world.config, world.open_transport)
     bus.open()
     bus.configure(range(5))
     Conformance.cycles(world, bus, 5)
@@ -84,7 +84,7 @@ def test_whatever_comes_the_parsers_raise_nothing(chunks: list[bytes]) -> None:
 class _Twice:
     """A line over which the answer to a ping comes twice, so many times."""
 
-    def __init__(self, line: Line, times: int) -> None:
+    def __init__(self, line: Transport, times: int) -> None:
         self._line = line
         self._left = times
         self._pinged = False
@@ -109,14 +109,14 @@ class _Twice:
 
 def test_late_duplicate_ping_answer_is_no_second_drive() -> None:
     world = World()
-    bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=1))
+    bus = make_bus(world.config, lambda port, baud: _Twice(world.open_transport(port, baud), times=1))
     bus.open()
     bus.configure([0])
 
 
 def test_two_drives_that_answer_one_after_another_are_found() -> None:
     world = World()
-    bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=2))
+    bus = make_bus(world.config, lambda port, baud: _Twice(world.open_transport(port, baud), times=2))
     bus.open()
     with pytest.raises(BusError, match="two drives answer to id 1, motor 1's"):
         bus.configure([0])
@@ -193,7 +193,7 @@ def test_drives_support_fast_sync_read_and_it_is_used() -> None:
 
 def ready(world: World) -> Bus:
     """Its drives are configured and verified."""
-    bus = make_bus(world.config, world.open_line)
+    bus = make_bus(world.config, world.open_transport)
     bus.open()
     bus.configure(range(5))
     for _ in range(80):
@@ -264,7 +264,7 @@ def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: 
 
 def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
     world = World()
-    bus = make_bus(world.config, world.open_line)
+    bus = make_bus(world.config, world.open_transport)
     bus.open()
     bus.configure(range(5))
     bus.read()
@@ -278,6 +278,6 @@ def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
     world.line._bus.carry_out = listen  # type: ignore[attr-defined]
     world.fault("silent", 3)
     for reading in Conformance.cycles(world, bus, 20):
-        assert reading.garbled == frozenset()
+        assert reading.corrupt == frozenset()
     assert protocol.FAST_SYNC_READ in heard
     assert protocol.SYNC_READ not in heard

@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 
 from kata.clinic.sessions.tables import RunRow
-from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, PHASE_REVERSING, Journal
+from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, PHASE_REVERSING, Journal
 from kata.motion.edit import Motion, PlaybackSettings
 from kata.motion.repetitions import pace_of
 
-_FORWARD: Final = (PHASE_PLAYING, PHASE_LESSENED)
+_FORWARD: Final = (PHASE_PLAYING, PHASE_REDUCED_RANGE)
 """With less range it is a repetition all the same."""
 _ON_THE_PATH: Final = (*_FORWARD, PHASE_REVERSING)
 

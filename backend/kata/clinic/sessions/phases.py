@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
-from kata.device.journal import PHASE_LESSENED, PHASE_PAUSED, PHASE_REVERSING
+from kata.device.journal import PHASE_PAUSED, PHASE_REDUCED_RANGE, PHASE_REVERSING
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
@@ -28,7 +28,7 @@ def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats
 
     ``measured_deg`` ``(n, 5)`` is laid over the motion at the places ``path_s`` ``(n,)``: what is left of the way from the middle.
     """
-    lessened = phase == PHASE_LESSENED
+    lessened = phase == PHASE_REDUCED_RANGE
     if not np.any(lessened):
         return None
     middle = (motion.angles_deg.min(axis=0) + motion.angles_deg.max(axis=0)) / 2

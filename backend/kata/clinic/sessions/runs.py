@@ -36,7 +36,7 @@ from kata.clinic.sessions.tables import (
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
-from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, Journal
+from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
 from kata.device.messages import LOAD_LEVELS
 from kata.errors import ProblemError, not_found
 from kata.messages import text_of
@@ -258,7 +258,7 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
             for motor in compared.motors
         ]
         phases.widen(
-            row.tracking, row.motions, journal.measured_deg[journal.phase == PHASE_LESSENED], row.recording.side
+            row.tracking, row.motions, journal.measured_deg[journal.phase == PHASE_REDUCED_RANGE], row.recording.side
         )
         row.worst_rmse_deg = max(motor.rmse_deg for motor in compared.motors)
         row.worst_peak_deg = max(abs(motor.peak_deg) for motor in compared.motors)
@@ -278,7 +278,7 @@ def outcome_of(journal: Journal) -> Outcome:
 
 def _complete_phases(row: RunRow, journal: Journal, made: RunMotions) -> None:
     row.reversals = phases.reversals(journal.phase)
-    if np.any(journal.phase == PHASE_LESSENED):
+    if np.any(journal.phase == PHASE_REDUCED_RANGE):
         row.least_range_percent = phases.least_range_percent(
             made.motion, journal.phase, journal.path_s, journal.measured_deg.astype(np.float64)
         )

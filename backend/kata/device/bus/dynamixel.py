@@ -24,7 +24,7 @@ from fastcrc import crc16
 
 from kata.device import texts
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
+from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.registers import (
     AMPERE_PER_UNIT,
     BUS_WATCHDOG,
@@ -42,7 +42,7 @@ from kata.device.bus.registers import (
     nearest_turn,
     zero_count,
 )
-from kata.device.bus.serial_transport import Line
+from kata.device.bus.serial_transport import Transport
 from kata.device.bus.verification import Verification
 from kata.device.ceiling import BITS_A_BYTE
 from kata.device.config import Axis, StationConfig
@@ -60,14 +60,14 @@ _FAST_SYNC_READ: Final = 0x8A
 _BROADCAST: Final = 0xFE
 _OVERHEAD: Final = 11
 """Bytes of a status packet that carries no data."""
-_SLACK_NS: Final = 4_000_000
+_MAX_SLACK_NS: Final = 4_000_000
 """For adapter, driver and scheduler, on top of the bytes' own time; and never more than this share of a cycle:"""
-_LEAST_SLACK_NS: Final = 500_000
+_MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.4
-_PLAIN_CYCLES: Final = 100
+_PLAIN_READ_CYCLES: Final = 100
 """A damaged part of a Fast Sync Read takes all behind it along: on a noisy line each drive gets a packet of its own."""
-_INPUT_LENGTHS: Final = 14
-_TOO_EARLY: Final = 0.8
+_INPUT_ANSWER_LENGTHS: Final = 14
+_EARLIEST_SHARE: Final = 0.8
 """Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
 _STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
@@ -79,7 +79,7 @@ _ALERT: Final = 0x80
 """Bit of the error byte: the drive reports a hardware error in register 70. The answer itself is sound."""
 _DEG_S_A_UNIT: Final = 0.229 * 6
 _NO_TORQUE: Final = Register("torque enable", TORQUE_ENABLE, b"\0")
-_ARMED_AFTER_NS: Final = 5_000_000
+_ARMING_LIMIT_NS: Final = 5_000_000
 """The write that arms the watchdogs is carried out within this; a status from before may still show it unarmed."""
 
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
@@ -96,7 +96,7 @@ def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     return packet + crc16.umts(packet).to_bytes(2, "little")
 
 
-_question: Final = lru_cache(maxsize=256)(encode)
+_encode_cached: Final = lru_cache(maxsize=256)(encode)
 """For requests that are sent over and over, as those that read are."""
 
 
@@ -203,7 +203,7 @@ class FastParser:
         return max(0, len(self._buffer) - sound)
 
 
-_Take = Callable[[int, int, int, bytes], None]
+_OnReply = Callable[[int, int, int, bytes], None]
 """Is told drive id, time, error byte and data of an answer."""
 
 
@@ -213,20 +213,20 @@ class _Replies:
 
     of: dict[int, tuple[int, int, bytes]] = field(default_factory=dict)
     """Time, error byte and data by drive id."""
-    garbled: bool = False
+    corrupt: bool = False
     """Something came that was no sound answer."""
 
 
 class DynamixelBus:
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Protocol 2.0."""
 
-    def __init__(self, config: StationConfig, open_line: Callable[[str, int], Line]) -> None:
-        """Nothing is opened yet. ``open_line`` opens a port at a baud rate."""
+    def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
+        """Nothing is opened yet. ``open_transport`` opens a port at a baud rate."""
         self._config = config
-        self._open_line = open_line
+        self._open_transport = open_transport
         self._byte_ns = BITS_A_BYTE * 1_000_000_000 // config.baud
         self._delay_ns = config.return_delay_us * 1000
-        self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
+        self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
         """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
@@ -241,25 +241,27 @@ class DynamixelBus:
         """When the bus watchdogs were armed; None while torque is off."""
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
         """Id and goal of each drive."""
-        self._line: Line | None = None
-        self._quiet = PollBackoff(self._ids, self._config)
+        self._transport: Transport | None = None
+        self._backoff = PollBackoff(self._ids, self._config)
         self._next_status = cycle(range(len(config.axes)))
         self._fast: bool | None = None
         """The drives know Fast Sync Read; None until it has been tried."""
         self._plain_cycles = 0
-        self._longer = 0
+        self._extra_bytes = 0
         """0 or 1: bytes asked for beyond those wanted, in this cycle."""
         # More lengths than cycles in which the drive counts as there, and none that its other answers have.
-        lengths = [n for n in range(self._input_bytes, self._input_bytes + _INPUT_LENGTHS) if n not in _DRIVE_LENGTHS]
-        self._before_inputs = cycle([n - self._input_bytes for n in lengths])
+        lengths = [
+            n for n in range(self._input_bytes, self._input_bytes + _INPUT_ANSWER_LENGTHS) if n not in _DRIVE_LENGTHS
+        ]
+        self._input_prefixes = cycle([n - self._input_bytes for n in lengths])
         self._busy_until_ns = 0
         self.errors = 0
         """Replies that stayed away or came damaged, since the start."""
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._line = self._open_line(self._config.port, self._config.baud)
-        self._quiet = PollBackoff(self._ids, self._config)
+        self._transport = self._open_transport(self._config.port, self._config.baud)
+        self._backoff = PollBackoff(self._ids, self._config)
         self._busy_until_ns = 0
         self._armed_ns = None
         self._fast = None
@@ -272,11 +274,11 @@ class DynamixelBus:
             self._verification.forget(n)
             self._configure(n + 1, self._config.axes[n], self._registers[n])
 
-    def read(self) -> Reading:
+    def read(self) -> BusSample:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._quiet.next_cycle()
-        self._longer = 1 - self._longer
-        drives, garbled, silent = self.read_drives()
+        self._backoff.begin_cycle()
+        self._extra_bytes = 1 - self._extra_bytes
+        drives, corrupt, timed_out = self.read_drives()
         for n, drive in enumerate(drives):
             self._verification.heard(n, answered=drive is not None)
         if due := self._verification.next_read():
@@ -285,25 +287,25 @@ class DynamixelBus:
         else:
             status = self._read_status(next(self._next_status))
             statuses = (status,) if status else ()
-        return Reading(drives, self._ask_inputs(), statuses, garbled, silent)
+        return BusSample(drives, self._read_inputs(), statuses, corrupt, timed_out)
 
-    def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int], frozenset[int]]:
+    def read_drives(self) -> tuple[tuple[DriveSample | None, ...], frozenset[int], frozenset[int]]:
         """Position, speed and torque of all five; of those that were asked in vain, from which something unsound came, or nothing."""
         self._slack_left_ns = self._slack_ns
-        asked = self._quiet.order()
+        asked = self._backoff.poll_order()
         fast = bool(self._fast) and not self._plain_cycles
         self._plain_cycles = max(0, self._plain_cycles - 1)
-        found: dict[int, DriveReading] = {}
-        replies = self._sync_read(asked, fast, lambda *answer: self._understand(found, *answer))
-        if fast and replies.garbled:
-            self._plain_cycles = _PLAIN_CYCLES
+        found: dict[int, DriveSample] = {}
+        replies = self._sync_read(asked, fast, lambda *answer: self._decode_drive(found, *answer))
+        if fast and replies.corrupt:
+            self._plain_cycles = _PLAIN_READ_CYCLES
         if self._fast is None and len(found) == len(self._ids):
             self._try_fast()
         self.errors += len(asked) - len(found)
-        self._quiet.answered(asked, found.keys())
+        self._backoff.answered(asked, found.keys())
         drives = tuple([found.get(drive_id) for drive_id in self._ids])
         missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in found])
-        return (drives, missing, frozenset()) if replies.garbled else (drives, frozenset(), missing)
+        return (drives, missing, frozenset()) if replies.corrupt else (drives, frozenset(), missing)
 
     def _try_fast(self) -> None:
         """Once after opening, when every drive is known to answer."""
@@ -311,10 +313,10 @@ class DynamixelBus:
         if not self._fast:
             log.info("the drives do not know Fast Sync Read; Sync Read is used")
 
-    def read_inputs(self) -> InputReading | None:
+    def read_inputs(self) -> InputSample | None:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._slack_left_ns = self._slack_ns // 2
-        return self._ask_inputs()
+        return self._read_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -341,40 +343,40 @@ class DynamixelBus:
 
     def close(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        if self._line:
-            self._line.close()
-            self._line = None
+        if self._transport:
+            self._transport.close()
+            self._transport = None
 
     # -- one request each -----------------------------------------------------------------------------------------
 
-    def _sync_read(self, asked: Sequence[int], fast: bool, take: _Take | None = None) -> _Replies:
+    def _sync_read(self, asked: Sequence[int], fast: bool, on_reply: _OnReply | None = None) -> _Replies:
         if not asked:
             return _Replies()
-        size = _PRESENT_FORMAT.size + self._longer
+        size = _PRESENT_FORMAT.size + self._extra_bytes
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
-        request = _question(_BROADCAST, instruction, struct.pack("<HH", PRESENT, size) + bytes(asked))
-        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, take)
+        request = _encode_cached(_BROADCAST, instruction, struct.pack("<HH", PRESENT, size) + bytes(asked))
+        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, on_reply)
 
-    def _ask_inputs(self) -> InputReading | None:
+    def _read_inputs(self) -> InputSample | None:
         """Return what the contacts say; None also where the ports are not known to be inputs: what they read then means nothing."""
         inputs = self._config.inputs
-        if not self._verification.is_right(*self._ports):
+        if not self._verification.block_matches(*self._ports):
             return None
         first = min(inputs.ports)
         length = self._input_bytes
-        before = next(self._before_inputs)
+        before = next(self._input_prefixes)
         read = self._read_registers(inputs.drive_id, PORT_DATA + 2 * first - before, before + length)
         if read is None:
             return None
         t_ns, data = read[0], read[1][before:]
-        return input_reading(t_ns, inputs, {port: data[2 * (port - first)] == 0 for port in inputs.ports})
+        return input_sample(t_ns, inputs, {port: data[2 * (port - first)] == 0 for port in inputs.ports})
 
     @property
     def _input_bytes(self) -> int:
         ports = self._config.inputs.ports
         return 2 * (max(ports) - min(ports)) + 2
 
-    def _understand(self, found: dict[int, DriveReading], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
+    def _decode_drive(self, found: dict[int, DriveSample], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
         """As soon as it comes: while the next drive's answer is still on the wire, there is time for it."""
         if error & ~_ALERT:
             return
@@ -383,7 +385,7 @@ class DynamixelBus:
         if self._armed_ns is None:
             # A drive that has been without power may have lost whole turns. With torque on the turn stays.
             self._zeros[drive_id] = zero_count(axis) - nearest_turn(axis, position)
-        found[drive_id] = DriveReading(
+        found[drive_id] = DriveSample(
             t_ns=t_ns,
             position_deg=axis.direction * (position - self._zeros[drive_id]) * DEG_PER_COUNT,
             speed_deg_s=axis.direction * velocity * _DEG_S_A_UNIT,
@@ -396,7 +398,7 @@ class DynamixelBus:
         if read is None:
             return None
         t_ns, data = read
-        self._compare(axis, 0, STATUS_BLOCK, data, self._unarmed(t_ns, data))
+        self._compare(axis, 0, STATUS_BLOCK, data, self._watchdog_mismatch(t_ns, data))
         return DriveStatus(
             t_ns=t_ns,
             axis=axis,
@@ -423,9 +425,9 @@ class DynamixelBus:
                 mismatch = mismatch or register.name
         self._verification.found(axis, block, mismatch)
 
-    def _unarmed(self, t_ns: int, data: bytes) -> str:
+    def _watchdog_mismatch(self, t_ns: int, data: bytes) -> str:
         """Return the watchdog's name where a drive with torque does not have it armed: no drive confirms the write that arms it."""
-        armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMED_AFTER_NS
+        armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMING_LIMIT_NS
         if not armed or not data[0] or data[_WATCHDOG_AT] in (self._watchdog, _WATCHDOG_TRIPPED):
             return ""
         return "bus watchdog"
@@ -433,7 +435,7 @@ class DynamixelBus:
     # -- configuration ------------------------------------------------------------------------------------------------
 
     def _configure(self, motor: int, axis: Axis, registers: Sequence[Register]) -> None:
-        self._meet(motor, axis.id)
+        self._require_one_drive(motor, axis.id)
         model, *others = registers
         self._check_model(motor, axis, model)
         if self._register(motor, axis.id, _NO_TORQUE) != _NO_TORQUE.data:
@@ -454,12 +456,12 @@ class DynamixelBus:
 
     def _register(self, motor: int, drive_id: int, register: Register) -> bytes:
         self._slack_left_ns = self._slack_ns
-        read = self._read_registers(drive_id, register.address, len(register.data), patient=True)
+        read = self._read_registers(drive_id, register.address, len(register.data), ignore_backoff=True)
         if read is None:
             raise BusError(texts.DRIVE_DOES_NOT_ANSWER(motor=motor, drive_id=drive_id))
         return read[1]
 
-    def _meet(self, motor: int, drive_id: int) -> None:
+    def _require_one_drive(self, motor: int, drive_id: int) -> None:
         """Is it there, and is it alone? Nothing else may be said at an id that two drives share."""
         answers, damaged = self._ping(drive_id)
         if answers > 1:
@@ -473,12 +475,12 @@ class DynamixelBus:
 
     def _ping(self, drive_id: int) -> tuple[int, bool]:
         """How many sound answers come, and whether anything else does."""
-        line = self._the_line()
+        transport = self._require_transport()
         out_ns = self._send(encode(drive_id, _PING))
         parser = StatusParser()
         deadline_ns = out_ns + self._span_ns([_OVERHEAD + 3] * 2) + self._slack_ns
         answers = 0
-        while data := line.receive(out_ns, deadline_ns):
+        while data := transport.receive(out_ns, deadline_ns):
             answers += sum(1 for answered, _, _ in parser.feed(data) if answered == drive_id)
         return answers, parser.skipped + parser.pending > 0
 
@@ -500,16 +502,16 @@ class DynamixelBus:
         return self._send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
 
     def _read_registers(
-        self, drive_id: int, address: int, length: int, *, patient: bool = False
+        self, drive_id: int, address: int, length: int, *, ignore_backoff: bool = False
     ) -> tuple[int, bytes] | None:
-        """Time and data; None when no sound answer came, or, unless ``patient``, none was worth waiting for."""
-        if not patient and not self._quiet.worth_asking(drive_id):
+        """Time and data; None when no sound answer came, or, unless ``ignore_backoff``, none was worth waiting for."""
+        if not ignore_backoff and not self._backoff.should_poll(drive_id):
             return None
-        request = _question(drive_id, _READ, struct.pack("<HH", address, length))
+        request = _encode_cached(drive_id, _READ, struct.pack("<HH", address, length))
         replies = self._transact(request, [drive_id], StatusParser(), length)
-        return self._sound(replies, [drive_id], length).get(drive_id)
+        return self._valid_replies(replies, [drive_id], length).get(drive_id)
 
-    def _sound(self, replies: _Replies, asked: Sequence[int], length: int) -> dict[int, tuple[int, bytes]]:
+    def _valid_replies(self, replies: _Replies, asked: Sequence[int], length: int) -> dict[int, tuple[int, bytes]]:
         """Time and data of each drive that answered with ``length`` bytes and no error."""
         sound = {
             drive_id: (t_ns, data)
@@ -525,28 +527,28 @@ class DynamixelBus:
         asked: Sequence[int],
         parser: StatusParser | FastParser,
         length: int,
-        take: _Take | None = None,
+        on_reply: _OnReply | None = None,
     ) -> _Replies:
         """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over.
 
-        ``take`` gets each when it comes.
+        ``on_reply`` gets each when it comes.
         """
         sizes = parser.sizes(len(asked), length)
-        line = self._the_line()
-        sent_ns = line.now_ns()
+        transport = self._require_transport()
+        sent_ns = transport.now_ns()
         out_ns = self._send(request)
         earliest_ns = out_ns + self._span_ns(sizes)
-        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
-        first_ns = sent_ns + int(_TOO_EARLY * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
+        deadline_ns = earliest_ns + max(self._slack_left_ns, _MIN_SLACK_NS)
+        first_ns = sent_ns + int(_EARLIEST_SHARE * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         each_ns = self._delay_ns + sizes[-1] * self._byte_ns
         # When the first answer's bytes are through; by a clock read after sending, so never too early.
-        through_ns = max(out_ns, line.now_ns() + len(request) * self._byte_ns) + self._span_ns(sizes[:1])
+        through_ns = max(out_ns, transport.now_ns() + len(request) * self._byte_ns) + self._span_ns(sizes[:1])
         replies = _Replies()
         while len(replies.of) < len(asked):
-            data = line.receive(earliest_ns, deadline_ns)
+            data = transport.receive(earliest_ns, deadline_ns)
             if not data:
                 break
-            t_ns = line.now_ns()
+            t_ns = transport.now_ns()
             # Too early, or of another length: the answer to an earlier question.
             found = [
                 one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & ~_ALERT)
@@ -558,25 +560,25 @@ class DynamixelBus:
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
                 came_ns = min(t_ns - after * each_ns, through_ns + asked.index(drive_id) * each_ns)
                 replies.of[drive_id] = (came_ns, error, payload)
-                if take:
-                    take(drive_id, came_ns, error, payload)
-        self._slack_left_ns -= max(0, line.now_ns() - earliest_ns)
-        replies.garbled = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
+                if on_reply:
+                    on_reply(drive_id, came_ns, error, payload)
+        self._slack_left_ns -= max(0, transport.now_ns() - earliest_ns)
+        replies.corrupt = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
 
     def _send(self, packet: bytes) -> int:
         """When its last byte will be out at the earliest, after those of the packets before it."""
-        line = self._the_line()
+        transport = self._require_transport()
         # Looked at before: whoever is put aside while sending would take an answer for one that has come too early.
-        self._busy_until_ns = max(self._busy_until_ns, line.now_ns()) + len(packet) * self._byte_ns
-        line.send(packet)
+        self._busy_until_ns = max(self._busy_until_ns, transport.now_ns()) + len(packet) * self._byte_ns
+        transport.send(packet)
         return self._busy_until_ns
 
     def _span_ns(self, sizes: Sequence[int]) -> int:
         """How long answers of these sizes, and the drives' own delay before each, take on the wire."""
         return sum(sizes) * self._byte_ns + len(sizes) * self._delay_ns
 
-    def _the_line(self) -> Line:
-        if self._line is None:
+    def _require_transport(self) -> Transport:
+        if self._transport is None:
             raise BusError(texts.PORT_NOT_OPEN(port=self._config.port))
-        return self._line
+        return self._transport

@@ -18,8 +18,8 @@ from fastcrc import crc16
 
 from kata.device import texts
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
-from kata.device.bus.serial_transport import Line
+from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
+from kata.device.bus.serial_transport import Transport
 from kata.device.bus.verification import Verification
 from kata.device.ceiling import BITS_A_BYTE, silence_ns
 from kata.device.config import NO_REGISTER, Axis, StationConfig
@@ -33,11 +33,11 @@ _BROADCAST: Final = 0
 _EXCEPTION_BYTES: Final = 5
 _WRITTEN_BYTES: Final = 8
 
-_SLACK_NS: Final = 4_000_000
-_LEAST_SLACK_NS: Final = 500_000
+_MAX_SLACK_NS: Final = 4_000_000
+_MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.2
 """As for Dynamixel; a line this slow leaves less of a cycle to wait in."""
-_TOO_EARLY: Final = 0.8
+_EARLIEST_SHARE: Final = 0.8
 """Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
 
@@ -68,28 +68,28 @@ class _Answer:
 
     t_ns: int
     data: bytes | None
-    garbled: bool
+    corrupt: bool
     exception: int = 0
 
 
 class ModbusBus:
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Modbus RTU."""
 
-    def __init__(self, config: StationConfig, open_line: Callable[[str, int], Line]) -> None:
-        """Nothing is opened yet. ``open_line`` opens a port at a baud rate."""
+    def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
+        """Nothing is opened yet. ``open_transport`` opens a port at a baud rate."""
         self._config = config
         self._map = config.modbus
-        self._open_line = open_line
+        self._open_transport = open_transport
         self._byte_ns = BITS_A_BYTE * 1_000_000_000 / config.baud
         self._silence_ns = int(silence_ns(config))
         self._delay_ns = config.return_delay_us * 1000
-        self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
+        self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
         """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
-        self._line: Line | None = None
+        self._transport: Transport | None = None
         self._free_at_ns = 0
-        self._quiet = PollBackoff(self._ids, self._config)
+        self._backoff = PollBackoff(self._ids, self._config)
         self._registers = [tuple(self._configured(axis)) for axis in config.axes]
         self._spans = self._map.verified_spans
         self._verification = Verification(len(self._ids), 1 + len(self._spans), config.cycle_hz)
@@ -102,9 +102,9 @@ class ModbusBus:
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._line = self._open_line(self._config.port, self._config.baud)
+        self._transport = self._open_transport(self._config.port, self._config.baud)
         self._free_at_ns = 0
-        self._quiet = PollBackoff(self._ids, self._config)
+        self._backoff = PollBackoff(self._ids, self._config)
         self._goals = {}
         self._armed_ns = None
         for n in range(len(self._ids)):
@@ -116,34 +116,34 @@ class ModbusBus:
             self._verification.forget(n)
             self._configure(n + 1, self._config.axes[n], self._registers[n])
 
-    def read(self) -> Reading:
+    def read(self) -> BusSample:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._quiet.next_cycle()
+        self._backoff.begin_cycle()
         self._slack_left_ns = self._slack_ns
-        drives: list[DriveReading | None] = []
+        drives: list[DriveSample | None] = []
         statuses: list[DriveStatus] = []
-        garbled: set[int] = set()
-        silent: set[int] = set()
+        corrupt: set[int] = set()
+        timed_out: set[int] = set()
         for n, axis in enumerate(self._config.axes):
-            answer = self._read_drive(axis) if self._quiet.worth_asking(axis.id) else None
+            answer = self._read_drive(axis) if self._backoff.should_poll(axis.id) else None
             if answer and answer.data is not None:
-                drives.append(self._drive_reading(axis, answer.t_ns, answer.data))
+                drives.append(self._drive_sample(axis, answer.t_ns, answer.data))
                 self._verification.found(n, 0, "")
                 self._verification.heard(n, answered=True)
                 statuses.append(self._drive_status(n, answer.t_ns, answer.data))
             else:
                 drives.append(None)
                 if answer:
-                    (garbled if answer.garbled else silent).add(n)
+                    (corrupt if answer.corrupt else timed_out).add(n)
                 self._verification.heard(n, answered=False)
         if due := self._verification.next_read():
             self._verify(*due)
-        return Reading(tuple(drives), self._ask_inputs(), tuple(statuses), frozenset(garbled), frozenset(silent))
+        return BusSample(tuple(drives), self._read_inputs(), tuple(statuses), frozenset(corrupt), frozenset(timed_out))
 
-    def read_inputs(self) -> InputReading | None:
+    def read_inputs(self) -> InputSample | None:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._slack_left_ns = self._slack_ns // 2
-        return self._ask_inputs()
+        return self._read_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -162,7 +162,7 @@ class ModbusBus:
         self._broadcast(self._map.torque_enable, 1)
         if self._map.watchdog_ms != NO_REGISTER:
             self._broadcast(self._map.watchdog_ms, self._config.bus_watchdog_ms)
-        self._armed_ns = self._the_line().now_ns()
+        self._armed_ns = self._require_transport().now_ns()
 
     def torque_off(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`. A setpoint that was still to go is forgotten."""
@@ -172,9 +172,9 @@ class ModbusBus:
 
     def close(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        if self._line:
-            self._line.close()
-            self._line = None
+        if self._transport:
+            self._transport.close()
+            self._transport = None
 
     # -- one request each -----------------------------------------------------------------------------------------
 
@@ -186,12 +186,12 @@ class ModbusBus:
             answer = self._transact(axis.id, _READ, where, size)
         else:
             answer = self._transact(axis.id, _BOTH, where + self._written(self._map.goal_position, goal), size)
-        self._quiet.answered([axis.id], [axis.id] if answer.data is not None else [])
+        self._backoff.answered([axis.id], [axis.id] if answer.data is not None else [])
         return answer
 
-    def _ask_inputs(self) -> InputReading | None:
+    def _read_inputs(self) -> InputSample | None:
         inputs = self._config.inputs
-        if not self._quiet.worth_asking(inputs.drive_id):
+        if not self._backoff.should_poll(inputs.drive_id):
             return None
         first = min(inputs.ports)
         count = max(inputs.ports) - first + 1
@@ -202,12 +202,12 @@ class ModbusBus:
         if answer.data is None:
             return None
         bits = int.from_bytes(answer.data[1:], "little")
-        return input_reading(answer.t_ns, inputs, {port: bool(bits >> (port - first) & 1) for port in inputs.ports})
+        return input_sample(answer.t_ns, inputs, {port: bool(bits >> (port - first) & 1) for port in inputs.ports})
 
-    def _drive_reading(self, axis: Axis, t_ns: int, data: bytes) -> DriveReading:
+    def _drive_sample(self, axis: Axis, t_ns: int, data: bytes) -> DriveSample:
         registers = self._map
         position = self._long(data, registers.position) - (axis.zero_count or 0)
-        return DriveReading(
+        return DriveSample(
             t_ns=t_ns,
             position_deg=axis.direction * position / registers.position_per_deg,
             speed_deg_s=axis.direction * self._word(data, registers.speed) / registers.speed_per_deg_s,
@@ -245,7 +245,7 @@ class ModbusBus:
     def _verify(self, axis: int, block: int) -> None:
         """Read one span of one drive's registers back and compare it with the configuration."""
         span = self._spans[block - 1]
-        if not self._quiet.worth_asking(self._ids[axis]):
+        if not self._backoff.should_poll(self._ids[axis]):
             return
         armed_ns = self._armed_ns
         answer = self._read_span(self._ids[axis], span)
@@ -297,7 +297,7 @@ class ModbusBus:
     @staticmethod
     def _contents(motor: int, slave: int, answer: _Answer) -> bytes:
         if answer.data is None:
-            problem = texts.DRIVE_ANSWERS_DAMAGED if answer.garbled else texts.DRIVE_DOES_NOT_ANSWER
+            problem = texts.DRIVE_ANSWERS_DAMAGED if answer.corrupt else texts.DRIVE_DOES_NOT_ANSWER
             raise BusError(problem(motor=motor, drive_id=slave))
         return answer.data
 
@@ -307,7 +307,7 @@ class ModbusBus:
         goals, self._goals = self._goals, {}
         self._slack_left_ns = self._slack_ns
         for slave, goal in goals.items():
-            if self._quiet.worth_asking(slave):
+            if self._backoff.should_poll(slave):
                 self._transact(slave, _WRITE, self._written(self._map.goal_position, goal), _WRITTEN_BYTES)
 
     def _position(self, axis: Axis, angle_deg: float) -> bytes:
@@ -329,30 +329,30 @@ class ModbusBus:
     def _broadcast(self, register: int, value: int) -> None:
         frame = encode(_BROADCAST, _WRITE, self._written(register, struct.pack(">H", value)))
         self._wait_until_free()
-        self._the_line().send(frame)
-        self._free_at_ns = self._the_line().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
+        self._require_transport().send(frame)
+        self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
 
     def _transact(self, slave: int, function: int, data: bytes, size: int) -> _Answer:
         """Send, and wait for an answer of ``size`` bytes, an exception, or the end of the time for either."""
-        line = self._the_line()
+        transport = self._require_transport()
         request = encode(slave, function, data)
         self._wait_until_free()
         # Looked at before: whoever is put aside while sending would take an answer for one that has come too early.
-        sent_ns = line.now_ns()
-        line.send(request)
+        sent_ns = transport.now_ns()
+        transport.send(request)
         asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
         earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
-        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
-        first_ns = sent_ns + int(_TOO_EARLY * (asked_ns + _EXCEPTION_BYTES * self._byte_ns))
+        deadline_ns = earliest_ns + max(self._slack_left_ns, _MIN_SLACK_NS)
+        first_ns = sent_ns + int(_EARLIEST_SHARE * (asked_ns + _EXCEPTION_BYTES * self._byte_ns))
         received = b""
         found: bytes | None = None
-        while found is None and (chunk := line.receive(earliest_ns, deadline_ns)):
+        while found is None and (chunk := transport.receive(earliest_ns, deadline_ns)):
             received += chunk
             found = find_answer(received, slave, function, size)
-            if found is not None and line.now_ns() < first_ns:
+            if found is not None and transport.now_ns() < first_ns:
                 # To an earlier question.
                 received, found = b"", None
-        now_ns = line.now_ns()
+        now_ns = transport.now_ns()
         self._slack_left_ns -= max(0, now_ns - earliest_ns)
         self._free_at_ns = now_ns + self._silence_ns
         if found is None:
@@ -366,11 +366,11 @@ class ModbusBus:
 
     def _wait_until_free(self) -> None:
         """The silence that ends a frame."""
-        line = self._the_line()
-        while line.now_ns() < self._free_at_ns:
-            line.receive(self._free_at_ns, self._free_at_ns)
+        transport = self._require_transport()
+        while transport.now_ns() < self._free_at_ns:
+            transport.receive(self._free_at_ns, self._free_at_ns)
 
-    def _the_line(self) -> Line:
-        if self._line is None:
+    def _require_transport(self) -> Transport:
+        if self._transport is None:
             raise BusError(texts.PORT_NOT_OPEN(port=self._config.port))
-        return self._line
+        return self._transport

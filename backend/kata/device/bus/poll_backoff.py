@@ -10,7 +10,7 @@ from typing import Final
 
 from kata.device.config import StationConfig
 
-_SELDOM: Final = 10
+_BACKOFF_CYCLES: Final = 10
 """Cycles between two tries."""
 
 
@@ -21,26 +21,26 @@ class PollBackoff:
         self._misses = dict.fromkeys(addresses, 0)
         # Whoever is asked seldom is as good as silent: not before the supervisor has had to call it so.
         silent_ms = max(config.silence_ms, config.inputs.max_age_cycles * 1000 / config.cycle_hz)
-        self._patience = math.ceil(silent_ms / 1000 * config.cycle_hz) + 1
+        self._misses_before_backoff = math.ceil(silent_ms / 1000 * config.cycle_hz) + 1
         """Misses in a row until a drive is asked only now and then."""
         self._cycle = 0
 
-    def next_cycle(self) -> None:
+    def begin_cycle(self) -> None:
         """A new cycle begins."""
         self._cycle += 1
 
-    def worth_asking(self, address: int) -> bool:
+    def should_poll(self, address: int) -> bool:
         """Whether it answers, or it is time to see whether it does again."""
-        return self._misses[address] < self._patience or self._cycle % _SELDOM == 0
+        return self._misses[address] < self._misses_before_backoff or self._cycle % _BACKOFF_CYCLES == 0
 
-    def order(self) -> list[int]:
+    def poll_order(self) -> list[int]:
         """Those to ask together: who answers first; at most one who does not, in turn, and last."""
         good = [address for address, misses in self._misses.items() if not misses]
         bad = [address for address, misses in self._misses.items() if misses]
         if not bad:
             return good
-        turn = bad[(self._cycle // _SELDOM if self._cycle % _SELDOM == 0 else self._cycle) % len(bad)]
-        return [*good, turn] if self.worth_asking(turn) else good
+        turn = bad[(self._cycle // _BACKOFF_CYCLES if self._cycle % _BACKOFF_CYCLES == 0 else self._cycle) % len(bad)]
+        return [*good, turn] if self.should_poll(turn) else good
 
     def answered(self, asked: list[int], answers: Collection[int]) -> None:
         """Take in who of those asked one after another did answer."""

@@ -12,7 +12,7 @@ class BusError(Exception):
     """The bus or a drive on it cannot be used; the message says which and why. Absent replies are not errors."""
 
 
-class DriveReading(Struct, frozen=True):
+class DriveSample(Struct, frozen=True):
     """One drive's answer, with the time it came (``time.monotonic_ns``)."""
 
     t_ns: int
@@ -23,7 +23,7 @@ class DriveReading(Struct, frozen=True):
     """The drive reports a hardware error with this very answer (Dynamixel: bit 0x80 of the error byte)."""
 
 
-class InputReading(Struct, frozen=True):
+class InputSample(Struct, frozen=True):
     """The emergency stop's contacts and the pedal."""
 
     t_ns: int
@@ -35,14 +35,14 @@ class InputReading(Struct, frozen=True):
     """The two antivalent contacts say the same. False where the station has one contact."""
 
 
-def input_reading(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> InputReading:
+def input_sample(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> InputSample:
     """Return what the contacts say. ``closed``: by port, whether the contact there is closed.
 
     Either contact of the emergency stop is enough to call it pressed. Antivalent contacts must differ.
     """
     first_closed = closed[inputs.estop_port]
     second_closed = None if inputs.estop_second_port is None else closed[inputs.estop_second_port]
-    return InputReading(
+    return InputSample(
         t_ns=t_ns,
         estop_open=not first_closed or second_closed is True,
         pedal_down=closed[inputs.pedal_port],
@@ -64,15 +64,15 @@ class DriveStatus(Struct, frozen=True):
     """Name of a configured register that has another value; empty where there is none."""
 
 
-class Reading(Struct, frozen=True):
+class BusSample(Struct, frozen=True):
     """All that came back in one cycle; None where a reply stayed away."""
 
-    drives: tuple[DriveReading | None, ...]
-    inputs: InputReading | None
+    drives: tuple[DriveSample | None, ...]
+    inputs: InputSample | None
     statuses: tuple[DriveStatus, ...]
-    garbled: frozenset[int] = frozenset()
+    corrupt: frozenset[int] = frozenset()
     """Axes (0-4) from which something came that is no sound answer."""
-    silent: frozenset[int] = frozenset()
+    timed_out: frozenset[int] = frozenset()
     """Axes that were asked, and nothing came."""
 
 
@@ -99,13 +99,13 @@ class Bus(Protocol):
         :raises BusError: naming the motor that does not answer, shares its id, is another model, or refuses a register.
         """
 
-    def read(self) -> Reading:
+    def read(self) -> BusSample:
         """Ask drives, their status, and the inputs last: what the emergency stop says is to be the youngest word.
 
         :raises BusError: when the port is gone.
         """
 
-    def read_inputs(self) -> InputReading | None:
+    def read_inputs(self) -> InputSample | None:
         """Ask the inputs alone, between two cycles.
 
         :raises BusError: when the port is gone.

@@ -17,11 +17,11 @@ from kata.device.bus.port import BusError
 
 log = logging.getLogger(__name__)
 
-_NEARLY_NS: Final = 300_000
+_WAKE_BEFORE_NS: Final = 300_000
 """Sleep until this long before the last byte can be here: waking for every packet of a slow line costs a third of a core."""
 
 
-class Line(Protocol):
+class Transport(Protocol):
     """Bytes out, bytes in, and one clock for both."""
 
     def now_ns(self) -> int:
@@ -45,7 +45,7 @@ class Line(Protocol):
         """Close the port."""
 
 
-class SerialLine:
+class SerialTransport:
     """One open port, owned by one process (``exclusive``)."""
 
     def __init__(self, port: str, baud: int) -> None:
@@ -63,21 +63,21 @@ class SerialLine:
             log.info("%s cannot be set to low latency; `kata doctor` says whether that matters", port)
 
     def now_ns(self) -> int:
-        """See :class:`Line`."""
+        """See :class:`Transport`."""
         return time.monotonic_ns()
 
     def send(self, data: bytes) -> None:
-        """See :class:`Line`."""
+        """See :class:`Transport`."""
         try:
-            self._forget()
+            self._discard_input()
             if os.write(self._fd, data) != len(data):
                 raise BusError(texts.PORT_TAKES_NOTHING(port=self._port))
         except OSError as error:
             raise BusError(texts.PORT_GONE(port=self._port, error=error)) from error
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
-        """See :class:`Line`."""
-        if (early_ns := earliest_ns - _NEARLY_NS - time.monotonic_ns()) > _NEARLY_NS:
+        """See :class:`Transport`."""
+        if (early_ns := earliest_ns - _WAKE_BEFORE_NS - time.monotonic_ns()) > _WAKE_BEFORE_NS:
             time.sleep(early_ns / 1e9)
         left_s = (deadline_ns - time.monotonic_ns()) / 1e9
         try:
@@ -89,7 +89,7 @@ class SerialLine:
             raise BusError(texts.PORT_HUNG_UP(port=self._port))
         return data or b""
 
-    def _forget(self) -> None:
+    def _discard_input(self) -> None:
         """Throw away what lies here. Unlike ``tcflush``, and unlike a read of nothing, it does not wait for the kernel's worker
         that brings the rest: on a busy computer that one may not run for milliseconds. What it brings later comes too early to
         be an answer, and is known by that.
@@ -100,6 +100,6 @@ class SerialLine:
             os.read(self._fd, waiting)
 
     def close(self) -> None:
-        """See :class:`Line`."""
+        """See :class:`Transport`."""
         with contextlib.suppress(OSError):
             self._serial.close()

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Final
 
-_MISSES: Final = 3
+_MISSES_BEFORE_REREAD: Final = 3
 """A busy computer loses an answer now and then; no drive is exchanged or restarted within two cycles."""
-_TRIES: Final = 3
+_READ_ATTEMPTS: Final = 3
 """How often a read of the rotation is asked for when its answer stays away; a round has a fifth of its time to spare for that."""
 ROUND_S: Final = 2.0
 """Every configured register of every drive is read at least this often."""
@@ -65,7 +65,7 @@ class Verification:
         """
         known = self._drives[drive]
         known.misses = 0 if answered else known.misses + 1
-        if known.misses == _MISSES:
+        if known.misses == _MISSES_BEFORE_REREAD:
             known.unread = set(range(self._blocks))
 
     def next_read(self) -> tuple[int, int] | None:
@@ -82,7 +82,7 @@ class Verification:
         return due
 
     def _next_of_rotation(self) -> tuple[int, int]:
-        if self._tries == _TRIES:
+        if self._tries == _READ_ATTEMPTS:
             self._move_on()
         self._tries += 1
         self._cycle = 0
@@ -123,7 +123,7 @@ class Verification:
         """Return the name of a register that has another value than configured; empty where none is known."""
         return next(iter(self._drives[drive].mismatches.values()), "")
 
-    def is_right(self, drive: int, block: int) -> bool:
+    def block_matches(self, drive: int, block: int) -> bool:
         """Return whether a block has been read, and every register in it was right."""
         known = self._drives[drive]
         return block not in known.unread and block not in known.mismatches

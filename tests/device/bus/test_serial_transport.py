@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from kata.device.bus.port import BusError
-from kata.device.bus.serial_transport import SerialLine
+from kata.device.bus.serial_transport import SerialTransport
 
 _SOON_NS = 2_000_000
 _LONG_NS = 5_000_000_000
@@ -26,18 +26,18 @@ def terminal() -> Iterator[tuple[int, str]]:
 
 
 @pytest.fixture
-def line(terminal: tuple[int, str]) -> Iterator[SerialLine]:
-    line = SerialLine(terminal[1], 1_000_000)
+def line(terminal: tuple[int, str]) -> Iterator[SerialTransport]:
+    line = SerialTransport(terminal[1], 1_000_000)
     yield line
     line.close()
 
 
-def received(line: SerialLine, wait_ns: int = _LONG_NS) -> bytes:
+def received(line: SerialTransport, wait_ns: int = _LONG_NS) -> bytes:
     now_ns = time.monotonic_ns()
     return line.receive(now_ns, now_ns + wait_ns)
 
 
-def test_bytes_go_out_and_come_in_again_and_again(terminal: tuple[int, str], line: SerialLine) -> None:
+def test_bytes_go_out_and_come_in_again_and_again(terminal: tuple[int, str], line: SerialTransport) -> None:
     for n in range(20):
         line.send(bytes([n]) * 3)
         assert os.read(terminal[0], 10) == bytes([n]) * 3
@@ -45,7 +45,7 @@ def test_bytes_go_out_and_come_in_again_and_again(terminal: tuple[int, str], lin
         assert received(line) == bytes([n]) * 30
 
 
-def test_late_bytes_are_discarded_and_hide_no_answer(terminal: tuple[int, str], line: SerialLine) -> None:
+def test_late_bytes_are_discarded_and_hide_no_answer(terminal: tuple[int, str], line: SerialTransport) -> None:
     for _ in range(5):
         os.write(terminal[0], b"too late")
         select.select([line._fd], [], [])
@@ -54,7 +54,7 @@ def test_late_bytes_are_discarded_and_hide_no_answer(terminal: tuple[int, str], 
         assert received(line) == b"answer"
 
 
-def test_nothing_comes_until_the_deadline(line: SerialLine) -> None:
+def test_nothing_comes_until_the_deadline(line: SerialTransport) -> None:
     for _ in range(20):
         began_ns = time.monotonic_ns()
         assert received(line, _SOON_NS) == b""
@@ -64,7 +64,7 @@ def test_nothing_comes_until_the_deadline(line: SerialLine) -> None:
 def test_port_that_was_hung_up_is_lost() -> None:
     drives, port = os.openpty()
     tty.setraw(port)
-    line = SerialLine(os.ttyname(port), 1_000_000)
+    line = SerialTransport(os.ttyname(port), 1_000_000)
     os.close(port)
     os.close(drives)
     with pytest.raises(BusError, match="gone"):
