@@ -19,7 +19,7 @@ from kata.audit.audit_log import AuditHook
 from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from kata.reporting import rendering, words
+from kata.reporting import phrases, rendering
 from tests.support.browser_clinic import START_LIMIT_S, Clinic
 from tests.support.hostile_texts import CALL, hostile
 from tests.support.login import signed_in_at
@@ -357,18 +357,18 @@ def test_a_hostile_translation_of_a_report_is_a_text(
 ) -> None:
     """Three texts behind each of the reports' words, in both languages."""
     behind = {}
-    for number, (key, both) in enumerate(words.WORDS.items()):
+    for number, (key, both) in enumerate(phrases.WORDS.items()):
         more = [texts[(3 * number + n) % len(texts)] for n in range(3)]
         behind[key] = more
         # What stands in braces is put in; a text's own are none of those.
         written = " | ".join(more).replace("{", "{{").replace("}", "}}")
-        monkeypatch.setitem(words.WORDS, key, (f"{both[0]} {written}", f"{both[1]} {written}"))
+        monkeypatch.setitem(phrases.WORDS, key, (f"{both[0]} {written}", f"{both[1]} {written}"))
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     upgrade(database)
     visit, care = contents(database)
     database.close()
     shown_of: set[str] = set()
-    for language in words.LANGUAGES:
+    for language in phrases.LANGUAGES:
         for made in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
             where = f"{poisoned.url}/translated"
             page.route(where, partial(_answer_with, made))
