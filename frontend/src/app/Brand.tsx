@@ -1,6 +1,6 @@
 import { BRAND } from "../lib/messages";
 
-/** Its name, in both scripts. */
+/** The product name in Latin letters and kanji. */
 export function Brand() {
   return (
     <>

@@ -1,7 +1,7 @@
 import { Box, Group } from "@mantine/core";
 import { Link, Outlet, useRouterState } from "@tanstack/react-router";
 import { AccountMenu } from "../features/auth/AccountMenu";
-import { useMay } from "../features/auth/hooks";
+import { useHasPermission } from "../features/auth/hooks";
 import { useSavedRecords } from "../lib/live/hooks";
 import { SHELL } from "../lib/messages";
 import { useBackAgain } from "../lib/offline";
@@ -18,14 +18,14 @@ const PAGES = [
   { to: "/administration", label: SHELL.administration, needs: "administer" },
 ] as const;
 
-/** What stands on every page: where one is, who one is, what the apparatus does, and Stop. */
+/** The frame of every page: navigation, account menu, apparatus state and Stop. */
 export function Shell() {
   useSavedRecords();
   useBackAgain();
-  // The page that stands there: the address is already the next one's while that is being fetched.
+  // The route of the page on screen. The address already names the next page while that page loads.
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
-    // On the station's own screen a stop stands in place of the work.
+    // The station page shows a stop in place of its panels.
     <StateBar top={<Top />} stopBanner={page !== "/"}>
       <Box p="md" maw={1400} mx="auto">
         <Outlet />
@@ -58,7 +58,7 @@ function Top() {
 }
 
 function Tab({ to, label, needs }: (typeof PAGES)[number]) {
-  if (!useMay(needs)) return null;
+  if (!useHasPermission(needs)) return null;
   return (
     <Link
       to={to}

@@ -20,14 +20,15 @@ const nonce = document.querySelector<HTMLMetaElement>("meta[property=csp-nonce]"
 const root = document.getElementById("root");
 if (!root) throw new Error("index.html has no root");
 
-const doing = new ActivityTracker();
-client.use(authMiddleware(authStore, doing));
-startSessionGuard(authStore, doing, queries, store, speak);
-// Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
+const activity = new ActivityTracker();
+client.use(authMiddleware(authStore, activity));
+startSessionGuard(authStore, activity, queries, store, speak);
+// Mantine's dialogs add a style element that stops the page behind them from scrolling. It needs the CSP
+// nonce.
 setNonce(nonce);
-const drawn = createRoot(root);
+const reactRoot = createRoot(root);
 void loadServerTexts().then(() =>
-  drawn.render(
+  reactRoot.render(
     <StrictMode>
       <MantineProvider
         theme={theme}

@@ -1,5 +1,5 @@
 declare module "plotly.js-cartesian-dist-min" {
-  interface Drawn {
+  interface PlotElement {
     on(name: "plotly_relayout", listener: (change: Record<string, unknown>) => void): void;
     removeAllListeners(name: "plotly_relayout"): void;
   }
@@ -9,7 +9,7 @@ declare module "plotly.js-cartesian-dist-min" {
       data: unknown[],
       layout: Record<string, unknown>,
       config: Record<string, unknown>,
-    ): Promise<Drawn>;
+    ): Promise<PlotElement>;
     register(locale: { moduleType: "locale"; name: string; dictionary: object; format: object }): void;
     purge(element: HTMLElement): void;
   };

@@ -20,14 +20,20 @@ import { PageLink } from "../ui/links";
 import { NO_PAGE } from "./messages";
 import { Shell } from "./Shell";
 
-// Only the station's page, the state bar and the door come at once; every other page is fetched when it is needed.
-const root = createRootRoute({ component: Page, notFoundComponent: NotFound, errorComponent: Broken });
+// The first bundle holds only the station page, the state bar and the sign-in pages. Every other page loads
+// on demand.
+const rootRoute = createRootRoute({
+  component: GatedShell,
+  notFoundComponent: NotFound,
+  errorComponent: PageError,
+});
 
-const station = createRoute({
-  getParentRoute: () => root,
+const stationRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/",
   component: StationPage,
-  // On their way while the service is still asked who is signed in; whoever needs them hears of it when one does not come.
+  // Starts these imports while the service is still asked who is signed in. The components that use them
+  // report a failed import.
   loader: () =>
     void Promise.allSettled([
       import("../features/station/lazyStationPanels"),
@@ -38,35 +44,35 @@ const station = createRoute({
     ...(typeof search.recording === "string" && { recording: search.recording }),
   }),
 });
-const patients = createRoute({
-  getParentRoute: () => root,
+const patientsRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/patients",
   component: lazyRouteComponent(() => import("../features/patients/PatientsPage"), "PatientsPage"),
 });
 const patient = createRoute({
-  getParentRoute: () => root,
+  getParentRoute: () => rootRoute,
   path: "/patients/$patientId",
   component: lazyRouteComponent(() => import("../features/patients/PatientPage"), "PatientPage"),
 });
 const recording = createRoute({
-  getParentRoute: () => root,
+  getParentRoute: () => rootRoute,
   path: "/recordings/$recordingId",
   component: lazyRouteComponent(() => import("../features/recordings/RecordingPage"), "RecordingPage"),
 });
-const sessions = createRoute({
-  getParentRoute: () => root,
+const sessionsRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/sessions",
   component: lazyRouteComponent(() => import("../features/sessions/SessionsPage"), "SessionsPage"),
   validateSearch: readFilters,
 });
-const session = createRoute({
-  getParentRoute: () => root,
+const sessionRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/sessions/$sessionId",
   component: lazyRouteComponent(() => import("../features/sessions/SessionPage"), "SessionPage"),
 });
 
-const progress = createRoute({
-  getParentRoute: () => root,
+const progressRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/episodes/$episodeId/progress",
   component: lazyRouteComponent(() => import("../features/progress/ProgressPage"), "ProgressPage"),
   validateSearch: (search): { patient?: string } => ({
@@ -74,70 +80,74 @@ const progress = createRoute({
   }),
 });
 
-const programme = createRoute({
-  getParentRoute: () => root,
+const programmeRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/programmes/$programmeId",
   component: lazyRouteComponent(() => import("../features/programmes/ProgrammePage"), "ProgrammePage"),
 });
-const newProgramme = createRoute({
-  getParentRoute: () => root,
+const newProgrammeRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/patients/$patientId/programmes/new",
   component: lazyRouteComponent(() => import("../features/programmes/NewProgrammePage"), "NewProgrammePage"),
 });
 
-const account = createRoute({
-  getParentRoute: () => root,
+const accountRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/account",
   component: lazyRouteComponent(() => import("../features/auth/AccountPage"), "AccountPage"),
 });
-// For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
-const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
-const setUp = createRoute({
-  getParentRoute: () => root,
+// Pages before sign-in. The links of the demonstration clinic lead to /sign-in.
+const signInRoute = createRoute({ getParentRoute: () => rootRoute, path: "/sign-in", component: LinkPage });
+const setUpRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/set-up",
   component: lazyRouteComponent(() => import("../features/auth/SetPasswordPage"), "SetUpPage"),
 });
-const openId = createRoute({ getParentRoute: () => root, path: OPENID_PATH, component: OpenIdPage });
-const setPassword = createRoute({
-  getParentRoute: () => root,
+const openIdRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: OPENID_PATH,
+  component: OpenIdPage,
+});
+const setPasswordRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/set-password",
   component: lazyRouteComponent(() => import("../features/auth/SetPasswordPage"), "SetPasswordPage"),
 });
 
-const stations = createRoute({
-  getParentRoute: () => root,
+const stationsRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/stations",
   component: lazyRouteComponent(() => import("../features/fleet/StationsPage"), "StationsPage"),
 });
 
-const administration = createRoute({
-  getParentRoute: () => root,
+const administrationRoute = createRoute({
+  getParentRoute: () => rootRoute,
   path: "/administration",
   component: lazyRouteComponent(
     () => import("../features/administration/AdministrationPage"),
     "AdministrationPage",
   ),
 });
-const firstOfAdministration = createRoute({
-  getParentRoute: () => administration,
+const administrationIndexRoute = createRoute({
+  getParentRoute: () => administrationRoute,
   path: "/",
   beforeLoad: () => {
     throw redirect({ to: "/administration/accounts" });
   },
 });
-const accounts = createRoute({
-  getParentRoute: () => administration,
+const accountsRoute = createRoute({
+  getParentRoute: () => administrationRoute,
   path: "/accounts",
   component: lazyRouteComponent(() => import("../features/administration/AccountsPage"), "AccountsPage"),
 });
-const audit = createRoute({
-  getParentRoute: () => administration,
+const auditRoute = createRoute({
+  getParentRoute: () => administrationRoute,
   path: "/audit",
   component: lazyRouteComponent(() => import("../features/administration/AuditPage"), "AuditPage"),
   validateSearch: readAuditFilters,
 });
-const emergencyAccess = createRoute({
-  getParentRoute: () => administration,
+const emergencyAccessRoute = createRoute({
+  getParentRoute: () => administrationRoute,
   path: "/emergency-access",
   component: lazyRouteComponent(
     () => import("../features/administration/EmergencyAccessPage"),
@@ -145,33 +155,39 @@ const emergencyAccess = createRoute({
   ),
 });
 
-const backups = createRoute({
-  getParentRoute: () => administration,
+const backupsRoute = createRoute({
+  getParentRoute: () => administrationRoute,
   path: "/backups",
   component: lazyRouteComponent(() => import("../features/administration/BackupsPage"), "BackupsPage"),
 });
 
 export const router = createRouter({
-  routeTree: root.addChildren([
-    station,
-    stations,
-    patients,
+  routeTree: rootRoute.addChildren([
+    stationRoute,
+    stationsRoute,
+    patientsRoute,
     patient,
     recording,
-    sessions,
-    session,
-    progress,
-    programme,
-    newProgramme,
-    account,
-    signIn,
-    openId,
-    setUp,
-    setPassword,
-    administration.addChildren([firstOfAdministration, accounts, audit, emergencyAccess, backups]),
+    sessionsRoute,
+    sessionRoute,
+    progressRoute,
+    programmeRoute,
+    newProgrammeRoute,
+    accountRoute,
+    signInRoute,
+    openIdRoute,
+    setUpRoute,
+    setPasswordRoute,
+    administrationRoute.addChildren([
+      administrationIndexRoute,
+      accountsRoute,
+      auditRoute,
+      emergencyAccessRoute,
+      backupsRoute,
+    ]),
   ]),
   defaultNotFoundComponent: NotFound,
-  // A page is on its way before somebody has pressed its link.
+  // Loads a page as soon as its link is hovered or touched.
   defaultPreload: "intent",
 });
 
@@ -181,8 +197,8 @@ declare module "@tanstack/react-router" {
   }
 }
 
-/** Every page, for whoever is let in. */
-function Page() {
+/** Every page, behind the authentication gate. */
+function GatedShell() {
   return (
     <Gate>
       <Shell />
@@ -205,8 +221,8 @@ function NotFound() {
   );
 }
 
-/** A page that fails takes neither Stop nor the state of the apparatus with it: those stand outside. */
-function Broken({ error }: ErrorComponentProps) {
+/** Replaces a page that fails. Stop and the state bar are outside the page and keep working. */
+function PageError({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">
       <Title order={1} size="h2">

@@ -2,7 +2,7 @@ import { beforeEach } from "vitest";
 import { authStore } from "../features/auth/authState";
 import { ME } from "../features/auth/examples";
 
-// Mantine asks the browser for things that jsdom does not have.
+// Browser functions that Mantine calls and jsdom lacks.
 Object.defineProperty(window, "matchMedia", {
   value: (query: string) => ({
     matches: false,
@@ -18,8 +18,8 @@ class NoResizeObserver {
 }
 window.ResizeObserver = NoResizeObserver;
 window.HTMLElement.prototype.scrollIntoView = () => {};
-// A text area that grows looks again once its font has come.
+// Mantine's growing text area measures again when fonts have loaded.
 Object.defineProperty(document, "fonts", { value: new EventTarget() });
 
-// Nothing is shown to nobody.
-beforeEach(() => authStore.came(ME));
+// Every test starts with a signed-in administrator.
+beforeEach(() => authStore.signedIn(ME));

@@ -1,6 +1,6 @@
 import { useEffect } from "react";
 
-/** The browser tab says where one is. */
+/** Set the title of the browser tab. */
 export function useTitle(title: string): void {
   useEffect(() => {
     document.title = `${title} · Kata`;

@@ -63,7 +63,7 @@ describe("a stop", () => {
   });
 
   it("is acknowledged by whoever operates, and by nobody behind a locked screen", () => {
-    authStore.came({ ...ME, locked: true });
+    authStore.signedIn({ ...ME, locked: true });
     expect(show({ arm_held: false })).toContain("acknowledges it, signed in and with the screen unlocked");
     expect(screen.queryByRole("button")).toBeNull();
   });

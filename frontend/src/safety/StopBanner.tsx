@@ -1,7 +1,7 @@
 import { Button, Group, List, Stack, Text, Title } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { AlarmFrame, useAlarms } from "../features/alarms/Alarms";
-import { useOperates } from "../features/auth/hooks";
+import { useMayOperate } from "../features/auth/hooks";
 import { api, type Schemas } from "../lib/api/client";
 import { useAlive, useLive, useRefusal } from "../lib/live/hooks";
 import { store } from "../lib/live/store";
@@ -17,7 +17,7 @@ import { useHold } from "./useHold";
  */
 export function StopBanner({ whole = false }: { whole?: boolean }) {
   const alive = useAlive();
-  const operates = useOperates();
+  const operates = useMayOperate();
   const stop = useLive("stop");
   const alarm = useAlarms().find(({ code }) => code.startsWith("stop "));
   if (!stop) return null;

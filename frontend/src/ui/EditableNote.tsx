@@ -1,7 +1,7 @@
 import { Button, Group, Stack, Textarea } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
-import { useMay } from "../features/auth/hooks";
+import { useHasPermission } from "../features/auth/hooks";
 import { NOTES } from "../lib/messages";
 import { ProblemNote } from "./ProblemNote";
 
@@ -13,7 +13,7 @@ export function EditableNote(props: {
   version?: string;
   save: (note: string, seen: string | null) => Promise<unknown>;
 }) {
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   const [draft, setDraft] = useState<string | null>(null);
   const [seen, setSeen] = useState<string | null>(null);
   const saving = useMutation({

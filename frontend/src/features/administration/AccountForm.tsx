@@ -8,9 +8,11 @@ import { FORM } from "./messages";
 
 type Props =
   | { account: Account; onDone: () => void }
-  | { account?: never; onDone: (given: Schemas["OneTimeCode"]) => void };
+  | { account?: never; onDone: (code: Schemas["OneTimeCode"]) => void };
 
-/** Makes an account, or changes one. Whoever it is for chooses the password; nobody else ever knows it. */
+/**
+ * Creates or changes an account. The account's owner chooses the password; the administrator never knows it.
+ */
 export function AccountForm(props: Props) {
   const { account } = props;
   const queries = useQueryClient();
@@ -19,9 +21,13 @@ export function AccountForm(props: Props) {
   const [role, setRole] = useState<Role>(account?.role ?? "therapist");
   const [stations, setStations] = useState(account?.stations ?? []);
   const [openid, setOpenid] = useState(account?.openid ?? "");
-  const ways = useQuery({ queryKey: ["ways-in"], queryFn: api.waysIn, staleTime: Number.POSITIVE_INFINITY });
-  const known = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
-  const choices = [...new Set([...(known.data?.stations ?? []), ...stations])].sort();
+  const loginMethods = useQuery({
+    queryKey: ["ways-in"],
+    queryFn: api.waysIn,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  const filterOptions = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const choices = [...new Set([...(filterOptions.data?.stations ?? []), ...stations])].sort();
   const save = useMutation({
     mutationFn: async () => {
       if (props.account) {
@@ -32,10 +38,10 @@ export function AccountForm(props: Props) {
       }
       return api.createAccount({ username, name, role, stations });
     },
-    onSuccess: (made) => {
+    onSuccess: (created) => {
       void queries.invalidateQueries({ queryKey: ["accounts"] });
       if (props.account) props.onDone();
-      else if (made) props.onDone(made);
+      else if (created) props.onDone(created);
     },
   });
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
@@ -85,9 +91,9 @@ export function AccountForm(props: Props) {
           value={stations}
           onChange={setStations}
         />
-        {account && (ways.data?.openid || account.openid) && (
+        {account && (loginMethods.data?.openid || account.openid) && (
           <TextInput
-            label={FORM.identity(ways.data?.openid ?? FORM.theProvider)}
+            label={FORM.identity(loginMethods.data?.openid ?? FORM.theProvider)}
             description={FORM.identityMeans}
             maxLength={255}
             autoComplete="off"
@@ -98,7 +104,7 @@ export function AccountForm(props: Props) {
             onChange={(event) => setOpenid(event.currentTarget.value)}
           />
         )}
-        <ProblemNote error={known.error ?? save.error} />
+        <ProblemNote error={filterOptions.error ?? save.error} />
         <Group justify="end">
           <Button
             type="submit"

@@ -11,12 +11,12 @@ import { AccountForm } from "./AccountForm";
 import { ACCOUNTS, CODE } from "./messages";
 import { OneTimeCode } from "./OneTimeCode";
 
-/** Who may sign in, as what, and where. */
+/** The accounts with their roles and stations. */
 export function AccountsPage() {
   useTitle(ACCOUNTS.title);
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
-  const [making, setMaking] = useState(false);
-  const [given, setGiven] = useState<Schemas["OneTimeCode"] | null>(null);
+  const [creating, setMaking] = useState(false);
+  const [oneTimeCode, setOneTimeCode] = useState<Schemas["OneTimeCode"] | null>(null);
   const items = accounts.data?.items ?? [];
   return (
     <Stack component="section" aria-label={ACCOUNTS.title}>
@@ -45,52 +45,52 @@ export function AccountsPage() {
           </Table.Thead>
           <Table.Tbody>
             {items.map((account) => (
-              <Row key={account.id} account={account} onGiven={setGiven} />
+              <Row key={account.id} account={account} onCode={setOneTimeCode} />
             ))}
           </Table.Tbody>
         </Table>
       )}
-      <Modal opened={making} onClose={() => setMaking(false)} title={ACCOUNTS.add} size="lg">
+      <Modal opened={creating} onClose={() => setMaking(false)} title={ACCOUNTS.add} size="lg">
         <AccountForm
-          onDone={(made) => {
+          onDone={(code) => {
             setMaking(false);
-            setGiven(made);
+            setOneTimeCode(code);
           }}
         />
       </Modal>
       <Modal
-        opened={given !== null}
-        onClose={() => setGiven(null)}
+        opened={oneTimeCode !== null}
+        onClose={() => setOneTimeCode(null)}
         title={CODE.title}
         size="lg"
         closeOnClickOutside={false}
       >
-        {given && <OneTimeCode given={given} onDone={() => setGiven(null)} />}
+        {oneTimeCode && <OneTimeCode code={oneTimeCode} onDone={() => setOneTimeCode(null)} />}
       </Modal>
     </Stack>
   );
 }
 
-function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas["OneTimeCode"]) => void }) {
+function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["OneTimeCode"]) => void }) {
   const me = useMe();
   const queries = useQueryClient();
   const [changing, setChanging] = useState(false);
   const [resetting, setResetting] = useState(false);
-  const [lost, setLost] = useState(false);
+  const [factorLost, setLost] = useState(false);
   const disable = useMutation({
-    // Whoever is to be shut out is shut out, whatever else has changed of the account meanwhile.
+    // Without `updated_at`: disabling applies even if the account was changed meanwhile.
     mutationFn: (disabled: boolean) => api.updateAccount(account.id, { disabled }),
     onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
   });
   const reset = useMutation({
-    mutationFn: () => api.resetAccount(account.id, { second_factor: lost }),
-    onSuccess: (told) => {
+    mutationFn: () => api.resetAccount(account.id, { second_factor: factorLost }),
+    onSuccess: (code) => {
       setResetting(false);
-      onGiven(told);
+      onCode(code);
       void queries.invalidateQueries({ queryKey: ["accounts"] });
     },
   });
-  const mine = account.id === me?.account_id;
+  const isOwn = account.id === me?.account_id;
   return (
     <Table.Tr {...(account.disabled_at && { c: "dimmed" })}>
       <Table.Td>
@@ -110,7 +110,7 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
           >
             {ACCOUNTS.change}
           </Button>
-          {!mine && !account.disabled_at && (
+          {!isOwn && !account.disabled_at && (
             <Button
               variant="default"
               onClick={() => setResetting(true)}
@@ -119,7 +119,7 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
               {ACCOUNTS.newCode}
             </Button>
           )}
-          {!mine && (
+          {!isOwn && (
             <Button
               variant="default"
               loading={disable.isPending}
@@ -145,7 +145,7 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
               <Switch
                 size="md"
                 label={ACCOUNTS.factorLost}
-                checked={lost}
+                checked={factorLost}
                 onChange={(event) => setLost(event.currentTarget.checked)}
               />
             )}
@@ -166,10 +166,10 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
 }
 
 function signsInWith(account: Account): string {
-  const ways = [
+  const methods = [
     account.openid ? ACCOUNTS.clinicSignIn : [],
     account.password ? ACCOUNTS.password : [],
   ].flat();
-  if (ways.length === 0) return ACCOUNTS.noPassword;
-  return ACCOUNTS.several(account.second_factor ? [...ways, ACCOUNTS.secondFactor] : ways);
+  if (methods.length === 0) return ACCOUNTS.noPassword;
+  return ACCOUNTS.several(account.second_factor ? [...methods, ACCOUNTS.secondFactor] : methods);
 }

@@ -1,19 +1,19 @@
 import { Group, Stack, Title } from "@mantine/core";
 import { Link, Outlet } from "@tanstack/react-router";
 import classes from "../../app/Shell.module.css";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { ACCOUNTS, ADMINISTRATION, AUDIT, BACKUPS, EMERGENCIES } from "./messages";
 
-const PARTS = [
+const TABS = [
   { to: "/administration/accounts", label: ACCOUNTS.title },
   { to: "/administration/audit", label: AUDIT.title },
   { to: "/administration/emergency-access", label: EMERGENCIES.title },
   { to: "/administration/backups", label: BACKUPS.title },
 ] as const;
 
-/** What an administrator looks after: who may come in, what was done, and that nothing gets lost. */
+/** The administrator's pages: accounts, audit trail, emergency access and backups. */
 export function AdministrationPage() {
-  const administers = useMay("administer");
+  const administers = useHasPermission("administer");
   return (
     <Stack>
       <Title order={1} size="h2">
@@ -22,7 +22,7 @@ export function AdministrationPage() {
       {administers && (
         <>
           <Group component="nav" gap={4} aria-label={ADMINISTRATION.parts}>
-            {PARTS.map(({ to, label }) => (
+            {TABS.map(({ to, label }) => (
               <Link
                 key={to}
                 to={to}

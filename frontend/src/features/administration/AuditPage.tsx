@@ -9,20 +9,20 @@ import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ROLES } from "../auth/messages";
-import { type AuditFilters, asAsked } from "./auditFilters";
-import { actionChoices, actionOf, linesOf, subjectOf } from "./describeAuditEntry";
+import { type AuditFilters, toAuditQuery } from "./auditFilters";
+import { actionChoices, describeAction, describeDetail, describeSubject } from "./describeAuditEntry";
 import { AUDIT, OUTCOMES } from "./messages";
 
-/** What everybody did, saw and tried in vain, newest first. What the list is narrowed to stands in the address. */
+/** The audit trail, newest entry first. The address holds the filters. */
 export function AuditPage() {
   useTitle(AUDIT.title);
   const filters = useSearch({ from: "/administration/audit" });
   const navigate = useNavigate({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
-  const found = usePagedQuery(["audit", filters], (after) => api.audit(asAsked(filters), after));
-  const set = (name: keyof AuditFilters, value: string | null) => {
-    const { [name]: _, ...others } = filters;
-    void navigate({ search: value ? { ...others, [name]: value } : others, replace: true });
+  const entries = usePagedQuery(["audit", filters], (after) => api.audit(toAuditQuery(filters), after));
+  const setFilter = (name: keyof AuditFilters, value: string | null) => {
+    const { [name]: _, ...rest } = filters;
+    void navigate({ search: value ? { ...rest, [name]: value } : rest, replace: true });
   };
   return (
     <Stack component="section" aria-label={AUDIT.title}>
@@ -35,22 +35,22 @@ export function AuditPage() {
           type="date"
           label={AUDIT.from}
           value={filters.from ?? ""}
-          onChange={(event) => set("from", event.currentTarget.value)}
+          onChange={(event) => setFilter("from", event.currentTarget.value)}
         />
         <TextInput
           type="date"
           label={AUDIT.to}
           value={filters.to ?? ""}
-          onChange={(event) => set("to", event.currentTarget.value)}
+          onChange={(event) => setFilter("to", event.currentTarget.value)}
         />
         <Select
           label={AUDIT.who}
           placeholder={AUDIT.anybody}
           clearable
           searchable
-          data={(accounts.data?.items ?? []).map((one) => ({ value: one.id, label: one.name }))}
+          data={(accounts.data?.items ?? []).map((account) => ({ value: account.id, label: account.name }))}
           value={filters.account_id ?? null}
-          onChange={(value) => set("account_id", value)}
+          onChange={(value) => setFilter("account_id", value)}
         />
         <Select
           label={AUDIT.outcome}
@@ -58,7 +58,7 @@ export function AuditPage() {
           clearable
           data={Object.entries(OUTCOMES).map(([value, label]) => ({ value, label }))}
           value={filters.outcome ?? null}
-          onChange={(value) => set("outcome", value)}
+          onChange={(value) => setFilter("outcome", value)}
         />
         <Select
           label={AUDIT.action}
@@ -67,7 +67,7 @@ export function AuditPage() {
           searchable
           data={actionChoices(filters.action)}
           value={filters.action ?? null}
-          onChange={(value) => set("action", value)}
+          onChange={(value) => setFilter("action", value)}
         />
         {Object.keys(filters).length > 0 && (
           <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
@@ -76,18 +76,21 @@ export function AuditPage() {
         )}
       </Group>
       {filters.patient_id && <Text>{AUDIT.onePatient}</Text>}
-      <ProblemNote error={found.error ?? accounts.error} />
-      {found.isPending && <Skeleton h={300} />}
-      {found.items?.length === 0 && <Text>{AUDIT.nothing}</Text>}
-      {found.items && found.items.length > 0 && (
-        <Rows items={found.items} names={new Map(accounts.data?.items.map((one) => [one.id, one.name]))} />
+      <ProblemNote error={entries.error ?? accounts.error} />
+      {entries.isPending && <Skeleton h={300} />}
+      {entries.items?.length === 0 && <Text>{AUDIT.nothing}</Text>}
+      {entries.items && entries.items.length > 0 && (
+        <Rows
+          items={entries.items}
+          names={new Map(accounts.data?.items.map((account) => [account.id, account.name]))}
+        />
       )}
-      <LoadMoreButton list={found} />
+      <LoadMoreButton list={entries} />
     </Stack>
   );
 }
 
-/** `names`: of accounts, for tries of somebody who did not get in. */
+/** `names` maps account ids to names, for failed logins. */
 function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<string, string> }) {
   return (
     <Table.ScrollContainer minWidth={900}>
@@ -117,14 +120,14 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
                 </Text>
               </Table.Td>
               <Table.Td>
-                <Text title={entry.action}>{actionOf(entry.action)}</Text>
+                <Text title={entry.action}>{describeAction(entry.action)}</Text>
                 {entry.outcome !== "done" && <Text fw={600}>{OUTCOMES[entry.outcome]}</Text>}
-                {linesOf(entry).map((line) => (
+                {describeDetail(entry).map((line) => (
                   <Text key={line} size="sm" c="dimmed">
                     {line}
                   </Text>
                 ))}
-                <AsWritten entry={entry} />
+                <RawEntry entry={entry} />
               </Table.Td>
               <Table.Td>
                 {entry.patient_id && (
@@ -133,7 +136,7 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
                   </PageLink>
                 )}
                 <Text size="sm" style={{ overflowWrap: "anywhere" }}>
-                  {subjectOf(entry.subject)}
+                  {describeSubject(entry.subject)}
                 </Text>
               </Table.Td>
               <Table.Td>
@@ -150,8 +153,8 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
   );
 }
 
-/** The codes and ids of a row: what `kata audit` tells, and what somebody else can be asked about. */
-function AsWritten({ entry }: { entry: Schemas["AuditEntry"] }) {
+/** The entry's raw codes and ids, as `kata audit` prints them. */
+function RawEntry({ entry }: { entry: Schemas["AuditEntry"] }) {
   const { action, subject, detail } = entry;
   return (
     <details>

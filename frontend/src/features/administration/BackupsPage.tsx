@@ -8,22 +8,22 @@ import { replaceData } from "../../lib/replaceData";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { BACKUPS, KEYS } from "./messages";
 
-const LOOK_AGAIN_MS = 2_000;
+const POLL_WHILE_RUNNING_MS = 2_000;
 
-/** Backups that were made, and whether each of them was restored to see that it can be. */
+/** The backups and the results of their test restores. */
 export function BackupsPage() {
   useTitle(BACKUPS.title);
   const queries = useQueryClient();
   const backups = useQuery({
     queryKey: ["backups"],
     queryFn: api.backups,
-    refetchInterval: (query) => (query.state.data?.running ? LOOK_AGAIN_MS : false),
+    refetchInterval: (query) => (query.state.data?.running ? POLL_WHILE_RUNNING_MS : false),
   });
-  const make = useMutation({
+  const makeBackup = useMutation({
     mutationFn: api.makeBackup,
-    onSuccess: (told) => replaceData(queries, ["backups"], told),
+    onSuccess: (list) => replaceData(queries, ["backups"], list),
   });
-  const told = backups.data;
+  const list = backups.data;
   return (
     <Stack component="section" aria-label={BACKUPS.title}>
       <Group justify="space-between">
@@ -32,32 +32,32 @@ export function BackupsPage() {
         </Title>
         <Button
           leftSection={<IconDatabaseExport size={20} />}
-          loading={make.isPending || told?.running === true}
-          onClick={() => make.mutate()}
+          loading={makeBackup.isPending || list?.running === true}
+          onClick={() => makeBackup.mutate()}
         >
           {BACKUPS.make}
         </Button>
       </Group>
-      <ProblemNote error={backups.error ?? make.error} />
+      <ProblemNote error={backups.error ?? makeBackup.error} />
       {backups.isPending && <Skeleton h={160} />}
-      {told && (
+      {list && (
         <>
-          <LastGood told={told} />
-          <Where told={told} />
-          {told.running && <Text role="status">{BACKUPS.making}</Text>}
-          {told.items.length > 0 && <Rows items={told.items} />}
+          <LastVerifiedBackup list={list} />
+          <BackupSettings list={list} />
+          {list.running && <Text role="status">{BACKUPS.making}</Text>}
+          {list.items.length > 0 && <Rows items={list.items} />}
         </>
       )}
     </Stack>
   );
 }
 
-/** The one question of whoever answers for the records: what would come back, and how do we know? */
-function LastGood({ told }: { told: Schemas["BackupList"] }) {
-  const good = told.last_good;
-  return good?.tested_at ? (
+/** The newest backup that was restored successfully in a test. */
+function LastVerifiedBackup({ list }: { list: Schemas["BackupList"] }) {
+  const lastGood = list.last_good;
+  return lastGood?.tested_at ? (
     <Alert color="indigo" variant="light" icon={<IconCircleCheck />} data-testid="last-good">
-      {BACKUPS.lastGood(formatMoment(good.at), formatMoment(good.tested_at))}
+      {BACKUPS.lastGood(formatMoment(lastGood.at), formatMoment(lastGood.tested_at))}
     </Alert>
   ) : (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert" data-testid="last-good">
@@ -66,19 +66,19 @@ function LastGood({ told }: { told: Schemas["BackupList"] }) {
   );
 }
 
-function Where({ told }: { told: Schemas["BackupList"] }) {
+function BackupSettings({ list }: { list: Schemas["BackupList"] }) {
   return (
     <List>
-      <List.Item>{told.next_at ? BACKUPS.next(formatMoment(told.next_at)) : BACKUPS.never}</List.Item>
-      <List.Item>{BACKUPS.folder(told.folder)}</List.Item>
-      {told.same_disk && (
+      <List.Item>{list.next_at ? BACKUPS.next(formatMoment(list.next_at)) : BACKUPS.never}</List.Item>
+      <List.Item>{BACKUPS.folder(list.folder)}</List.Item>
+      {list.same_disk && (
         <List.Item>
           <b>{BACKUPS.sameDisk}</b>
         </List.Item>
       )}
       <List.Item>
-        {KEYS[told.key]}
-        {told.key === "here" && BACKUPS.keyFile(told.key_file)}
+        {KEYS[list.key]}
+        {list.key === "here" && BACKUPS.keyFile(list.key_file)}
       </List.Item>
     </List>
   );
@@ -96,30 +96,30 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
-        {items.map((one) => (
-          <Table.Tr key={one.id}>
+        {items.map((backup) => (
+          <Table.Tr key={backup.id}>
             <Table.Td>
-              {formatMoment(one.at)}
+              {formatMoment(backup.at)}
               <Text size="sm" c="dimmed">
-                {one.kind === "nightly" ? BACKUPS.byItself : BACKUPS.askedFor}
+                {backup.kind === "nightly" ? BACKUPS.byItself : BACKUPS.askedFor}
               </Text>
             </Table.Td>
             <Table.Td>
-              {triedWords(one)}
-              {one.audit_rows !== null && (
-                <Text size="sm" {...(one.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
-                  {one.audit_problem
-                    ? BACKUPS.auditBroken(one.audit_problem)
-                    : BACKUPS.auditWhole(one.audit_rows)}
+              {verificationText(backup)}
+              {backup.audit_rows !== null && (
+                <Text size="sm" {...(backup.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
+                  {backup.audit_problem
+                    ? BACKUPS.auditBroken(backup.audit_problem)
+                    : BACKUPS.auditWhole(backup.audit_rows)}
                 </Text>
               )}
             </Table.Td>
-            <Table.Td ta="right">{one.problem ? "–" : sizeWords(one.bytes)}</Table.Td>
+            <Table.Td ta="right">{backup.problem ? "–" : formatSize(backup.bytes)}</Table.Td>
             <Table.Td>
               <Text size="sm" style={{ overflowWrap: "anywhere" }}>
-                {one.file}
+                {backup.file}
               </Text>
-              {one.file && !one.there && (
+              {backup.file && !backup.there && (
                 <Badge color="gray" tt="none">
                   {BACKUPS.gone}
                 </Badge>
@@ -132,13 +132,13 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
   );
 }
 
-function triedWords(one: Schemas["Backup"]): string {
-  if (one.problem) return BACKUPS.failed(one.problem);
-  if (one.test_problem) return BACKUPS.notRestorable(one.test_problem);
-  if (!one.tested_at) return BACKUPS.notTried;
-  return BACKUPS.cameBack(formatMoment(one.tested_at));
+function verificationText(backup: Schemas["Backup"]): string {
+  if (backup.problem) return BACKUPS.failed(backup.problem);
+  if (backup.test_problem) return BACKUPS.notRestorable(backup.test_problem);
+  if (!backup.tested_at) return BACKUPS.notTried;
+  return BACKUPS.cameBack(formatMoment(backup.tested_at));
 }
 
 /** 1234567 bytes as 1.2 MB. */
-const sizeWords = (bytes: number): string =>
+const formatSize = (bytes: number): string =>
   bytes < 1_000_000 ? `${Math.ceil(bytes / 1_000)} kB` : `${(bytes / 1_000_000).toFixed(1)} MB`;

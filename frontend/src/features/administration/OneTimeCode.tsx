@@ -4,22 +4,22 @@ import type { Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { CODE } from "./messages";
 
-/** It is shown once, to be handed over. */
-export function OneTimeCode({ given, onDone }: { given: Schemas["OneTimeCode"]; onDone: () => void }) {
-  const link = `${location.origin}/set-password#code=${encodeURIComponent(given.code)}`;
+/** A one-time code, shown once for handing over. */
+export function OneTimeCode({ code, onDone }: { code: Schemas["OneTimeCode"]; onDone: () => void }) {
+  const link = `${location.origin}/set-password#code=${encodeURIComponent(code.code)}`;
   return (
     <Stack>
-      <Text>{CODE.handOver(formatMoment(given.until))}</Text>
+      <Text>{CODE.handOver(formatMoment(code.until))}</Text>
       <Text>
         {CODE.username}{" "}
         <Text span fw={600} data-testid="username">
-          {given.account.username}
+          {code.account.username}
         </Text>
       </Text>
       <Text>
         {CODE.code}{" "}
         <Text span fw={600} ff="monospace" fz="lg" data-testid="code" style={{ overflowWrap: "anywhere" }}>
-          {given.code}
+          {code.code}
         </Text>
       </Text>
       <Text size="sm">{CODE.where}</Text>

@@ -2,27 +2,29 @@ import type { AuditWanted } from "../../lib/api/client";
 import { isDay, midnight } from "../../lib/days";
 import { OUTCOMES } from "./messages";
 
-const NAMES = ["from", "to", "account_id", "patient_id", "action", "outcome"] as const;
+const FILTER_NAMES = ["from", "to", "account_id", "patient_id", "action", "outcome"] as const;
 
-/** What the audit trail is narrowed to, as it stands in the address. Days are this browser's, both included. */
+/**
+ * The filters of the audit trail, as the address holds them. Days are local to this browser and inclusive.
+ */
 export type AuditFilters = {
-  [name in Exclude<(typeof NAMES)[number], "outcome">]?: string;
+  [name in Exclude<(typeof FILTER_NAMES)[number], "outcome">]?: string;
 } & { outcome?: keyof typeof OUTCOMES };
 
-/** Of an address, what the list knows. */
+/** Return the valid filters of an address. */
 export function readAuditFilters(search: Record<string, unknown>): AuditFilters {
-  const fits = (name: string, given: unknown) =>
+  const isValid = (name: string, value: unknown) =>
     name === "from" || name === "to"
-      ? isDay(given)
+      ? isDay(value)
       : name === "outcome"
-        ? Object.hasOwn(OUTCOMES, String(given))
-        : typeof given === "string" && given !== "";
+        ? Object.hasOwn(OUTCOMES, String(value))
+        : typeof value === "string" && value !== "";
   return Object.fromEntries(
-    NAMES.filter((name) => fits(name, search[name])).map((name) => [name, search[name]]),
+    FILTER_NAMES.filter((name) => isValid(name, search[name])).map((name) => [name, search[name]]),
   ) as AuditFilters;
 }
 
-/** As the service is asked: a day begins and ends at this browser's midnight. */
-export function asAsked({ from, to, ...same }: AuditFilters): AuditWanted {
-  return { ...same, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
+/** The filters as the service expects them: a day starts and ends at this browser's midnight. */
+export function toAuditQuery({ from, to, ...rest }: AuditFilters): AuditWanted {
+  return { ...rest, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

@@ -1,42 +1,39 @@
 import { expect, test } from "vitest";
 import type { Schemas } from "../../lib/api/client";
-import { actionChoices, actionOf, linesOf, subjectOf } from "./describeAuditEntry";
+import { actionChoices, describeAction, describeDetail, describeSubject } from "./describeAuditEntry";
 
 const entry = (detail: Record<string, unknown>) => ({ detail }) as unknown as Schemas["AuditEntry"];
 
-test("an action is told in words, and one that nobody knows as it is", () => {
-  expect(actionOf("lock_screen")).toBe("Screen locked");
-  expect(actionOf("fly")).toBe("fly");
-  expect(actionOf("constructor")).toBe("constructor");
+test("translates an action, and shows an unknown action's code", () => {
+  expect(describeAction("lock_screen")).toBe("Screen locked");
+  expect(describeAction("fly")).toBe("fly");
+  expect(describeAction("constructor")).toBe("constructor");
 });
 
-test("actions are chosen by their words, in their order; what the address asks for is among them", () => {
+test("sorts actions by text and includes the address's action", () => {
   const labels = actionChoices("fly").map(({ label }) => label);
-  expect(labels).toEqual([...labels].sort((one, other) => one.localeCompare(other)));
+  expect(labels).toEqual([...labels].sort((a, b) => a.localeCompare(b)));
   expect(labels).toContain("fly");
   expect(actionChoices(undefined)).toContainEqual({ value: "stop", label: "Stop" });
 });
 
-test("what it was done to is told by its kind; a path at the door as it is", () => {
-  expect(subjectOf("session 0193 recording 0194")).toBe("session, recording");
-  expect(subjectOf("GET /api/secret")).toBe("GET /api/secret");
-  expect(subjectOf("")).toBe("");
+test("names the kinds in a subject, and keeps paths", () => {
+  expect(describeSubject("session 0193 recording 0194")).toBe("session, recording");
+  expect(describeSubject("GET /api/secret")).toBe("GET /api/secret");
+  expect(describeSubject("")).toBe("");
 });
 
-test("a refusal says why in words, by its code or by its number, and how often again", () => {
-  expect(linesOf(entry({ why: "wrong_password", again: 4 }))).toEqual([
+test("explains a refusal by code or number, with its repetitions", () => {
+  expect(describeDetail(entry({ why: "wrong_password", again: 4 }))).toEqual([
     "Because: wrong user name or password",
     "The same again: 4 times",
   ]);
-  expect(linesOf(entry({ why: 401 }))).toEqual(["Because: nobody was signed in"]);
+  expect(describeDetail(entry({ why: 401 }))).toEqual(["Because: nobody was signed in"]);
 });
 
-test("what changed is told by kinds of things", () => {
-  const told = { added: { runs: ["a"], run_samples: 12 }, changed: { sessions: { b: ["note"] } } };
-  expect(linesOf(entry({ ...told, removed: { stages: ["c"] }, changed_many: ["accounts"] }))).toEqual([
-    "Added: run, samples of a run",
-    "Changed: session",
-    "Changed: account",
-    "Removed: stage",
-  ]);
+test("lists changes by kind", () => {
+  const changes = { added: { runs: ["a"], run_samples: 12 }, changed: { sessions: { b: ["note"] } } };
+  expect(
+    describeDetail(entry({ ...changes, removed: { stages: ["c"] }, changed_many: ["accounts"] })),
+  ).toEqual(["Added: run, samples of a run", "Changed: session", "Changed: account", "Removed: stage"]);
 });

@@ -8,21 +8,21 @@ import {
 } from "@tabler/icons-react";
 import { type ReactNode, useEffect, useState, useSyncExternalStore } from "react";
 import { store } from "../../lib/live/store";
-import { type Alarm, alarmsOf, type Priority } from "./alarms";
+import { type Alarm, activeAlarms, type Priority } from "./alarms";
 import classes from "./alarms.module.css";
 import { PRIORITY_WORDS, WORDS } from "./messages";
-import { Pausing, Sounder } from "./sound";
+import { AlarmSounder, SoundPause } from "./sound";
 
 const ICONS = { high: IconAlertOctagonFilled, medium: IconAlertTriangleFilled, low: IconInfoSquareFilled };
-const LOOK_EVERY_MS = 500;
+const CHECK_EVERY_MS = 500;
 
-/** What holds now; the same list until another alarm holds. */
+/** Return the active alarms. The list keeps its identity until an alarm changes. */
 export function useAlarms(): Alarm[] {
-  const told = useSyncExternalStore(store.subscribe, () => JSON.stringify(alarmsOf(store.get())));
-  return JSON.parse(told) as Alarm[];
+  const serialized = useSyncExternalStore(store.subscribe, () => JSON.stringify(activeAlarms(store.get())));
+  return JSON.parse(serialized) as Alarm[];
 }
 
-/** Colour, icon and words of one priority around what there is to say. */
+/** The colour, icon and label of a priority around its content. */
 export function AlarmFrame(props: { priority: Priority; testid?: string; children: ReactNode }) {
   const Icon = ICONS[props.priority];
   return (
@@ -35,7 +35,7 @@ export function AlarmFrame(props: { priority: Priority; testid?: string; childre
   );
 }
 
-/** Every alarm but a stop, which has a banner of its own, and the button that pauses the sound of all of them. */
+/** All alarms except stops, which StopBanner shows, and the button that pauses the sound. */
 export function Alarms() {
   const alarms = useAlarms();
   return (
@@ -54,26 +54,27 @@ export function Alarms() {
             <Text>{alarm.nextStep}</Text>
           </AlarmFrame>
         ))}
-      <Sound alarms={alarms} />
+      <AlarmSound alarms={alarms} />
     </>
   );
 }
 
-function Sound({ alarms }: { alarms: Alarm[] }) {
-  const [sounder] = useState(() => new Sounder());
-  const [pausing] = useState(() => new Pausing());
+function AlarmSound({ alarms }: { alarms: Alarm[] }) {
+  const [sounder] = useState(() => new AlarmSounder());
+  const [pause] = useState(() => new SoundPause());
   const [now, setNow] = useState(() => Date.now());
-  const heard = pausing.heard(alarms, now);
+  const sounding = pause.audible(alarms, now);
   useEffect(() => {
-    for (const act of ["pointerdown", "keydown"]) window.addEventListener(act, sounder.allow, true);
-    const looking = setInterval(() => setNow(Date.now()), LOOK_EVERY_MS);
+    for (const event of ["pointerdown", "keydown"]) window.addEventListener(event, sounder.unlockAudio, true);
+    const timer = setInterval(() => setNow(Date.now()), CHECK_EVERY_MS);
     return () => {
-      for (const act of ["pointerdown", "keydown"]) window.removeEventListener(act, sounder.allow, true);
-      clearInterval(looking);
+      for (const event of ["pointerdown", "keydown"])
+        window.removeEventListener(event, sounder.unlockAudio, true);
+      clearInterval(timer);
       sounder.sound(null);
     };
   }, [sounder]);
-  useEffect(() => sounder.sound(heard), [sounder, heard]);
+  useEffect(() => sounder.sound(sounding), [sounder, sounding]);
   if (alarms.length === 0) return null;
   return (
     <Group
@@ -82,21 +83,21 @@ function Sound({ alarms }: { alarms: Alarm[] }) {
       py={6}
       className={classes.sound ?? ""}
       data-testid="alarm-sound"
-      data-sounding={heard !== null}
+      data-sounding={sounding !== null}
     >
       <Button
         variant="default"
-        leftSection={heard ? <IconVolumeOff size={22} /> : <IconVolume size={22} />}
+        leftSection={sounding ? <IconVolumeOff size={22} /> : <IconVolume size={22} />}
         onClick={() => {
-          if (heard) pausing.pause(alarms, Date.now());
-          else pausing.resume();
+          if (sounding) pause.pause(alarms, Date.now());
+          else pause.resume();
           setNow(Date.now());
         }}
       >
-        {heard ? WORDS.pauseSound : WORDS.soundOn}
+        {sounding ? WORDS.pauseSound : WORDS.soundOn}
       </Button>
       <Text size="sm" role="status">
-        {pausing.paused ? WORDS.soundPaused : sounder.allowed ? "" : WORDS.noSound}
+        {pause.paused ? WORDS.soundPaused : sounder.isUnlocked ? "" : WORDS.noSound}
       </Text>
     </Group>
   );

@@ -3,36 +3,36 @@ import { isAlive, type LiveState } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 import { WORDS } from "./messages";
 
-/** As IEC 60601-1-8 means them: how soon somebody has to do something, and how bad it is if nobody does. */
+/** Priorities by IEC 60601-1-8: how soon a response is needed and how bad the harm without one. */
 export type Priority = "high" | "medium" | "low";
 
-/** One condition that somebody has to know of. */
+/** An active alarm condition. */
 export interface Alarm {
-  /** Another code is another alarm, which sounds although the sound of those before was paused. */
+  /** A different code is a different alarm: it sounds even if the earlier ones are paused. */
   code: string;
   priority: Priority;
   message: string;
   nextStep: string;
 }
 
-const ORDER: Priority[] = ["high", "medium", "low"];
+const PRIORITY_ORDER: Priority[] = ["high", "medium", "low"];
 
 /**
- * What holds now, most urgent first. A latched stop is one alarm, by its first cause: high while it holds an arm or a cause stands,
- * medium once it only waits to be acknowledged.
+ * Return the active alarms, most urgent first. A latched stop is one alarm, coded by its first cause. It is
+ * high while a cause is present or the arm is held, and medium when it only waits to be acknowledged.
  */
-export function alarmsOf(state: LiveState): Alarm[] {
+export function activeAlarms(state: LiveState): Alarm[] {
   const { live, connected, heardAt } = state;
-  const found: Alarm[] = [];
-  const note = (code: string, priority: Priority, message: string, nextStep: string) =>
-    found.push({ code, priority, message, nextStep });
+  const alarms: Alarm[] = [];
+  const raise = (code: string, priority: Priority, message: string, nextStep: string) =>
+    alarms.push({ code, priority, message, nextStep });
   const alive = isAlive(state);
-  // What may still move an arm, unseen, is worse than what only cannot be seen.
+  // Losing sight of motors that may have torque is worse than losing sight of released ones.
   const unseen: Priority = live && live.torque !== "off" ? "high" : "medium";
   if (!connected && heardAt !== null)
-    note("connection_lost", unseen, WORDS.lost, unseen === "high" ? WORDS.lostHeldNext : WORDS.lostNext);
+    raise("connection_lost", unseen, WORDS.lost, unseen === "high" ? WORDS.lostHeldNext : WORDS.lostNext);
   if (connected && !alive && live !== null && live.device !== "starting") {
-    note(
+    raise(
       "device_silent",
       unseen,
       WORDS.restarting,
@@ -41,7 +41,7 @@ export function alarmsOf(state: LiveState): Alarm[] {
   }
   const cause = live?.stop?.causes[0];
   if (connected && live?.database.spool_full_since) {
-    note(
+    raise(
       "not_kept",
       "medium",
       WORDS.notKept(formatClock(new Date(live.database.spool_full_since))),
@@ -49,12 +49,12 @@ export function alarmsOf(state: LiveState): Alarm[] {
     );
   } else if (connected && live?.database.unavailable_since) {
     const since = formatClock(new Date(live.database.unavailable_since));
-    note("database_away", "low", WORDS.databaseAway(since), WORDS.databaseAwayNext);
+    raise("database_away", "low", WORDS.databaseAway(since), WORDS.databaseAwayNext);
   }
   if (live?.stop && cause) {
-    const stands = live.stop.causes.some((one) => !one.cleared);
-    const priority = alive && (live.stop.arm_held || stands) ? "high" : "medium";
-    note(
+    const causePresent = live.stop.causes.some((stopCause) => !stopCause.cleared);
+    const priority = alive && (live.stop.arm_held || causePresent) ? "high" : "medium";
+    raise(
       `stop ${cause.code}`,
       priority,
       translateServerText(cause.message, cause.message_key),
@@ -63,15 +63,15 @@ export function alarmsOf(state: LiveState): Alarm[] {
   }
   if (alive && live !== null) {
     if (live.estop === "unknown" && !live.stop) {
-      note("estop_missing", "high", WORDS.estopMissing, WORDS.estopMissingNext);
+      raise("estop_missing", "high", WORDS.estopMissing, WORDS.estopMissingNext);
     }
     if (live.lease?.unreachable_since && live.torque !== "off")
-      note("holder_away", "medium", WORDS.away, WORDS.awayNext);
+      raise("holder_away", "medium", WORDS.away, WORDS.awayNext);
     if (live.teaching && live.pedal === "unknown") {
-      note("pedal_unknown", "low", WORDS.pedal, WORDS.pedalNext);
+      raise("pedal_unknown", "low", WORDS.pedal, WORDS.pedalNext);
     }
     if (live.run?.reversing && !live.stop) {
-      note(
+      raise(
         "reversing",
         "low",
         live.run.resistance === null
@@ -81,5 +81,5 @@ export function alarmsOf(state: LiveState): Alarm[] {
       );
     }
   }
-  return found.sort((a, b) => ORDER.indexOf(a.priority) - ORDER.indexOf(b.priority));
+  return alarms.sort((a, b) => PRIORITY_ORDER.indexOf(a.priority) - PRIORITY_ORDER.indexOf(b.priority));
 }

@@ -35,16 +35,16 @@ function show(assessment?: Assessment) {
   );
 }
 
-// By label: asking for roles takes seconds among so many fields.
+// By label: queries by role take seconds among so many fields.
 const field = (name: string | RegExp) => screen.getByLabelText(name);
 const type = (name: string | RegExp, value: string) => fireEvent.change(field(name), { target: { value } });
 const press = (name: string | RegExp) => fireEvent.click(screen.getByText(name));
 const open = (name: string) => fireEvent.click(screen.getByRole("tab", { name }));
-const touch = (group: string | RegExp, number: number) =>
+const pick = (group: string | RegExp, number: number) =>
   fireEvent.click(within(field(group)).getByText(String(number)));
 
-describe("entering what was found", () => {
-  it("sends what was keyed in, and nothing else", async () => {
+describe("entering an assessment", () => {
+  it("sends only the entered values", async () => {
     show();
     type(/Assessed by/, " Kimura Jun ");
     type(/When/, "2026-03-02T09:30");
@@ -53,9 +53,9 @@ describe("entering what was found", () => {
     press(/More motions/);
     type("External rotation, arm flexed 90°, left, passive", "−10");
     open("Pain");
-    touch("At rest", 3);
-    touch("Moving the arm", 7);
-    touch("Moving the arm", 7);
+    pick("At rest", 3);
+    pick("Moving the arm", 7);
+    pick("Moving the arm", 7);
     type("Note", "Slept badly.");
     press("Save assessment");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
@@ -88,21 +88,21 @@ describe("entering what was found", () => {
     ]);
   });
 
-  it("shows last time's angles where nothing is typed yet", () => {
+  it("shows the last angles in empty fields", () => {
     show();
     expect(field("Flexion, left, active").getAttribute("placeholder")).toBe("105");
     expect(field("Extension, left, active").getAttribute("placeholder")).toBe("");
   });
 
-  it("goes down with Enter, and up to the next column, without saving", () => {
+  it("moves down with Enter and on to the next column", () => {
     show();
-    const seen: (string | null)[] = [];
+    const focused: (string | null)[] = [];
     field("Flexion, left, active").focus();
     for (let step = 0; step < 3; step++) {
       fireEvent.keyDown(document.activeElement as Element, { key: "Enter" });
-      seen.push(document.activeElement?.getAttribute("aria-label") ?? null);
+      focused.push(document.activeElement?.getAttribute("aria-label") ?? null);
     }
-    expect(seen).toEqual([
+    expect(focused).toEqual([
       "Extension, left, active",
       "External rotation, arm at the side, left, active",
       "Flexion, left, passive",
@@ -110,7 +110,7 @@ describe("entering what was found", () => {
     expect(create).not.toHaveBeenCalled();
   });
 
-  it.each(["201", "12o", "-21"])("says at once that %s is no flexion", (typed) => {
+  it.each(["201", "12o", "-21"])("rejects %s as a flexion at once", (typed) => {
     show();
     type("Flexion, left, active", typed);
     expect(screen.getByRole("alert").textContent).toBe("Flexion is between −20 and 200 degrees.");
@@ -119,7 +119,7 @@ describe("entering what was found", () => {
     expect(screen.queryByRole("alert")).toBeNull();
   });
 
-  it("keeps what was keyed in when it is refused, and says why", async () => {
+  it("keeps the input after a refusal and shows why", async () => {
     create.mockRejectedValue(
       new ProblemError({ detail: "Yamada Hanako is archived.", next_step: "Restore it." }),
     );
@@ -135,7 +135,7 @@ describe("entering what was found", () => {
 });
 
 describe("changing an assessment", () => {
-  it("begins with what it holds, says which version was seen, and leaves its moment alone", async () => {
+  it("starts from its values and keeps its time", async () => {
     show(ASSESSMENT);
     expect((field("External rotation, arm at the side, left, active") as HTMLInputElement).value).toBe("-5");
     type("Flexion, left, active", "");
@@ -151,15 +151,15 @@ describe("changing an assessment", () => {
 });
 
 describe("the SPADI", () => {
-  it("is worked out while it is keyed in", async () => {
+  it("is calculated while it is entered", async () => {
     show(ASSESSMENT);
     open("SPADI");
-    const told = () => screen.getByRole("status").textContent;
-    expect(told()).toContain("SPADI 45 of 100: pain 60, disability 30");
-    touch(/^1\. /, 10);
-    touch(/^13\. /, 3);
-    expect(told()).toContain("SPADI 49 of 100: pain 68, disability 30");
-    expect(told()).toContain("1 of 13 not answered");
+    const scoreText = () => screen.getByRole("status").textContent;
+    expect(scoreText()).toContain("SPADI 45 of 100: pain 60, disability 30");
+    pick(/^1\. /, 10);
+    pick(/^13\. /, 3);
+    expect(scoreText()).toContain("SPADI 49 of 100: pain 68, disability 30");
+    expect(scoreText()).toContain("1 of 13 not answered");
     press("Save assessment");
     await waitFor(() => expect(update).toHaveBeenCalled());
     expect(update.mock.calls[0]?.[1].spadi).toEqual([10, 6, 6, 6, 6, 3, 3, 3, 3, 3, 3, 3, null]);
@@ -175,7 +175,7 @@ describe("the score of the SPADI", () => {
     [[null, null, 6, 6, 6, null, null, 4, 4, 4, 2, 2, 2], { pain: 60, disability: 30, total: 45 }],
     [[null, null, null, 6, 6, ...Array(8).fill(3)], { pain: null, disability: 30, total: null }],
     [[...Array(5).fill(6), null, null, null, 3, 3, 3, 3, 3], { pain: 60, disability: null, total: null }],
-  ])("of %j is that of the service", (answers, score) => {
+  ])("of %j equals the service's", (answers, score) => {
     expect(spadiScore(FORM.spadi, answers)).toEqual(score);
   });
 });

@@ -4,42 +4,42 @@ import { type FormEvent, useState } from "react";
 import { type Assessment, api, ProblemError, type Schemas } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useName } from "../auth/hooks";
-import { angleProblem, draftOf, emptyDraft, PAIN_NAMES, requestOf, type Side } from "./draft";
+import { useUserName } from "../auth/hooks";
+import { angleProblem, emptyDraft, PAIN_NAMES, type Side, toDraft, toRequest } from "./draft";
 import { FORM, PAINS } from "./messages";
 import { NumberPicker } from "./NumberPicker";
 import { RomGrid } from "./RomGrid";
 import { SpadiFields } from "./SpadiFields";
 
-/** Enter what was found, or change it. What was keyed in stays until it is saved or given up. */
+/** A form to enter or change an assessment. Input stays until it is saved or discarded. */
 export function AssessmentForm(props: {
   episodeId: string;
   affected: Side;
   form: Schemas["AssessmentForm"];
-  /** The one to change; none for a new one. */
+  /** The assessment to change; absent for a new one. */
   assessment?: Assessment;
-  /** The one before, whose angles stand in the empty fields. */
+  /** The previous assessment, whose angles are shown in empty fields. */
   last: Assessment | null;
   onDone: () => void;
 }) {
   const { episodeId, form, assessment } = props;
   const queries = useQueryClient();
-  const who = useName();
+  const userName = useUserName();
   const [key] = useState(`assessment ${assessment?.id ?? episodeId} ${assessment?.updated_at ?? ""}`);
   const [draft, setDraft] = useDraft(key, () =>
-    assessment ? draftOf(assessment) : emptyDraft(new Date(), who),
+    assessment ? toDraft(assessment) : emptyDraft(new Date(), userName),
   );
   const change = (part: Partial<typeof draft>) => setDraft((before) => ({ ...before, ...part }));
   const save = useMutation({
     mutationFn: () => {
-      const body = requestOf(draft, form.rom);
+      const body = toRequest(draft, form.rom);
       if (!assessment) return api.createAssessment(episodeId, body);
-      // Its moment is finer than the field that shows it.
+      // The stored time is more precise than the field. It is sent only if the user changed it.
       const { assessed_at, ...rest } = body;
-      const moved = draft.at !== draftOf(assessment).at;
+      const timeChanged = draft.at !== toDraft(assessment).at;
       return api.updateAssessment(assessment.id, {
         ...rest,
-        ...(moved && { assessed_at }),
+        ...(timeChanged && { assessed_at }),
         updated_at: assessment.updated_at,
       });
     },

@@ -7,18 +7,18 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
 import { ASSESSMENTS, formatScore } from "./messages";
 
-/** All of them, newest first; what was withdrawn stays to be seen. */
+/** All assessments, newest first, including withdrawn ones. */
 export function AssessmentTable(props: {
   episodeId: string;
   items: Assessment[];
-  onEdit: (one: Assessment) => void;
+  onEdit: (assessment: Assessment) => void;
 }) {
   const queries = useQueryClient();
-  const [sure, setSure] = useState<string | null>(null);
+  const [confirming, setConfirming] = useState<string | null>(null);
   const withdraw = useMutation({
-    mutationFn: (one: Assessment) => api.withdrawAssessment(one.id, one.updated_at),
+    mutationFn: (assessment: Assessment) => api.withdrawAssessment(assessment.id, assessment.updated_at),
     onSettled: () => {
-      setSure(null);
+      setConfirming(null);
       void queries.invalidateQueries({ queryKey: ["assessments", props.episodeId] });
       void queries.invalidateQueries({ queryKey: ["progress", props.episodeId] });
     },
@@ -38,34 +38,34 @@ export function AssessmentTable(props: {
           </Table.Tr>
         </Table.Thead>
         <Table.Tbody>
-          {props.items.map((one) => (
-            <Table.Tr key={one.id} {...(one.withdrawn_at && { c: "dimmed" })}>
-              <Table.Td {...(one.withdrawn_at && { td: "line-through" })}>
-                {formatMoment(one.assessed_at)}
+          {props.items.map((assessment) => (
+            <Table.Tr key={assessment.id} {...(assessment.withdrawn_at && { c: "dimmed" })}>
+              <Table.Td {...(assessment.withdrawn_at && { td: "line-through" })}>
+                {formatMoment(assessment.assessed_at)}
               </Table.Td>
-              <Table.Td>{one.assessed_by}</Table.Td>
-              <Table.Td ta="right">{one.rom.length}</Table.Td>
-              <Table.Td ta="right">{one.pain_average ?? "–"}</Table.Td>
-              <Table.Td ta="right">{formatScore(one.spadi_score?.total)}</Table.Td>
+              <Table.Td>{assessment.assessed_by}</Table.Td>
+              <Table.Td ta="right">{assessment.rom.length}</Table.Td>
+              <Table.Td ta="right">{assessment.pain_average ?? "–"}</Table.Td>
+              <Table.Td ta="right">{formatScore(assessment.spadi_score?.total)}</Table.Td>
               <Table.Td>
-                {one.withdrawn_at ? (
+                {assessment.withdrawn_at ? (
                   <Text size="sm">{ASSESSMENTS.withdrawn}</Text>
-                ) : sure === one.id ? (
+                ) : confirming === assessment.id ? (
                   <Group gap="xs" justify="end">
-                    <Button variant="default" onClick={() => setSure(null)}>
+                    <Button variant="default" onClick={() => setConfirming(null)}>
                       {ASSESSMENTS.keep}
                     </Button>
-                    <Button loading={withdraw.isPending} onClick={() => withdraw.mutate(one)}>
+                    <Button loading={withdraw.isPending} onClick={() => withdraw.mutate(assessment)}>
                       {ASSESSMENTS.withdrawSurely}
                     </Button>
                   </Group>
                 ) : (
                   <RequirePermission permission="write_records">
                     <Group gap="xs" justify="end">
-                      <Button variant="default" onClick={() => props.onEdit(one)}>
+                      <Button variant="default" onClick={() => props.onEdit(assessment)}>
                         {ASSESSMENTS.change}
                       </Button>
-                      <Button variant="subtle" onClick={() => setSure(one.id)}>
+                      <Button variant="subtle" onClick={() => setConfirming(assessment.id)}>
                         {ASSESSMENTS.withdraw}
                       </Button>
                     </Group>

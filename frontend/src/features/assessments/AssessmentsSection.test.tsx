@@ -5,7 +5,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Patient, ProblemError } from "../../lib/api/client";
 import { AssessmentsSection } from "./AssessmentsSection";
 import { ASSESSMENT, BASELINE, FORM } from "./examples";
-import { spadiWords } from "./findings";
+import { describeSpadi } from "./findings";
 
 vi.mock("../../ui/links", () => ({
   ButtonLink: ({ to, children }: { to: string; children: string }) => <a href={to}>{children}</a>,
@@ -36,11 +36,11 @@ function show() {
 
 const press = async (name: string | RegExp) => fireEvent.click(await screen.findByRole("button", { name }));
 
-describe("where the shoulder stands", () => {
-  it("is told in words, with what has changed since the first assessment", async () => {
+describe("the newest findings", () => {
+  it("are described with the change since the first assessment", async () => {
     show();
-    const said = (await screen.findAllByRole("listitem")).map((item) => item.textContent);
-    expect(said).toEqual([
+    const findings = (await screen.findAllByRole("listitem")).map((item) => item.textContent);
+    expect(findings).toEqual([
       "Flexion: 105° active (15 more), 120° passive",
       "External rotation, arm at the side: −5° active (as at first)",
       "Pain of 10: at rest 2 (2 less), average of the last week 5 (as at first)",
@@ -49,13 +49,13 @@ describe("where the shoulder stands", () => {
     ]);
   });
 
-  it("is not held against itself", async () => {
+  it("show no change for the first assessment", async () => {
     assessments.mockResolvedValue({ items: [BASELINE], next: null, baseline: BASELINE });
     show();
     expect((await screen.findAllByRole("listitem"))[0]?.textContent).toBe("Flexion: 90° active");
   });
 
-  it("is not known where nothing was assessed", async () => {
+  it("are absent where nothing was assessed", async () => {
     assessments.mockResolvedValue({ items: [], next: null, baseline: null });
     show();
     await screen.findByText("Nothing has been assessed yet.");
@@ -68,15 +68,15 @@ describe("where the shoulder stands", () => {
     [-13, "An important improvement"],
     [8, "Perhaps an important worsening"],
     [13, "An important worsening"],
-  ])("a SPADI changed by %d is: %s", (change, verdict) => {
+  ])("a SPADI change of %d reads: %s", (change, verdict) => {
     const score = { pain: 50, disability: 50, total: 50 + change };
-    const words = spadiWords({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);
+    const words = describeSpadi({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);
     expect(words).toContain(`. ${verdict}`);
   });
 });
 
-describe("an assessment that was entered by mistake", () => {
-  it("is withdrawn after asking, with the version that was seen, and stays in the list", async () => {
+describe("an assessment entered by mistake", () => {
+  it("is withdrawn after confirmation and stays listed", async () => {
     show();
     await press("All assessments");
     expect(screen.getAllByText("Withdrawn, entered by mistake")).toHaveLength(1);
@@ -87,7 +87,7 @@ describe("an assessment that was entered by mistake", () => {
     await waitFor(() => expect(withdraw.mock.calls).toEqual([["a", ASSESSMENT.updated_at]]));
   });
 
-  it("is kept when somebody has changed it meanwhile, and that is said", async () => {
+  it("is kept if it was changed meanwhile", async () => {
     withdraw.mockRejectedValue(new ProblemError({ detail: "Somebody else has changed this assessment." }));
     show();
     await press("All assessments");
@@ -99,7 +99,7 @@ describe("an assessment that was entered by mistake", () => {
 });
 
 describe("the form", () => {
-  it("opens for a new one, and for one that is to be changed", async () => {
+  it("opens for a new and for an existing assessment", async () => {
     show();
     await screen.findByTestId("newest-assessment");
     await press("New assessment");

@@ -8,14 +8,16 @@ import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
 import type { Side } from "./draft";
-import { painWords, romWords, spadiWords } from "./findings";
+import { describePain, describeRom, describeSpadi } from "./findings";
 import { ASSESSMENTS } from "./messages";
 
-/** Where the shoulder stands, against where it stood at first; enter, change and withdraw assessments. */
+/**
+ * The newest findings compared with the first ones, with actions to enter, change and withdraw assessments.
+ */
 export function AssessmentsSection({ patientId }: { patientId: string }) {
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   const episodeId = patient.data?.episode_id;
@@ -26,18 +28,18 @@ export function AssessmentsSection({ patientId }: { patientId: string }) {
 
 function Section(props: { patientId: string; episodeId: string; affected: Side }) {
   const { patientId, episodeId, affected } = props;
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   const [editing, setEditing] = useState<Assessment | "new" | null>(null);
-  const [listed, setListed] = useState(false);
+  const [showAll, setShowAll] = useState(false);
   const form = useQuery({
     queryKey: ["assessment-form"],
     queryFn: api.assessmentForm,
     staleTime: Number.POSITIVE_INFINITY,
   });
   const assessments = usePagedQuery(["assessments", episodeId], (after) => api.assessments(episodeId, after));
-  const found = assessments.items;
+  const items = assessments.items;
   const baseline = assessments.data?.pages[0]?.baseline ?? null;
-  const newest = found?.find((one) => !one.withdrawn_at) ?? null;
+  const newest = items?.find((assessment) => !assessment.withdrawn_at) ?? null;
   return (
     <Stack gap="xs" component="section" aria-label={ASSESSMENTS.title}>
       <Group justify="space-between">
@@ -78,55 +80,59 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
           {...(editing !== "new" && { assessment: editing })}
         />
       )}
-      {found && !newest && !editing && <Text>{ASSESSMENTS.none}</Text>}
-      {found && newest && form.data && (
-        <Newest one={newest} baseline={baseline} form={form.data} affected={affected} />
+      {items && !newest && !editing && <Text>{ASSESSMENTS.none}</Text>}
+      {items && newest && form.data && (
+        <NewestFindings assessment={newest} baseline={baseline} form={form.data} affected={affected} />
       )}
-      {found && found.length > 0 && (
+      {items && items.length > 0 && (
         <>
           <Group>
-            <Button variant="default" aria-expanded={listed} onClick={() => setListed(!listed)}>
-              {listed ? ASSESSMENTS.hide : ASSESSMENTS.all}
+            <Button variant="default" aria-expanded={showAll} onClick={() => setShowAll(!showAll)}>
+              {showAll ? ASSESSMENTS.hide : ASSESSMENTS.all}
             </Button>
           </Group>
-          {listed && <AssessmentTable episodeId={episodeId} items={found} onEdit={setEditing} />}
-          {listed && <LoadMoreButton list={assessments} />}
+          {showAll && <AssessmentTable episodeId={episodeId} items={items} onEdit={setEditing} />}
+          {showAll && <LoadMoreButton list={assessments} />}
         </>
       )}
     </Stack>
   );
 }
 
-/** In words, and what has changed since the first one. */
-function Newest(props: {
-  one: Assessment;
+/** The newest assessment in words, with the change since the first one. */
+function NewestFindings(props: {
+  assessment: Assessment;
   baseline: Assessment | null;
   form: Schemas["AssessmentForm"];
   affected: Side;
 }) {
-  const { one, form, affected } = props;
-  const baseline = props.baseline?.id === one.id ? null : props.baseline;
-  const moment = formatMoment(one.assessed_at);
-  const other = affected === "left" ? "right" : "left";
-  const others = romWords(one, null, form.rom, other);
-  const said = [painWords(one, baseline), spadiWords(one, baseline, form)].filter((words) => words !== null);
+  const { assessment, form, affected } = props;
+  const baseline = props.baseline?.id === assessment.id ? null : props.baseline;
+  const moment = formatMoment(assessment.assessed_at);
+  const otherSide = affected === "left" ? "right" : "left";
+  const otherFindings = describeRom(assessment, null, form.rom, otherSide);
+  const scores = [describePain(assessment, baseline), describeSpadi(assessment, baseline, form)].filter(
+    (words) => words !== null,
+  );
   return (
     <Stack gap={4} data-testid="newest-assessment">
       <Text fw={600}>
         {baseline
-          ? ASSESSMENTS.foundSince(moment, one.assessed_by, formatMoment(baseline.assessed_at))
-          : ASSESSMENTS.found(moment, one.assessed_by)}
+          ? ASSESSMENTS.foundSince(moment, assessment.assessed_by, formatMoment(baseline.assessed_at))
+          : ASSESSMENTS.found(moment, assessment.assessed_by)}
       </Text>
       <List>
-        {romWords(one, baseline, form.rom, affected).map((words) => (
+        {describeRom(assessment, baseline, form.rom, affected).map((words) => (
           <List.Item key={words}>{words}</List.Item>
         ))}
-        {said.map((words) => (
+        {scores.map((words) => (
           <List.Item key={words}>{words}</List.Item>
         ))}
-        {others.length > 0 && <List.Item>{ASSESSMENTS.otherShoulder(other, others)}</List.Item>}
+        {otherFindings.length > 0 && (
+          <List.Item>{ASSESSMENTS.otherShoulder(otherSide, otherFindings)}</List.Item>
+        )}
       </List>
-      {one.note && <Text style={{ whiteSpace: "pre-wrap" }}>{one.note}</Text>}
+      {assessment.note && <Text style={{ whiteSpace: "pre-wrap" }}>{assessment.note}</Text>}
     </Stack>
   );
 }

@@ -4,7 +4,7 @@ import classes from "./assessments.module.css";
 
 const NUMBERS = Array.from({ length: 11 }, (_, number) => number);
 
-/** One of 0 to 10, by one touch; touched again, it is taken back. */
+/** A choice from 0 to 10. Pressing the chosen number again clears it. */
 export function NumberPicker(props: {
   label: string;
   value: number | null;

@@ -1,18 +1,18 @@
 import { Button, Table, Text, TextInput } from "@mantine/core";
 import { type KeyboardEvent, useState } from "react";
 import type { Assessment, Schemas } from "../../lib/api/client";
-import { angleProblem, cell, type Kind, type Side } from "./draft";
+import { angleKey, angleProblem, type Kind, type Side } from "./draft";
 import { KINDS, measureName, ROM } from "./messages";
 
 type Measure = Schemas["RomMeasure"];
 
-/** Measured in every shoulder; the rest is shown when it is asked for, or holds something. */
+/** Motions measured in every shoulder. The others are shown on request, or if they have a value. */
 const USUAL = new Set(["flexion", "extension", "abduction", "horizontal_flexion", "horizontal_extension"]);
 const isUsual = (measure: Measure) => USUAL.has(measure.motion) || measure.position === "at_side";
 
 /**
- * Motions down, left and right and active and passive across, the affected side first. Tab goes across and Enter down; the last
- * time's angles stand in the empty fields.
+ * The table of angles: a row per motion, the affected side first. Tab moves across, Enter moves down. Empty
+ * fields show the last assessment's angles.
  */
 export function RomGrid(props: {
   measures: Measure[];
@@ -24,15 +24,17 @@ export function RomGrid(props: {
   const { measures, affected, typed } = props;
   const sides: Side[] = affected === "left" ? ["left", "right"] : ["right", "left"];
   const columns = sides.flatMap((side) => (["active", "passive"] as Kind[]).map((kind) => ({ side, kind })));
-  const holdsSomething = (measure: Measure) =>
-    columns.some(({ side, kind }) => typed[cell({ ...measure, side, kind })] !== undefined);
-  const [all, setAll] = useState(() => measures.some((one) => !isUsual(one) && holdsSomething(one)));
-  const shown = all ? measures : measures.filter(isUsual);
-  const last = new Map(props.last?.rom.map((entry) => [cell(entry), entry.angle_deg]));
-  const problems = shown.flatMap((measure) =>
-    columns.map(({ side, kind }) => angleProblem(measure, typed[cell({ ...measure, side, kind })] ?? "")),
+  const hasValue = (measure: Measure) =>
+    columns.some(({ side, kind }) => typed[angleKey({ ...measure, side, kind })] !== undefined);
+  const [showAll, setShowAll] = useState(() =>
+    measures.some((measure) => !isUsual(measure) && hasValue(measure)),
   );
-  const goDown = (event: KeyboardEvent<HTMLInputElement>, row: number, column: number) => {
+  const shown = showAll ? measures : measures.filter(isUsual);
+  const lastAngles = new Map(props.last?.rom.map((entry) => [angleKey(entry), entry.angle_deg]));
+  const problems = shown.flatMap((measure) =>
+    columns.map(({ side, kind }) => angleProblem(measure, typed[angleKey({ ...measure, side, kind })] ?? "")),
+  );
+  const moveDown = (event: KeyboardEvent<HTMLInputElement>, row: number, column: number) => {
     if (event.key !== "Enter") return;
     event.preventDefault();
     const below = `[data-row="${row + 1}"][data-column="${column}"]`;
@@ -68,7 +70,7 @@ export function RomGrid(props: {
                 {measureName(measure)}
               </Table.Th>
               {columns.map(({ side, kind }, column) => {
-                const key = cell({ ...measure, side, kind });
+                const key = angleKey({ ...measure, side, kind });
                 const value = typed[key] ?? "";
                 return (
                   <Table.Td key={key}>
@@ -79,11 +81,11 @@ export function RomGrid(props: {
                       data-row={row}
                       data-column={column}
                       aria-label={ROM.cell(measureName(measure), side, kind)}
-                      placeholder={last.get(key)?.toString() ?? ""}
+                      placeholder={lastAngles.get(key)?.toString() ?? ""}
                       value={value}
                       error={angleProblem(measure, value) !== null}
                       onChange={(event) => props.onChange({ ...typed, [key]: event.currentTarget.value })}
-                      onKeyDown={(event) => goDown(event, row, column)}
+                      onKeyDown={(event) => moveDown(event, row, column)}
                       styles={{ input: { textAlign: "right" } }}
                     />
                   </Table.Td>
@@ -102,8 +104,8 @@ export function RomGrid(props: {
             </Text>
           ),
       )}
-      {!all && (
-        <Button variant="subtle" onClick={() => setAll(true)}>
+      {!showAll && (
+        <Button variant="subtle" onClick={() => setShowAll(true)}>
           {ROM.more}
         </Button>
       )}

@@ -4,9 +4,9 @@ import { formatScore, itemName, SPADI } from "./messages";
 import { NumberPicker } from "./NumberPicker";
 import { type Answers, spadiScore } from "./spadi";
 
-const HALVES = ["pain", "disability"] as const;
+const SUBSCALES = ["pain", "disability"] as const;
 
-/** The answers of the patient's own sheet, and what they come to so far. */
+/** The answers to the SPADI questionnaire and the score so far. */
 export function SpadiFields(props: {
   items: Schemas["SpadiItem"][];
   answers: Answers;
@@ -19,20 +19,20 @@ export function SpadiFields(props: {
     <Stack>
       <Text size="sm">{SPADI.short}</Text>
       <SimpleGrid cols={{ base: 1, lg: 2 }} spacing="xl">
-        {HALVES.map((half) => (
-          <Stack key={half} gap="sm">
+        {SUBSCALES.map((subscale) => (
+          <Stack key={subscale} gap="sm">
             <Title order={3} size="h4">
-              {SPADI[half]}
+              {SPADI[subscale]}
             </Title>
             {items.map(
-              (item, place) =>
-                item.subscale === half && (
+              (item, index) =>
+                item.subscale === subscale && (
                   <NumberPicker
                     key={item.text}
-                    label={`${place + 1}. ${itemName(item)}`}
-                    value={answers[place] ?? null}
+                    label={`${index + 1}. ${itemName(item)}`}
+                    value={answers[index] ?? null}
                     onChange={(answer) =>
-                      onChange(answers.map((before, other) => (other === place ? answer : before)))
+                      onChange(answers.map((current, n) => (n === index ? answer : current)))
                     }
                   />
                 ),

@@ -11,12 +11,12 @@ export type Kind = Entry["kind"];
 export const PAIN_NAMES = ["pain_rest", "pain_active", "pain_passive", "pain_average"] as const;
 export type Pain = (typeof PAIN_NAMES)[number];
 
-/** An assessment while it is being keyed in. */
+/** An assessment while it is entered. */
 export type Draft = {
-  /** Local, as the browser's own field for it wants it. */
+  /** Local time in the format of the datetime-local field. */
   at: string;
   by: string;
-  /** What was typed, by `cell`. */
+  /** Typed angles, by `cell`. */
   rom: Record<string, string>;
   pains: Record<Pain, number | null>;
   spadi: Answers;
@@ -25,14 +25,14 @@ export type Draft = {
 
 const SPADI_ITEMS = 13;
 
-/** Which field of the grid. */
-export const cell = (one: { side: Side; motion: string; position: string; kind: Kind }) =>
-  [one.side, one.motion, one.position, one.kind].join(" ");
+/** Return the key of an angle in the draft. */
+export const angleKey = (angle: { side: Side; motion: string; position: string; kind: Kind }) =>
+  [angle.side, angle.motion, angle.position, angle.kind].join(" ");
 
-export function emptyDraft(now: Date, by: string): Draft {
+export function emptyDraft(now: Date, assessedBy: string): Draft {
   return {
-    at: localMoment(now),
-    by,
+    at: toLocalDateTime(now),
+    by: assessedBy,
     rom: {},
     pains: { pain_rest: null, pain_active: null, pain_passive: null, pain_average: null },
     spadi: Array<null>(SPADI_ITEMS).fill(null),
@@ -40,27 +40,27 @@ export function emptyDraft(now: Date, by: string): Draft {
   };
 }
 
-export function draftOf(one: Assessment): Draft {
-  const { pain_rest, pain_active, pain_passive, pain_average } = one;
+export function toDraft(assessment: Assessment): Draft {
+  const { pain_rest, pain_active, pain_passive, pain_average } = assessment;
   return {
-    at: localMoment(new Date(one.assessed_at)),
-    by: one.assessed_by,
-    rom: Object.fromEntries(one.rom.map((entry) => [cell(entry), String(entry.angle_deg)])),
+    at: toLocalDateTime(new Date(assessment.assessed_at)),
+    by: assessment.assessed_by,
+    rom: Object.fromEntries(assessment.rom.map((entry) => [angleKey(entry), String(entry.angle_deg)])),
     pains: { pain_rest, pain_active, pain_passive, pain_average },
-    spadi: one.spadi ?? Array<null>(SPADI_ITEMS).fill(null),
-    note: one.note,
+    spadi: assessment.spadi ?? Array<null>(SPADI_ITEMS).fill(null),
+    note: assessment.note,
   };
 }
 
-/** The number that was typed; null where none was, undefined where it is none. */
+/** Return the typed number, null for an empty text, or undefined for an invalid number. */
 export function typedAngle(text: string): number | null | undefined {
-  const plain = text.trim().replace(",", ".").replace("−", "-");
-  if (plain === "") return null;
-  const angle = Number(plain);
+  const normalized = text.trim().replace(",", ".").replace("−", "-");
+  if (normalized === "") return null;
+  const angle = Number(normalized);
   return Number.isFinite(angle) ? angle : undefined;
 }
 
-/** What is wrong with what was typed, in a sentence; null where nothing is. */
+/** Return a sentence about an invalid angle, or null if it is valid. */
 export function angleProblem(measure: Measure, text: string): string | null {
   const angle = typedAngle(text);
   if (angle === null) return null;
@@ -69,13 +69,13 @@ export function angleProblem(measure: Measure, text: string): string | null {
   return ROM.implausible(measureName(measure), lowest, highest);
 }
 
-/** As the service wants it. */
-export function requestOf(draft: Draft, measures: Measure[]): Schemas["AssessmentCreate"] {
+/** Return the request for the service. */
+export function toRequest(draft: Draft, measures: Measure[]): Schemas["AssessmentCreate"] {
   const rom: Entry[] = [];
   for (const { motion, position } of measures) {
     for (const side of ["left", "right"] as const) {
       for (const kind of ["active", "passive"] as const) {
-        const angle_deg = typedAngle(draft.rom[cell({ side, motion, position, kind })] ?? "");
+        const angle_deg = typedAngle(draft.rom[angleKey({ side, motion, position, kind })] ?? "");
         if (typeof angle_deg === "number") rom.push({ side, motion, position, kind, angle_deg });
       }
     }
@@ -90,8 +90,8 @@ export function requestOf(draft: Draft, measures: Measure[]): Schemas["Assessmen
   };
 }
 
-/** The browser's own field for a moment knows no time zone: it is the one that the browser is in. */
-function localMoment(moment: Date): string {
+/** Return the local time for a datetime-local field, which has no time zone. */
+function toLocalDateTime(moment: Date): string {
   const local = new Date(moment.getTime() - moment.getTimezoneOffset() * 60_000);
   return local.toISOString().slice(0, 16);
 }

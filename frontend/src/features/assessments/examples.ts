@@ -1,6 +1,6 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
 
-/** For the tests beside it. */
+/** Example data for tests. */
 export const FORM: Schemas["AssessmentForm"] = {
   rom: [
     measure("flexion", "", "Flexion", -20, 200, 180),
@@ -39,7 +39,7 @@ export const ASSESSMENT: Assessment = {
   withdrawn_at: null,
 };
 
-/** A week before. */
+/** One week before ASSESSMENT. */
 export const BASELINE: Assessment = {
   ...ASSESSMENT,
   id: "b",

@@ -1,62 +1,70 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
 import { formatDeg } from "../../lib/format";
-import { cell, PAIN_NAMES } from "./draft";
+import { angleKey, PAIN_NAMES } from "./draft";
 import { FOUND, formatScore, measureName } from "./messages";
 
-/** 3 as "3 more", -3 as "3 less"; nothing where there is no baseline. */
-function changed(value: number, first: number | null | undefined): string {
+/** 3 as "3 more", -3 as "3 less"; empty without a baseline. */
+function formatChange(value: number, first: number | null | undefined): string {
   if (first === null || first === undefined) return "";
   const change = Math.round(value - first);
   if (change === 0) return FOUND.asAtFirst;
   return change > 0 ? FOUND.more(change) : FOUND.less(-change);
 }
 
-/** How far the shoulder of a side went, motion by motion, in words; what has changed since the baseline, if there is another. */
-export function romWords(
-  one: Assessment,
+/** Describe one shoulder's angles motion by motion, with the change since the baseline. */
+export function describeRom(
+  assessment: Assessment,
   baseline: Assessment | null,
   measures: Schemas["RomMeasure"][],
   side: "left" | "right",
 ): string[] {
-  const first = new Map(baseline?.rom.map((entry) => [cell(entry), entry.angle_deg]));
+  const first = new Map(baseline?.rom.map((entry) => [angleKey(entry), entry.angle_deg]));
   return measures.flatMap((measure) => {
     const { motion, position } = measure;
-    const said = (["active", "passive"] as const).flatMap((kind) => {
-      const entry = one.rom.find((found) => cell(found) === cell({ side, motion, position, kind }));
+    const parts = (["active", "passive"] as const).flatMap((kind) => {
+      const entry = assessment.rom.find(
+        (candidate) => angleKey(candidate) === angleKey({ side, motion, position, kind }),
+      );
       if (!entry) return [];
-      const change = changed(entry.angle_deg, first.get(cell(entry)));
+      const change = formatChange(entry.angle_deg, first.get(angleKey(entry)));
       return [FOUND.angle(formatDeg(entry.angle_deg, 0), kind, change)];
     });
-    return said.length > 0 ? [FOUND.angles(measureName(measure), said)] : [];
+    return parts.length > 0 ? [FOUND.angles(measureName(measure), parts)] : [];
   });
 }
 
-export function painWords(one: Assessment, baseline: Assessment | null): string | null {
-  const said = PAIN_NAMES.flatMap((name) => {
-    const pain = one[name];
-    return pain === null ? [] : [FOUND.pain(name, pain, changed(pain, baseline?.[name]))];
+export function describePain(assessment: Assessment, baseline: Assessment | null): string | null {
+  const parts = PAIN_NAMES.flatMap((name) => {
+    const pain = assessment[name];
+    return pain === null ? [] : [FOUND.pain(name, pain, formatChange(pain, baseline?.[name]))];
   });
-  return said.length > 0 ? FOUND.pains(said) : null;
+  return parts.length > 0 ? FOUND.pains(parts) : null;
 }
 
-export function spadiWords(
-  one: Assessment,
+export function describeSpadi(
+  assessment: Assessment,
   baseline: Assessment | null,
   form: Schemas["AssessmentForm"],
 ): string | null {
-  if (!one.spadi_score) return null;
-  const { total } = one.spadi_score;
+  if (!assessment.spadi_score) return null;
+  const { total } = assessment.spadi_score;
   if (total === null) return FOUND.spadiUnanswered;
-  const whole = formatScore(total);
-  const pain = formatScore(one.spadi_score.pain);
-  const disability = formatScore(one.spadi_score.disability);
+  const totalText = formatScore(total);
+  const painText = formatScore(assessment.spadi_score.pain);
+  const disability = formatScore(assessment.spadi_score.disability);
   const first = baseline?.spadi_score?.total;
-  if (first === null || first === undefined) return FOUND.spadi(whole, pain, disability);
-  return FOUND.spadiSince(whole, pain, disability, changed(total, first), verdict(total - first, form));
+  if (first === null || first === undefined) return FOUND.spadi(totalText, painText, disability);
+  return FOUND.spadiSince(
+    totalText,
+    painText,
+    disability,
+    formatChange(total, first),
+    rateChange(total - first, form),
+  );
 }
 
-/** Whether a change of the SPADI matters; less is better. */
-function verdict(change: number, form: Schemas["AssessmentForm"]): string {
+/** Rate a change of the SPADI; a lower score is better. */
+function rateChange(change: number, form: Schemas["AssessmentForm"]): string {
   const size = Math.abs(change);
   if (size < form.spadi_perhaps_important) return FOUND.unimportant;
   if (size < form.spadi_important) return change < 0 ? FOUND.perhapsBetter : FOUND.perhapsWorse;

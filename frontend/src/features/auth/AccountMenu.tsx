@@ -16,7 +16,7 @@ import { authStore } from "./authState";
 import { useMe } from "./hooks";
 import { ROLES } from "./messages";
 
-/** Who is signed in here, and what they can do about it. */
+/** The signed-in user and their account actions. */
 export function AccountMenu() {
   const me = useMe();
   const navigate = useNavigate();
@@ -24,13 +24,17 @@ export function AccountMenu() {
   const dark = useComputedColorScheme() === "dark";
   const torque = useLive("torque");
   const operates = useLive("lease")?.mine === true;
-  const [asking, setAsking] = useState(false);
+  const [confirming, setConfirming] = useState(false);
   if (!me) return null;
-  // The last known state counts without a connection too: an arm may still be held.
-  const stillOn = torque === "on" || (torque === "unknown" && operates);
+  // Without a connection the last known torque counts: an arm may still be held.
+  const torqueOn = torque === "on" || (torque === "unknown" && operates);
   return (
     <>
-      <StillOn opened={asking} operates={operates && stillOn} onClose={() => setAsking(false)} />
+      <ConfirmSignOut
+        opened={confirming}
+        operates={operates && torqueOn}
+        onClose={() => setConfirming(false)}
+      />
       <Menu position="bottom-end" zIndex={500}>
         <Menu.Target>
           <Button
@@ -77,7 +81,7 @@ export function AccountMenu() {
           <Menu.Item
             h={48}
             leftSection={<IconLogout size={20} />}
-            onClick={() => (stillOn ? setAsking(true) : void authStore.signOut())}
+            onClick={() => (torqueOn ? setConfirming(true) : void authStore.signOut())}
           >
             {MENU.signOut}
           </Menu.Item>
@@ -87,8 +91,19 @@ export function AccountMenu() {
   );
 }
 
-/** Signing out takes Stop away from this browser: not from under the hands of its operator, and not by a single click. */
-function StillOn({ opened, operates, onClose }: { opened: boolean; operates: boolean; onClose: () => void }) {
+/**
+ * Signing out removes Stop from this browser. The operator cannot do it while torque is on; others must
+ * confirm.
+ */
+function ConfirmSignOut({
+  opened,
+  operates,
+  onClose,
+}: {
+  opened: boolean;
+  operates: boolean;
+  onClose: () => void;
+}) {
   return (
     <Modal opened={opened} onClose={onClose} title={MENU.stillOnTitle} centered>
       <Text mb="md">{operates ? MENU.stillOnMine : MENU.stillOn}</Text>

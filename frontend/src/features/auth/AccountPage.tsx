@@ -11,11 +11,11 @@ import { authStore } from "./authState";
 import { useMe } from "./hooks";
 import { LanguageChoice } from "./LanguageChoice";
 import { LANGUAGE_WORDS } from "./messages";
-import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
 import { ReauthenticateForm } from "./ReauthenticateForm";
 import { SecondFactor } from "./SecondFactor";
 
-/** One's own account: who one is here, password, second factor. */
+/** The user's own account: name, language, password, second factor and login sessions. */
 export function AccountPage() {
   useTitle(ACCOUNT.title);
   const me = useMe();
@@ -47,19 +47,19 @@ export function AccountPage() {
         <Title order={2} size="h3" mb="md">
           {ACCOUNT.secondFactor}
         </Title>
-        <SecondFactor me={me} onChanged={() => void authStore.look()} />
+        <SecondFactor me={me} onChanged={() => void authStore.refresh()} />
       </Card>
       <Card withBorder component="section" aria-label={ACCOUNT.whereSignedIn}>
         <Title order={2} size="h3" mb="md">
           {ACCOUNT.whereSignedIn}
         </Title>
-        <OwnSignIns />
+        <LoginSessions />
       </Card>
     </Stack>
   );
 }
 
-/** Of somebody who has to have a second factor and has none yet: nothing else is possible before. */
+/** Shown to a user who must set up a second factor before anything else. */
 export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
   useTitle(ACCOUNT.secondFactor);
   return (
@@ -74,13 +74,13 @@ export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
 }
 
 function ChangePassword({ me }: { me: Me }) {
-  const [old, setOld] = useState("");
-  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
+  const [oldPassword, setOldPassword] = useState("");
+  const [chosen, setChosen] = useState(NO_PASSWORD);
   const change = useMutation({
-    mutationFn: () => api.changePassword({ old_password: old, password: chosen.password }),
+    mutationFn: () => api.changePassword({ old_password: oldPassword, password: chosen.password }),
     onSuccess: () => {
-      setOld("");
-      setChosen(NOTHING_CHOSEN);
+      setOldPassword("");
+      setChosen(NO_PASSWORD);
     },
   });
   const fields = change.error instanceof ProblemError ? change.error.fields : {};
@@ -96,14 +96,18 @@ function ChangePassword({ me }: { me: Me }) {
           label={ACCOUNT.presentPassword}
           autoComplete="current-password"
           size="lg"
-          value={old}
+          value={oldPassword}
           error={fields.old_password}
-          onChange={(event) => setOld(event.currentTarget.value)}
+          onChange={(event) => setOldPassword(event.currentTarget.value)}
         />
         <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
         <ProblemNote error={change.error} />
         <Group>
-          <Button type="submit" disabled={old === "" || !isChosen(chosen)} loading={change.isPending}>
+          <Button
+            type="submit"
+            disabled={oldPassword === "" || !isConfirmed(chosen)}
+            loading={change.isPending}
+          >
             {ACCOUNT.changePassword}
           </Button>
           {change.isSuccess && <Text role="status">{ACCOUNT.changed}</Text>}
@@ -113,27 +117,27 @@ function ChangePassword({ me }: { me: Me }) {
   );
 }
 
-/** The browsers that one is signed in at; one that was forgotten somewhere is signed out from here. */
-function OwnSignIns() {
+/** The user's login sessions, each with a button that ends it. */
+function LoginSessions() {
   const queries = useQueryClient();
-  const found = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
+  const sessions = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
   return (
     <Stack>
-      <ProblemNote error={found.error} />
-      {(found.data?.items ?? []).map((one) => (
-        <Group key={one.id} justify="space-between" wrap="nowrap">
+      <ProblemNote error={sessions.error} />
+      {(sessions.data?.items ?? []).map((session) => (
+        <Group key={session.id} justify="space-between" wrap="nowrap">
           <div>
             <Text fw={600}>
-              {one.here
-                ? ACCOUNT.thisBrowser(formatMoment(one.began_at))
-                : ACCOUNT.anotherBrowser(one.address, formatMoment(one.began_at))}
+              {session.here
+                ? ACCOUNT.thisBrowser(formatMoment(session.began_at))
+                : ACCOUNT.anotherBrowser(session.address, formatMoment(session.began_at))}
             </Text>
-            <Text size="sm">{ACCOUNT.lastUsed(formatMoment(one.seen_at), one.agent)}</Text>
+            <Text size="sm">{ACCOUNT.lastUsed(formatMoment(session.seen_at), session.agent)}</Text>
           </div>
-          {!one.here && (
+          {!session.here && (
             <ReauthenticateForm
               variant="default"
-              act={(password) => api.endOwnSignIn(one.id, password)}
+              action={(password) => api.endOwnSignIn(session.id, password)}
               onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
             >
               {ACCOUNT.signItOut}

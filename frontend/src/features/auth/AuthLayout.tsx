@@ -2,12 +2,12 @@ import { Box, Card, Stack, Text, Title } from "@mantine/core";
 import type { ReactNode } from "react";
 import { Brand } from "../../app/Brand";
 import classes from "./access.module.css";
-import { useStanding } from "./hooks";
+import { useAuthState } from "./hooks";
 import { LanguageChoice } from "./LanguageChoice";
 
-/** What stands before the page: a card in the middle of an otherwise empty screen. */
+/** The layout of the pages before sign-in: one card on an otherwise empty screen. */
 export function AuthLayout({ title, children }: { title: string; children: ReactNode }) {
-  const nobody = useStanding().is === "out";
+  const signedOut = useAuthState().is === "out";
   return (
     <Box className={classes.door ?? ""} component="main">
       <Text fw={700} fz={28} c="var(--kata-brand)" mb="lg">
@@ -21,7 +21,7 @@ export function AuthLayout({ title, children }: { title: string; children: React
           {children}
         </Stack>
       </Card>
-      {nobody && (
+      {signedOut && (
         <Box mt="md">
           <LanguageChoice />
         </Box>

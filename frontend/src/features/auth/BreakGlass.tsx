@@ -9,10 +9,10 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { RECORD } from "./accountMessages";
 import { useRecordAccess } from "./RecordAccess";
 
-/** At least so much is asked for, so that whoever reads it later understands. */
-const REASON_MIN = 10;
+/** The shortest accepted reason, so that the reviewer understands it. */
+const MIN_REASON_LENGTH = 10;
 
-/** In place of a record that only its care team sees: how to get in when it has to be. */
+/** Shown in place of a restricted record: a form for emergency access. */
 export function BreakGlass({ patientId }: { patientId: string }) {
   const queries = useQueryClient();
   const [reason, setReason] = useState("");
@@ -44,7 +44,7 @@ export function BreakGlass({ patientId }: { patientId: string }) {
           <Button
             size="lg"
             color="grape"
-            disabled={reason.trim().length < REASON_MIN}
+            disabled={reason.trim().length < MIN_REASON_LENGTH}
             loading={open.isPending}
             onClick={() => open.mutate()}
           >
@@ -57,16 +57,16 @@ export function BreakGlass({ patientId }: { patientId: string }) {
   );
 }
 
-/** While somebody is in a record because they broke the glass, it says so. */
+/** States that the user sees the record through an emergency access. */
 export function GlassBanner({ patientId }: { patientId: string }) {
-  const told = useRecordAccess(patientId);
-  if (!told.data?.glass_until) return null;
+  const access = useRecordAccess(patientId);
+  if (!access.data?.glass_until) return null;
   return (
     <Alert
       color="grape"
       variant="filled"
       icon={<IconLockExclamation />}
-      title={RECORD.opened(formatMoment(told.data.glass_until))}
+      title={RECORD.opened(formatMoment(access.data.glass_until))}
       data-testid="glass"
     >
       {RECORD.writtenDown}

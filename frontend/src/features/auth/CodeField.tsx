@@ -2,7 +2,7 @@ import { TextInput } from "@mantine/core";
 import classes from "./access.module.css";
 import { SIGN_IN } from "./authLayoutMessages";
 
-/** Of the second factor: what an authenticator app shows, or a recovery code. */
+/** The field for a code of the authenticator app, or a recovery code. */
 export function CodeField({ value, onChange }: { value: string; onChange: (code: string) => void }) {
   return (
     <TextInput

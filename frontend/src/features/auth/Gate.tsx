@@ -4,48 +4,48 @@ import { lazy, type ReactNode, Suspense, useDeferredValue, useState } from "reac
 import { AuthLayout } from "./AuthLayout";
 import { DOOR } from "./authLayoutMessages";
 import { authStore } from "./authState";
-import { useStanding } from "./hooks";
+import { useAuthState } from "./hooks";
 import { LockScreen } from "./LockScreen";
 import { OPENID_PATH } from "./openId";
 import { SignInPage } from "./SignInPage";
 
 const EnrolPage = lazy(() => import("./AccountPage").then((page) => ({ default: page.EnrolPage })));
 
-/** Pages for somebody who cannot sign in yet. */
-const BEFORE = ["/sign-in", "/set-up", "/set-password"];
+/** Pages without sign-in. */
+const PUBLIC_PATHS = ["/sign-in", "/set-up", "/set-password"];
 
 /**
- * What is shown depends on who is there. The address stays, so that after signing in or unlocking one is where one was; what
- * it shows is taken away whole, and fetched anew.
+ * Shows the page, the sign-in form or the lock screen, depending on the authentication state. The address
+ * stays, so the user returns to the same page. The hidden page is unmounted, and its data is fetched again.
  */
 export function Gate({ children }: { children: ReactNode }) {
-  const standing = useStanding();
+  const auth = useAuthState();
   const [enrolling, setEnrolling] = useState<string | null>(null);
   const path = useRouterState({ select: (state) => state.location.pathname });
-  // Shows nothing of anybody, and is how some unlock the screen.
+  // This page shows no records, and unlocks the screen of users with OpenID.
   if (path === OPENID_PATH) return <Outlet />;
-  if (standing.is === "locked") return <LockScreen me={standing.me} />;
-  if (BEFORE.includes(path)) return <Outlet />;
-  if (standing.is === "unknown") return <OneMoment />;
-  if (standing.is === "out") return <SignInPage why={standing.why} />;
-  // Until they have seen their recovery codes, which are shown only once.
-  if (standing.me.enrolling && enrolling !== standing.me.account_id) setEnrolling(standing.me.account_id);
-  if (enrolling === standing.me.account_id) {
+  if (auth.is === "locked") return <LockScreen me={auth.me} />;
+  if (PUBLIC_PATHS.includes(path)) return <Outlet />;
+  if (auth.is === "unknown") return <Waiting />;
+  if (auth.is === "out") return <SignInPage why={auth.why} />;
+  // Stays until the user has seen the recovery codes, which are shown only once.
+  if (auth.me.enrolling && enrolling !== auth.me.account_id) setEnrolling(auth.me.account_id);
+  if (enrolling === auth.me.account_id) {
     return (
       <Suspense>
-        <EnrolPage me={standing.me} onDone={() => void authStore.look().then(() => setEnrolling(null))} />
+        <EnrolPage me={auth.me} onDone={() => void authStore.refresh().then(() => setEnrolling(null))} />
       </Suspense>
     );
   }
-  return <Within>{children}</Within>;
+  return <DeferredPage>{children}</DeferredPage>;
 }
 
-/** In slices: all of a page at once is a quarter of a second in which a slow tablet hears no finger. */
-function Within({ children }: { children: ReactNode }) {
-  return useDeferredValue(true, false) ? children : <OneMoment />;
+/** Renders the page in time slices. One large render blocks input for 0.25 s on a slow tablet. */
+function DeferredPage({ children }: { children: ReactNode }) {
+  return useDeferredValue(true, false) ? children : <Waiting />;
 }
 
-function OneMoment() {
+function Waiting() {
   return (
     <AuthLayout title={DOOR.oneMoment}>
       <Text role="status">{DOOR.asking}</Text>

@@ -11,7 +11,7 @@ import { LanguageChoice } from "./LanguageChoice";
 
 vi.mock("../../lib/language", async (original) => ({ ...(await original<object>()), speak: vi.fn() }));
 
-const shown = (own: boolean) =>
+const show = (own: boolean) =>
   render(
     <QueryClientProvider client={new QueryClient()}>
       <MantineProvider>
@@ -26,33 +26,33 @@ afterEach(() => {
   vi.mocked(speak).mockReset();
 });
 
-it("of one's own is told to the service, then spoken", async () => {
-  const told = vi.spyOn(api, "chooseLanguage").mockResolvedValue({ ...ME, language: "ja" });
-  shown(true);
+it("saves a user's language, then applies it", async () => {
+  const chooseLanguage = vi.spyOn(api, "chooseLanguage").mockResolvedValue({ ...ME, language: "ja" });
+  show(true);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
-  expect(told.mock.calls[0]?.[0]).toBe("ja");
+  expect(chooseLanguage.mock.calls[0]?.[0]).toBe("ja");
   expect(speak).toHaveBeenCalledWith("ja");
 });
 
-it("of one's own that the service does not take is not spoken", async () => {
+it("does not apply a language that the service refuses", async () => {
   vi.spyOn(api, "chooseLanguage").mockRejectedValue(new Error("no"));
-  shown(true);
+  show(true);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
   expect(speak).not.toHaveBeenCalled();
   expect(await screen.findByRole("alert")).toBeTruthy();
 });
 
-it("before a sign-in is this browser's alone", async () => {
-  const told = vi.spyOn(api, "chooseLanguage");
-  shown(false);
+it("stores the language in this browser before sign-in", async () => {
+  const chooseLanguage = vi.spyOn(api, "chooseLanguage");
+  show(false);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
   expect(speak).toHaveBeenCalledWith("ja");
-  expect(told).not.toHaveBeenCalled();
+  expect(chooseLanguage).not.toHaveBeenCalled();
 });
 
-it("does not load the page anew while the motors move or hold an arm", () => {
+it("does not reload the page while motors are powered", () => {
   vi.spyOn(store, "get").mockReturnValue({ ...store.get(), live: { mode: "paused" } as never });
-  shown(true);
+  show(true);
   expect(screen.getByRole("radio", { name: "日本語" })).toHaveProperty("disabled", true);
   expect(screen.getByText(/once the apparatus stands/)).toBeTruthy();
 });

@@ -12,10 +12,10 @@ const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
   label: <span lang={value}>{name}</span>,
 }));
 
-/** In which language the page speaks: `own`, with whoever is signed in, wherever that is; else at this browser. */
+/** The page language. `own` saves it in the user's account; otherwise this browser stores it. */
 export function LanguageChoice({ own = false }: { own?: boolean }) {
   const mode = useLive("mode");
-  // The page is loaded anew by a choice: not beneath the hands of somebody who operates.
+  // A new language reloads the page, which must not happen while the operator's motors move.
   const moving = mode !== null && isMoving(mode);
   const choose = useMutation({
     mutationFn: async (language: Language) => {

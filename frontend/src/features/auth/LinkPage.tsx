@@ -8,17 +8,17 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
 import { SIGN_IN } from "./authLayoutMessages";
 import { authStore } from "./authState";
-import { fromLink } from "./fromLink";
+import { readFragment } from "./fromLink";
 
-/** Where the links of the demonstration clinic lead: one press signs in. */
+/** The target of the demonstration clinic's links, which sign in. */
 export function LinkPage() {
   useTitle(SIGN_IN.title);
   const navigate = useNavigate();
-  const [secret] = useState(() => fromLink("link"));
+  const [secret] = useState(() => readFragment("link"));
   const signIn = useMutation({
     mutationFn: (link: string) => api.signInByLink(link),
     onSuccess: (me) => {
-      authStore.came(me);
+      authStore.signedIn(me);
       void navigate({ to: "/", replace: true });
     },
   });

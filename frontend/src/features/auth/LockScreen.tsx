@@ -15,7 +15,7 @@ import { authStore } from "./authState";
 import { OpenIdReauthentication } from "./OpenIdReauthentication";
 
 /**
- * Nobody at this browser may read a record now, but what goes on at the apparatus stays to be seen, without a patient's
+ * Hides all records until the user signs in again. The apparatus state stays visible without a patient's
  * name, and Stop works.
  */
 export function LockScreen({ me }: { me: Me }) {
@@ -23,7 +23,7 @@ export function LockScreen({ me }: { me: Me }) {
   const [password, setPassword] = useState("");
   const unlock = useMutation({
     mutationFn: () => api.unlock(password),
-    onSuccess: (now) => authStore.came(now),
+    onSuccess: (me) => authStore.signedIn(me),
     onError: () => setPassword(""),
   });
   const submit = (event: FormEvent) => {
@@ -33,7 +33,7 @@ export function LockScreen({ me }: { me: Me }) {
   return (
     <StateBar>
       <Box className={classes.locked ?? ""}>
-        <GoingOn />
+        <ApparatusState />
         <Card withBorder w="100%" maw={480} p="xl">
           <form onSubmit={submit} noValidate>
             <Stack>
@@ -44,10 +44,10 @@ export function LockScreen({ me }: { me: Me }) {
                 </Title>
               </Group>
               <Text>{LOCKED.who(me.name)}</Text>
-              {me.openid && <OpenIdReauthentication name={me.openid} then={LOCKED.thenUnlocked} />}
+              {me.openid && <OpenIdReauthentication name={me.openid} nextStep={LOCKED.thenUnlocked} />}
               {me.password && (
                 <>
-                  {/* For password managers; nothing that can be changed here. */}
+                  {/* Tells password managers the user name. */}
                   <input type="text" autoComplete="username" value={me.username} readOnly hidden />
                   <PasswordInput
                     label={LOCKED.passwordOf(me.name)}
@@ -79,8 +79,8 @@ export function LockScreen({ me }: { me: Me }) {
   );
 }
 
-/** What the apparatus does, to be read from a distance. */
-function GoingOn() {
+/** The apparatus state in large letters, readable from a distance. */
+function ApparatusState() {
   const alive = useAlive();
   const mode = useLive("mode");
   const stop = useLive("stop");

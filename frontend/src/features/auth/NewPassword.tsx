@@ -1,22 +1,23 @@
 import { PasswordInput } from "@mantine/core";
 import { PASSWORD } from "./authLayoutMessages";
 
-/** A password is chosen: typed twice, so that a slip locks nobody out. */
-export type Chosen = { password: string; again: string };
+/** A new password, typed twice to catch typing errors. */
+export type NewPasswordInput = { password: string; repeated: string };
 
-export const NOTHING_CHOSEN: Chosen = { password: "", again: "" };
+export const NO_PASSWORD: NewPasswordInput = { password: "", repeated: "" };
 
-/** Whether it may be sent; whether it is good enough is the service's to say. */
-export const isChosen = ({ password, again }: Chosen): boolean => password !== "" && password === again;
+/** True if both fields agree. The service checks the password's strength. */
+export const isConfirmed = ({ password, repeated }: NewPasswordInput): boolean =>
+  password !== "" && password === repeated;
 
-/** Two fields for a new password. Pasting is welcome: password managers do it. */
+/** Two fields for a new password. Pasting is allowed, for password managers. */
 export function NewPassword(props: {
-  value: Chosen;
+  value: NewPasswordInput;
   error?: string | undefined;
-  onChange: (value: Chosen) => void;
+  onChange: (value: NewPasswordInput) => void;
 }) {
   const { value, onChange } = props;
-  const differs = value.again !== "" && value.again !== value.password;
+  const differs = value.repeated !== "" && value.repeated !== value.password;
   return (
     <>
       <PasswordInput
@@ -32,9 +33,9 @@ export function NewPassword(props: {
         label={PASSWORD.again}
         autoComplete="new-password"
         size="lg"
-        value={value.again}
+        value={value.repeated}
         error={differs && PASSWORD.differs}
-        onChange={(event) => onChange({ ...value, again: event.currentTarget.value })}
+        onChange={(event) => onChange({ ...value, repeated: event.currentTarget.value })}
       />
     </>
   );

@@ -9,55 +9,55 @@ import { AuthLayout } from "./AuthLayout";
 import { SIGN_IN } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { CodeField } from "./CodeField";
-import { fromLink } from "./fromLink";
+import { readFragment } from "./fromLink";
 import { OPENID_PATH } from "./openId";
 
-/** Read once: what the provider sends stays neither in the address nor in the history. */
-function cameWith(): Schemas["OidcCallback"] | null {
-  const given = new URLSearchParams(location.search);
-  const state = given.get("state");
-  return state === null ? null : { state, code: given.get("code") ?? "", iss: given.get("iss") };
+/** Return the provider's response from the address, or null. */
+function readCallback(): Schemas["OidcCallback"] | null {
+  const params = new URLSearchParams(location.search);
+  const state = params.get("state");
+  return state === null ? null : { state, code: params.get("code") ?? "", iss: params.get("iss") };
 }
 
 /**
- * The way to the clinic's OpenID provider and back. Without an answer of the provider in the address it leads there; with one it
- * signs in, and goes where somebody wanted to go. A locked screen opens it in a tab of its own, so that Stop stays in sight.
+ * Redirects to the clinic's OpenID provider, or signs in if the address holds the provider's response and
+ * then opens the requested page. The lock screen opens this page in another tab, so that Stop stays visible.
  */
 export function OpenIdPage() {
   useTitle(SIGN_IN.title);
   const router = useRouter();
-  const [back] = useState(cameWith);
-  // Only the links of openId.ts lead away: this screen is mounted anew while the one that was wanted is still being fetched.
-  const [leaving] = useState(() => location.hash !== "");
-  const [to] = useState(() => fromLink("to"));
+  const [callback] = useState(readCallback);
+  // Only the links of openId.ts start a redirect: this page is mounted again while the requested page loads.
+  const [redirecting] = useState(() => location.hash !== "");
+  const [to] = useState(() => readFragment("to"));
   const [code, setCode] = useState("");
-  const [closing, setClosing] = useState(false);
-  const arrive = (came: Schemas["LoginResult"]) => {
-    if (!came.me) return;
-    authStore.came(came.me);
-    if (came.to) router.history.replace(came.to);
-    else setClosing(true);
+  const [finished, setFinished] = useState(false);
+  const finish = (result: Schemas["LoginResult"]) => {
+    if (!result.me) return;
+    authStore.signedIn(result.me);
+    if (result.to) router.history.replace(result.to);
+    else setFinished(true);
   };
-  const begin = useMutation({
+  const beginLogin = useMutation({
     mutationFn: () => api.beginOpenId(to),
     onSuccess: ({ address }) => location.assign(address),
   });
-  const signIn = useMutation({ mutationFn: api.signInByOpenId, onSuccess: arrive });
-  const confirm = useMutation({ mutationFn: () => api.confirmOpenId(code.trim()), onSuccess: arrive });
-  const { mutate: leave } = begin;
-  const { mutate: come } = signIn;
+  const signIn = useMutation({ mutationFn: api.signInByOpenId, onSuccess: finish });
+  const confirm = useMutation({ mutationFn: () => api.confirmOpenId(code.trim()), onSuccess: finish });
+  const { mutate: redirect } = beginLogin;
+  const { mutate: sendCallback } = signIn;
   useEffect(() => {
-    if (back) {
+    if (callback) {
       history.replaceState(history.state, "", OPENID_PATH);
-      come(back);
-    } else if (leaving) leave();
-  }, [back, leaving, come, leave]);
+      sendCallback(callback);
+    } else if (redirecting) redirect();
+  }, [callback, redirecting, sendCallback, redirect]);
   const submit = (event: FormEvent) => {
     event.preventDefault();
     confirm.mutate();
   };
-  const error = begin.error ?? signIn.error;
-  if (closing) {
+  const error = beginLogin.error ?? signIn.error;
+  if (finished) {
     return (
       <AuthLayout title={SIGN_IN.youAreBack}>
         <Text role="status">{SIGN_IN.unlocked}</Text>
@@ -82,7 +82,7 @@ export function OpenIdPage() {
             </Button>
           </Stack>
         </form>
-      ) : back || leaving ? (
+      ) : callback || redirecting ? (
         <Text role="status">{SIGN_IN.oneMoment}</Text>
       ) : (
         <Button onClick={() => router.history.replace("/")}>{SIGN_IN.back}</Button>

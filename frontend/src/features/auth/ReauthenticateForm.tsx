@@ -7,38 +7,41 @@ import { AGAIN } from "./authLayoutMessages";
 import { useMe } from "./hooks";
 import { OpenIdReauthentication } from "./OpenIdReauthentication";
 
-/** Something that a passer-by at an open screen must not do: where the service wants the password again, it is asked for. */
-export function ReauthenticateForm<Told>(
+/**
+ * A button for a sensitive action. It asks for the password if the service requires it, against misuse of an
+ * open screen.
+ */
+export function ReauthenticateForm<Result>(
   props: ButtonProps & {
-    act: (password: string | null) => Promise<Told>;
-    onDone: (told: Told) => void;
+    action: (password: string | null) => Promise<Result>;
+    onDone: (result: Result) => void;
     children: ReactNode;
   },
 ) {
-  const { act, onDone, children, ...look } = props;
+  const { action, onDone, children, ...buttonProps } = props;
   const [password, setPassword] = useState("");
-  const [asked, setAsked] = useState(false);
-  const doing = useMutation({
-    mutationFn: () => act(asked ? password : null),
+  const [passwordNeeded, setPasswordNeeded] = useState(false);
+  const mutation = useMutation({
+    mutationFn: () => action(passwordNeeded ? password : null),
     onSuccess: onDone,
     onError: (error) => {
-      if (error instanceof ProblemError && error.code === "password_needed") setAsked(true);
+      if (error instanceof ProblemError && error.code === "password_needed") setPasswordNeeded(true);
     },
   });
   const me = useMe();
-  const code = doing.error instanceof ProblemError ? doing.error.code : null;
+  const code = mutation.error instanceof ProblemError ? mutation.error.code : null;
   const atProvider = code === "openid_needed" ? me?.openid : null;
-  const needed = code === "password_needed";
+  const notYetGiven = code === "password_needed";
   return (
     <form
       onSubmit={(event) => {
         event.preventDefault();
-        doing.mutate();
+        mutation.mutate();
       }}
       noValidate
     >
       <Stack>
-        {asked && (
+        {passwordNeeded && (
           <PasswordInput
             label={AGAIN.password}
             autoComplete="current-password"
@@ -47,10 +50,15 @@ export function ReauthenticateForm<Told>(
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
         )}
-        {atProvider && <OpenIdReauthentication name={atProvider} then={AGAIN.thenPress} />}
-        {!needed && !atProvider && <ProblemNote error={doing.error} />}
+        {atProvider && <OpenIdReauthentication name={atProvider} nextStep={AGAIN.thenPress} />}
+        {!notYetGiven && !atProvider && <ProblemNote error={mutation.error} />}
         <Group>
-          <Button type="submit" {...look} disabled={asked && password === ""} loading={doing.isPending}>
+          <Button
+            type="submit"
+            {...buttonProps}
+            disabled={passwordNeeded && password === ""}
+            loading={mutation.isPending}
+          >
             {children}
           </Button>
         </Group>

@@ -6,26 +6,26 @@ import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RECORD } from "./accountMessages";
-import { useMay } from "./hooks";
+import { useHasPermission } from "./hooks";
 
-/** Who sees a patient's record. */
+/** Query who may read a patient's record. */
 export const useRecordAccess = (patientId: string) =>
   useQuery({ queryKey: ["record-access", patientId], queryFn: () => api.recordAccess(patientId) });
 
-/** Who sees this record; an administrator can restrict it to a care team. */
+/** Shows who may read this record. An administrator can restrict it to a care team. */
 export function RecordAccess({ patientId }: { patientId: string }) {
-  const administers = useMay("administer");
+  const administers = useHasPermission("administer");
   const [changing, dialog] = useDisclosure(false);
-  const told = useRecordAccess(patientId);
-  if (!told.data) return <ProblemNote error={told.error} />;
-  const { restricted, team } = told.data;
+  const access = useRecordAccess(patientId);
+  if (!access.data) return <ProblemNote error={access.error} />;
+  const { restricted, team } = access.data;
   if (!restricted && !administers) return null;
   return (
     <Group gap="sm" data-testid="record-access">
       {restricted && (
         <>
           <IconLock size={20} />
-          <Text>{RECORD.restrictedTo(team.map((one) => one.name))}</Text>
+          <Text>{RECORD.restrictedTo(team.map((member) => member.name))}</Text>
         </>
       )}
       {administers && (
@@ -34,16 +34,20 @@ export function RecordAccess({ patientId }: { patientId: string }) {
         </Button>
       )}
       <Modal opened={changing} onClose={dialog.close} title={RECORD.whoSees} size="lg">
-        <Change patientId={patientId} now={told.data} onDone={dialog.close} />
+        <ChangeRecordAccess patientId={patientId} access={access.data} onDone={dialog.close} />
       </Modal>
     </Group>
   );
 }
 
-function Change(props: { patientId: string; now: Schemas["RecordAccess"]; onDone: () => void }) {
+function ChangeRecordAccess(props: {
+  patientId: string;
+  access: Schemas["RecordAccess"];
+  onDone: () => void;
+}) {
   const queries = useQueryClient();
-  const [restricted, setRestricted] = useState(props.now.restricted || props.now.team.length === 0);
-  const [team, setTeam] = useState(props.now.team.map((one) => one.account_id));
+  const [restricted, setRestricted] = useState(props.access.restricted || props.access.team.length === 0);
+  const [team, setTeam] = useState(props.access.team.map((member) => member.account_id));
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const save = useMutation({
     mutationFn: () => api.changeRecordAccess(props.patientId, { restricted, account_ids: team }),
@@ -52,7 +56,9 @@ function Change(props: { patientId: string; now: Schemas["RecordAccess"]; onDone
       props.onDone();
     },
   });
-  const reads = (accounts.data?.items ?? []).filter((one) => one.role !== "technician" && !one.disabled_at);
+  const readers = (accounts.data?.items ?? []).filter(
+    (account) => account.role !== "technician" && !account.disabled_at,
+  );
   return (
     <Stack>
       <Switch
@@ -67,7 +73,7 @@ function Change(props: { patientId: string; now: Schemas["RecordAccess"]; onDone
           description={RECORD.teamMeans}
           size="md"
           searchable
-          data={reads.map((one) => ({ value: one.id, label: one.name }))}
+          data={readers.map((account) => ({ value: account.id, label: account.name }))}
           value={team}
           onChange={setTeam}
         />

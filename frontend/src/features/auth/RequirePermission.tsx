@@ -1,7 +1,7 @@
 import type { ReactNode } from "react";
-import { type Permission, useMay } from "./hooks";
+import { type Permission, useHasPermission } from "./hooks";
 
-/** Shown to whoever may do it. Whoever does it all the same is refused by the service. */
+/** Shows its content only to users with the permission. The service enforces it independently. */
 export function RequirePermission({ permission, children }: { permission: Permission; children: ReactNode }) {
-  return useMay(permission) ? children : null;
+  return useHasPermission(permission) ? children : null;
 }

@@ -8,9 +8,9 @@ import classes from "./access.module.css";
 import { SECOND_FACTOR } from "./accountMessages";
 import { ReauthenticateForm } from "./ReauthenticateForm";
 
-/** The second factor of one's own account: whether there is one, how to get one, and how to be without. */
+/** The user's second factor: its state, and the actions to set it up or remove it. */
 export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void }) {
-  const [begun, setBegun] = useState<Schemas["SecondFactorBegun"] | null>(null);
+  const [enrolment, setEnrolment] = useState<Schemas["SecondFactorBegun"] | null>(null);
   const [codes, setCodes] = useState<string[] | null>(null);
   if (codes) {
     return (
@@ -18,13 +18,13 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
         codes={codes}
         onDone={() => {
           setCodes(null);
-          setBegun(null);
+          setEnrolment(null);
           onChanged();
         }}
       />
     );
   }
-  if (begun) return <Enrol begun={begun} onCodes={setCodes} />;
+  if (enrolment) return <Enrol enrolment={enrolment} onCodes={setCodes} />;
   return (
     <Stack align="start">
       {me.second_factor ? (
@@ -36,13 +36,13 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
         <Text>{SECOND_FACTOR.none}</Text>
       )}
       {me.second_factor ? (
-        <ReauthenticateForm act={api.removeSecondFactor} onDone={onChanged} variant="default">
+        <ReauthenticateForm action={api.removeSecondFactor} onDone={onChanged} variant="default">
           {SECOND_FACTOR.remove}
         </ReauthenticateForm>
       ) : (
         <ReauthenticateForm
-          act={api.beginSecondFactor}
-          onDone={setBegun}
+          action={api.beginSecondFactor}
+          onDone={setEnrolment}
           leftSection={<IconDeviceMobile size={20} />}
         >
           {SECOND_FACTOR.begin}
@@ -52,13 +52,13 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
   );
 }
 
-/** A picture for the phone, and the code that shows that the phone has understood it. */
-function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: string[]) => void }) {
-  const { begun } = props;
+/** The QR code for the authenticator app, and the field that confirms the app's first code. */
+function Enrol(props: { enrolment: Schemas["SecondFactorBegun"]; onCodes: (codes: string[]) => void }) {
+  const { enrolment } = props;
   const [code, setCode] = useState("");
   const confirm = useMutation({
     mutationFn: () => api.confirmSecondFactor(code),
-    onSuccess: (told) => props.onCodes(told.codes),
+    onSuccess: (recovery) => props.onCodes(recovery.codes),
   });
   const submit = (event: FormEvent) => {
     event.preventDefault();
@@ -67,12 +67,12 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
   return (
     <Stack>
       <Text>{SECOND_FACTOR.scan}</Text>
-      {/* As an image, so that nothing in it could ever run. */}
-      <img className={classes.qr ?? ""} alt={SECOND_FACTOR.picture} src={begun.picture} />
+      {/* As an image, so that no script in it can run. */}
+      <img className={classes.qr ?? ""} alt={SECOND_FACTOR.picture} src={enrolment.picture} />
       <Text>
         {SECOND_FACTOR.key}{" "}
         <Text span ff="monospace" fw={600} style={{ overflowWrap: "anywhere" }} data-testid="secret">
-          {new URL(begun.address).searchParams.get("secret")}
+          {new URL(enrolment.address).searchParams.get("secret")}
         </Text>
       </Text>
       <form onSubmit={submit} noValidate>
@@ -98,7 +98,7 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
   );
 }
 
-/** They are shown once. */
+/** The recovery codes, shown once. */
 function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void }) {
   return (
     <Stack>

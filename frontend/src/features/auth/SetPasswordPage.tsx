@@ -10,20 +10,20 @@ import { AuthLayout } from "./AuthLayout";
 import classes from "./access.module.css";
 import { PASSWORD, SET_UP } from "./authLayoutMessages";
 import { authStore } from "./authState";
-import { fromLink } from "./fromLink";
-import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { readFragment } from "./fromLink";
+import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
 import { UserNameField } from "./UserNameField";
 
-/** The first administrator, by the link that the service printed. */
+/** Creates the first administrator, opened from the link that the service prints. */
 export function SetUpPage() {
-  const [link] = useState(() => fromLink("secret"));
+  const [link] = useState(() => readFragment("secret"));
   const [name, setName] = useState("");
   const [username, setUsername] = useState("");
-  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
-  const done = useSignedIn();
+  const [chosen, setChosen] = useState(NO_PASSWORD);
+  const finish = useFinishSignIn();
   const setUp = useMutation({
     mutationFn: () => api.setUp({ secret: link, username, name, password: chosen.password }),
-    onSuccess: done,
+    onSuccess: finish,
   });
   const fields = setUp.error instanceof ProblemError ? setUp.error.fields : {};
   useTitle(SET_UP.title);
@@ -37,9 +37,9 @@ export function SetUpPage() {
   return (
     <AuthLayout title={SET_UP.title}>
       <Text>{SET_UP.means}</Text>
-      <Form
+      <PasswordForm
         label={SET_UP.make}
-        ready={isChosen(chosen) && name.trim() !== "" && username.trim() !== ""}
+        ready={isConfirmed(chosen) && name.trim() !== "" && username.trim() !== ""}
         pending={setUp.isPending}
         onSubmit={() => setUp.mutate()}
       >
@@ -60,35 +60,35 @@ export function SetUpPage() {
         />
         <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
         <ProblemNote error={setUp.error} />
-      </Form>
+      </PasswordForm>
     </AuthLayout>
   );
 }
 
-/** A password is set with the one-time code that an administrator gave: at the beginning, or when it was forgotten. */
+/** Sets a password with an administrator's one-time code, for a new or reset account. */
 export function SetPasswordPage() {
-  const [code, setCode] = useState(() => fromLink("code"));
+  const [code, setCode] = useState(() => readFragment("code"));
   const [username, setUsername] = useState("");
-  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
-  const done = useSignedIn();
+  const [chosen, setChosen] = useState(NO_PASSWORD);
+  const finish = useFinishSignIn();
   const navigate = useNavigate();
   const set = useMutation({
     mutationFn: async () => {
       const { password } = chosen;
       await api.setPassword({ username, code, password });
-      // With a second factor it takes its code, too, which is asked for where one signs in.
+      // An account with a second factor needs its code too, and the sign-in page asks for that.
       return api.signIn({ username, password }).catch(() => null);
     },
-    onSuccess: (me) => (me ? done(me) : navigate({ to: "/", replace: true })),
+    onSuccess: (me) => (me ? finish(me) : navigate({ to: "/", replace: true })),
   });
   const fields = set.error instanceof ProblemError ? set.error.fields : {};
   useTitle(PASSWORD.setting);
   return (
     <AuthLayout title={PASSWORD.setting}>
       <Text>{PASSWORD.settingMeans}</Text>
-      <Form
+      <PasswordForm
         label={PASSWORD.set}
-        ready={isChosen(chosen) && code.trim() !== "" && username.trim() !== ""}
+        ready={isConfirmed(chosen) && code.trim() !== "" && username.trim() !== ""}
         pending={set.isPending}
         onSubmit={() => set.mutate()}
       >
@@ -106,7 +106,7 @@ export function SetPasswordPage() {
         />
         <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
         <ProblemNote error={set.error} />
-      </Form>
+      </PasswordForm>
       <ButtonLink to="/" variant="subtle">
         {PASSWORD.back}
       </ButtonLink>
@@ -114,16 +114,16 @@ export function SetPasswordPage() {
   );
 }
 
-/** Whoever has just set a password is signed in, and goes to the beginning. The code is in no address any more. */
-function useSignedIn() {
+/** Return a callback that signs in and opens the first page, which removes the code from the address. */
+function useFinishSignIn() {
   const navigate = useNavigate();
   return (me: Me) => {
-    authStore.came(me);
+    authStore.signedIn(me);
     void navigate({ to: "/", replace: true });
   };
 }
 
-function Form(props: {
+function PasswordForm(props: {
   label: string;
   ready: boolean;
   pending: boolean;

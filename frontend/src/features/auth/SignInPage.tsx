@@ -10,10 +10,10 @@ import { AuthLayout } from "./AuthLayout";
 import { SIGN_IN, WHY } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { CodeField } from "./CodeField";
-import { hereNow, openIdAddress } from "./openId";
+import { currentAddress, openIdAddress } from "./openId";
 import { UserNameField } from "./UserNameField";
 
-/** Who is there: name and password, then the second factor where there is one. Afterwards one is where one wanted to go. */
+/** Asks for name and password, then for the second factor if required. The requested page follows. */
 export function SignInPage({ why }: { why: keyof typeof WHY }) {
   useTitle(SIGN_IN.title);
   const [username, setUsername] = useState("");
@@ -21,28 +21,32 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
   const [code, setCode] = useState("");
   const signIn = useMutation({
     mutationFn: () => api.signIn({ username, password, code: code.trim() || null }),
-    onSuccess: (me) => authStore.came(me),
+    onSuccess: (me) => authStore.signedIn(me),
   });
-  const refused = signIn.error instanceof ProblemError ? signIn.error.code : null;
-  // Asked for once, it stays: a code that was wrong is typed anew, the password is not.
-  const [second, setSecond] = useState(false);
-  if (refused === "second_factor_needed" && !second) setSecond(true);
-  const ways = useQuery({ queryKey: ["ways-in"], queryFn: api.waysIn, staleTime: Number.POSITIVE_INFINITY });
+  const problemCode = signIn.error instanceof ProblemError ? signIn.error.code : null;
+  // After a wrong code the code field stays, and the password is not asked for again.
+  const [codeNeeded, setCodeNeeded] = useState(false);
+  if (problemCode === "second_factor_needed" && !codeNeeded) setCodeNeeded(true);
+  const loginMethods = useQuery({
+    queryKey: ["ways-in"],
+    queryFn: api.waysIn,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
   const submit = (event: FormEvent) => {
     event.preventDefault();
     signIn.mutate();
   };
-  const told = WHY[why];
+  const notice = WHY[why];
   return (
     <AuthLayout title={SIGN_IN.title}>
-      {told && (
+      {notice && (
         <Alert color="indigo" variant="light" icon={<IconInfoCircle />} role="status">
-          {told}
+          {notice}
         </Alert>
       )}
       <form onSubmit={submit} noValidate>
         <Stack>
-          {second ? (
+          {codeNeeded ? (
             <CodeField value={code} onChange={setCode} />
           ) : (
             <>
@@ -56,21 +60,21 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
               />
             </>
           )}
-          {refused !== "second_factor_needed" && <ProblemNote error={signIn.error} />}
+          {problemCode !== "second_factor_needed" && <ProblemNote error={signIn.error} />}
           <Button
             type="submit"
             size="lg"
             leftSection={<IconLogin size={22} />}
             loading={signIn.isPending}
-            disabled={username.trim() === "" || password === "" || (second && code.trim() === "")}
+            disabled={username.trim() === "" || password === "" || (codeNeeded && code.trim() === "")}
           >
             {SIGN_IN.signIn}
           </Button>
-          {second && (
+          {codeNeeded && (
             <Button
               variant="subtle"
               onClick={() => {
-                setSecond(false);
+                setCodeNeeded(false);
                 setCode("");
                 setPassword("");
                 signIn.reset();
@@ -81,9 +85,9 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
           )}
         </Stack>
       </form>
-      {ways.data?.openid && !second && (
-        <Button component="a" href={openIdAddress(hereNow())} size="lg" variant="default">
-          {SIGN_IN.with(ways.data.openid)}
+      {loginMethods.data?.openid && !codeNeeded && (
+        <Button component="a" href={openIdAddress(currentAddress())} size="lg" variant="default">
+          {SIGN_IN.with(loginMethods.data.openid)}
         </Button>
       )}
       <ButtonLink to="/set-password" variant="subtle">

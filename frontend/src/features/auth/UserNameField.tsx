@@ -1,7 +1,7 @@
 import { TextInput } from "@mantine/core";
 import { SIGN_IN } from "./authLayoutMessages";
 
-/** A user name as it is typed: nothing corrects it, and password managers know it for one. */
+/** A field for a user name, without autocorrection and recognizable for password managers. */
 export function UserNameField(props: {
   value: string;
   onChange: (username: string) => void;
@@ -9,7 +9,7 @@ export function UserNameField(props: {
   error?: string | undefined;
   autoFocus?: boolean;
 }) {
-  const { onChange, ...shown } = props;
+  const { onChange, ...fieldProps } = props;
   return (
     <TextInput
       label={SIGN_IN.username}
@@ -18,7 +18,7 @@ export function UserNameField(props: {
       autoCorrect="off"
       spellCheck={false}
       size="lg"
-      {...shown}
+      {...fieldProps}
       onChange={(event) => onChange(event.currentTarget.value)}
     />
   );

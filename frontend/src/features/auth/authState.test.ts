@@ -5,120 +5,120 @@ import { ME, VIEWER } from "./examples";
 const me = vi.fn();
 const lock = vi.fn();
 const signOut = vi.fn();
-const left = vi.fn();
-let access: AuthStore;
+const onUserChange = vi.fn();
+let auth: AuthStore;
 
 beforeEach(() => {
   vi.resetAllMocks();
   me.mockResolvedValue(ME);
   lock.mockResolvedValue(undefined);
   signOut.mockResolvedValue(undefined);
-  access = new AuthStore({ me, lock, signOut });
-  access.onLeaving(left);
+  auth = new AuthStore({ me, lock, signOut });
+  auth.onUserChange(onUserChange);
 });
 afterEach(() => vi.restoreAllMocks());
 
-describe("who is signed in", () => {
-  it("is not known before the service has said it", async () => {
-    expect(access.get()).toEqual({ is: "unknown" });
-    await access.look();
-    expect(access.get()).toEqual({ is: "in", me: ME });
+describe("the signed-in user", () => {
+  it("is unknown before the service answers", async () => {
+    expect(auth.get()).toEqual({ is: "unknown" });
+    await auth.refresh();
+    expect(auth.get()).toEqual({ is: "in", me: ME });
   });
 
-  it("stays as it is while the service does not answer", async () => {
-    await access.look();
+  it("stays while the service does not answer", async () => {
+    await auth.refresh();
     me.mockRejectedValue(new Error("no answer"));
-    await access.look();
-    expect(access.get().is).toBe("in");
+    await auth.refresh();
+    expect(auth.get().is).toBe("in");
   });
 
-  it("is nobody once the service says so, and it says that somebody was", async () => {
-    await access.look();
+  it("is gone when the service says so", async () => {
+    await auth.refresh();
     me.mockResolvedValue(null);
-    await access.look();
-    expect(access.get()).toEqual({ is: "out", why: "ended" });
+    await auth.refresh();
+    expect(auth.get()).toEqual({ is: "out", why: "ended" });
   });
 
-  it("is not taken from an answer that was asked for before somebody came", async () => {
+  it("ignores an answer requested before the sign-in", async () => {
     let answer: (nobody: null) => void = () => {};
     me.mockReturnValue(new Promise((resolve) => (answer = resolve)));
-    const looking = access.look();
-    access.came(ME);
+    const refreshing = auth.refresh();
+    auth.signedIn(ME);
     answer(null);
-    await looking;
-    expect(access.get()).toEqual({ is: "in", me: ME });
+    await refreshing;
+    expect(auth.get()).toEqual({ is: "in", me: ME });
   });
 });
 
-describe("what is shown is forgotten", () => {
-  it("when it is locked, when somebody leaves, and when somebody else comes", async () => {
-    access.came(ME);
-    left.mockClear();
-    await access.lock();
-    expect(left).toHaveBeenCalledTimes(1);
-    access.came(ME);
-    await access.signOut();
-    left.mockClear();
-    access.came(VIEWER);
-    expect(left).toHaveBeenCalledTimes(1);
-    access.came(ME);
-    expect(left).toHaveBeenCalledTimes(2);
+describe("shown data is discarded", () => {
+  it("on lock, on sign-out and for another user", async () => {
+    auth.signedIn(ME);
+    onUserChange.mockClear();
+    await auth.lock();
+    expect(onUserChange).toHaveBeenCalledTimes(1);
+    auth.signedIn(ME);
+    await auth.signOut();
+    onUserChange.mockClear();
+    auth.signedIn(VIEWER);
+    expect(onUserChange).toHaveBeenCalledTimes(1);
+    auth.signedIn(ME);
+    expect(onUserChange).toHaveBeenCalledTimes(2);
   });
 
-  it("not when the same somebody is only looked at again", async () => {
-    access.came(ME);
-    left.mockClear();
+  it("but not when the same user is checked again", async () => {
+    auth.signedIn(ME);
+    onUserChange.mockClear();
     me.mockResolvedValue({ ...ME, second_factor: false });
-    await access.look();
-    expect(left).not.toHaveBeenCalled();
+    await auth.refresh();
+    expect(onUserChange).not.toHaveBeenCalled();
   });
 
-  it("before anybody hears who is there now", async () => {
+  it("before listeners see the new state", async () => {
     const order: string[] = [];
-    access.came(ME);
-    access.onLeaving(() => order.push("forgotten"));
-    access.subscribe(() => order.push("shown"));
-    await access.lock();
+    auth.signedIn(ME);
+    auth.onUserChange(() => order.push("forgotten"));
+    auth.subscribe(() => order.push("shown"));
+    await auth.lock();
     expect(order).toEqual(["forgotten", "shown"]);
   });
 });
 
 describe("the lock", () => {
-  it("is at once, and stays though the service has not heard of it", async () => {
-    access.came(ME);
+  it("is immediate and stays without the service", async () => {
+    auth.signedIn(ME);
     lock.mockRejectedValue(new Error("no answer"));
-    await access.lock();
-    expect(access.get().is).toBe("locked");
-    await access.look();
-    expect(access.get().is).toBe("locked");
+    await auth.lock();
+    expect(auth.get().is).toBe("locked");
+    await auth.refresh();
+    expect(auth.get().is).toBe("locked");
     expect(lock).toHaveBeenCalledTimes(2);
     lock.mockResolvedValue(undefined);
     me.mockResolvedValue(ME);
-    await access.look();
+    await auth.refresh();
     expect(lock).toHaveBeenCalledTimes(3);
     me.mockResolvedValue({ ...ME, locked: true });
-    await access.look();
-    expect(access.get().is).toBe("locked");
+    await auth.refresh();
+    expect(auth.get().is).toBe("locked");
     expect(lock).toHaveBeenCalledTimes(3);
   });
 
-  it("is shown when the service has locked it, and gone when it is unlocked", async () => {
+  it("follows the service's lock and unlock", async () => {
     me.mockResolvedValue({ ...ME, locked: true });
-    await access.look();
-    expect(access.get().is).toBe("locked");
-    access.came(ME);
-    expect(access.get().is).toBe("in");
+    await auth.refresh();
+    expect(auth.get().is).toBe("locked");
+    auth.signedIn(ME);
+    expect(auth.get().is).toBe("in");
   });
 });
 
 describe("signing out", () => {
-  it("is at once, and told again until the service has heard of it", async () => {
-    access.came(ME);
+  it("is immediate and repeated until the service confirms", async () => {
+    auth.signedIn(ME);
     signOut.mockRejectedValueOnce(new Error("no answer"));
-    await access.signOut();
-    expect(access.get()).toEqual({ is: "out", why: "unheard" });
-    await access.look();
+    await auth.signOut();
+    expect(auth.get()).toEqual({ is: "out", why: "unheard" });
+    await auth.refresh();
     expect(signOut).toHaveBeenCalledTimes(2);
-    expect(access.get()).toEqual({ is: "out", why: "left" });
+    expect(auth.get()).toEqual({ is: "out", why: "left" });
   });
 });

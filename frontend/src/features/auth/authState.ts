@@ -1,41 +1,45 @@
 import { api, type Me, ProblemError } from "../../lib/api/client";
 
-/** Who is signed in at this browser, as the service last said it. */
+/** The user of this browser, as the service last reported. */
 export type AuthState =
-  /** Not asked yet, or no answer yet. */
+  /** No answer yet. */
   | { is: "unknown" }
-  /** Nobody. Why, where somebody was until now; "unheard": the service has not confirmed the sign-out yet. */
+  /**
+   * Signed out, with the reason if a user was signed in. "unheard": the service has not confirmed the
+   * sign-out yet.
+   */
   | { is: "out"; why: "never" | "ended" | "left" | "unheard" }
-  /** Somebody, who has to give the password again. Stop still works. */
+  /** Signed in, but the password is needed again. Stop still works. */
   | { is: "locked"; me: Me }
   | { is: "in"; me: Me };
 
-/** What the standing is learned by. */
-export interface Asked {
-  /** Whoever is signed in; null: nobody. Throws where there is no answer. */
+/** The service's calls that AuthStore uses. */
+export interface AuthApi {
+  /** Return the signed-in user, or null without one. Throws without an answer. */
   me: () => Promise<Me | null>;
   lock: () => Promise<unknown>;
   signOut: () => Promise<unknown>;
 }
 
 /**
- * The page's one word on who is signed in. It fails closed: it is locked or left as soon as somebody wants that, though no
- * service answers; that is told again with every look until it is heard, and only the service can take it back.
+ * Holds the authentication state of the page. It fails closed: lock and sign-out take effect at once, without
+ * an answer of the service. The request is repeated until the service confirms it, and only the service can
+ * undo the state.
  */
 export class AuthStore {
-  #standing: AuthState = { is: "unknown" };
+  #state: AuthState = { is: "unknown" };
   #listeners = new Set<() => void>();
-  #leaving = new Set<() => void>();
-  /** What the service has not heard yet. */
-  #unheard: "lock" | "sign out" | null = null;
-  #question = 0;
-  #asked: Asked;
+  #userChangeListeners = new Set<() => void>();
+  /** The request that the service has not confirmed yet. */
+  #unconfirmed: "lock" | "sign out" | null = null;
+  #requests = 0;
+  #api: AuthApi;
 
-  constructor(asked: Asked) {
-    this.#asked = asked;
+  constructor(api: AuthApi) {
+    this.#api = api;
   }
 
-  get = (): AuthState => this.#standing;
+  get = (): AuthState => this.#state;
 
   subscribe = (listener: () => void) => {
     this.#listeners.add(listener);
@@ -44,83 +48,83 @@ export class AuthStore {
     };
   };
 
-  /** Called before what is shown changes hands: when it is locked, when somebody leaves, and when somebody comes. */
-  onLeaving(listener: () => void): () => void {
-    this.#leaving.add(listener);
-    return () => this.#leaving.delete(listener);
+  /** Register a listener that is called before a lock, a sign-out or a change of user. */
+  onUserChange(listener: () => void): () => void {
+    this.#userChangeListeners.add(listener);
+    return () => this.#userChangeListeners.delete(listener);
   }
 
-  /** Ask the service. Without an answer it stays as it is. */
-  async look(): Promise<void> {
-    this.#question += 1;
-    const question = this.#question;
+  /** Ask the service for the current user. Without an answer the state stays. */
+  async refresh(): Promise<void> {
+    this.#requests += 1;
+    const request = this.#requests;
     let me: Me | null;
     try {
-      me = await this.#asked.me();
+      me = await this.#api.me();
     } catch {
       return;
     }
-    // Somebody signed in or out meanwhile: this answer is of before.
-    if (question !== this.#question) return;
-    if (!me) this.left();
-    else if (this.#unheard) await this.#tell();
+    // The user signed in or out meanwhile, so this answer is outdated.
+    if (request !== this.#requests) return;
+    if (!me) this.signedOut();
+    else if (this.#unconfirmed) await this.#sendUnconfirmed();
     else this.#set(me.locked ? { is: "locked", me } : { is: "in", me });
   }
 
-  /** Somebody has signed in, or unlocked the screen. */
-  came(me: Me): void {
-    this.#question += 1;
-    this.#unheard = null;
+  /** Record a sign-in or an unlock. */
+  signedIn(me: Me): void {
+    this.#requests += 1;
+    this.#unconfirmed = null;
     this.#set(me.locked ? { is: "locked", me } : { is: "in", me });
   }
 
-  /** The service says that nobody is signed in here. */
-  left(): void {
-    this.#question += 1;
-    const unheard = this.#unheard;
-    this.#unheard = null;
-    const before = this.#standing;
-    if (unheard === "sign out") this.#set({ is: "out", why: "left" });
+  /** Record that the service reports no signed-in user. */
+  signedOut(): void {
+    this.#requests += 1;
+    const unconfirmed = this.#unconfirmed;
+    this.#unconfirmed = null;
+    const before = this.#state;
+    if (unconfirmed === "sign out") this.#set({ is: "out", why: "left" });
     else if (before.is !== "out") this.#set({ is: "out", why: before.is === "unknown" ? "never" : "ended" });
   }
 
-  /** Hide what is shown, at once, and tell the service. */
+  /** Lock at once, then tell the service. */
   async lock(): Promise<void> {
-    const before = this.#standing;
+    const before = this.#state;
     if (before.is !== "in") return;
-    this.#question += 1;
-    this.#unheard = "lock";
+    this.#requests += 1;
+    this.#unconfirmed = "lock";
     this.#set({ is: "locked", me: { ...before.me, locked: true } });
-    await this.#tell();
+    await this.#sendUnconfirmed();
   }
 
-  /** Leave: what is shown goes at once, and the service is told. */
+  /** Sign out at once, then tell the service. */
   async signOut(): Promise<void> {
-    this.#question += 1;
-    this.#unheard = "sign out";
+    this.#requests += 1;
+    this.#unconfirmed = "sign out";
     this.#set({ is: "out", why: "unheard" });
-    await this.#tell();
+    await this.#sendUnconfirmed();
   }
 
-  async #tell() {
-    const telling = this.#unheard;
-    if (!telling) return;
+  async #sendUnconfirmed() {
+    const sent = this.#unconfirmed;
+    if (!sent) return;
     try {
-      await (telling === "lock" ? this.#asked.lock() : this.#asked.signOut());
+      await (sent === "lock" ? this.#api.lock() : this.#api.signOut());
     } catch {
-      // Told again with the next look.
+      // The next refresh repeats it.
       return;
     }
-    if (telling === "sign out") this.left();
-    else if (this.#unheard === telling) this.#unheard = null;
+    if (sent === "sign out") this.signedOut();
+    else if (this.#unconfirmed === sent) this.#unconfirmed = null;
   }
 
   #set(next: AuthState) {
-    const before = this.#standing;
+    const before = this.#state;
     if (JSON.stringify(before) === JSON.stringify(next)) return;
-    const same = before.is === "in" && next.is === "in" && before.me.account_id === next.me.account_id;
-    this.#standing = next;
-    if (!same) for (const listener of this.#leaving) listener();
+    const sameUser = before.is === "in" && next.is === "in" && before.me.account_id === next.me.account_id;
+    this.#state = next;
+    if (!sameUser) for (const listener of this.#userChangeListeners) listener();
     for (const listener of this.#listeners) listener();
   }
 }

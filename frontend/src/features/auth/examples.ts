@@ -1,6 +1,6 @@
 import type { Me } from "../../lib/api/client";
 
-/** Somebody who may do everything: signed in in every test that says nothing else. */
+/** An administrator with all permissions, signed in by default in tests. */
 export const ME: Me = {
   account_id: "00000000-0000-4000-8000-000000000001",
   username: "ito",
@@ -27,7 +27,7 @@ export const ME: Me = {
   idle_s: 900,
 };
 
-/** Somebody who may only read. */
+/** A user with read permissions only. */
 export const VIEWER: Me = {
   ...ME,
   account_id: "00000000-0000-4000-8000-000000000002",

@@ -1,2 +1,3 @@
-/** What a link carries behind its "#", where no server and no log gets to see it: #link=… */
-export const fromLink = (name: string): string => new URLSearchParams(location.hash.slice(1)).get(name) ?? "";
+/** Return a value from the part of the address after "#" (#link=…), which browsers never send to a server. */
+export const readFragment = (name: string): string =>
+  new URLSearchParams(location.hash.slice(1)).get(name) ?? "";

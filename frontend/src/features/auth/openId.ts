@@ -1,8 +1,11 @@
-/** The screen that leads to the clinic's OpenID provider, and that the provider leads back to. */
+/** The page that leads to the clinic's OpenID provider and receives its response. */
 export const OPENID_PATH = "/sign-in/openid";
 
-/** The way there. `to`: the screen that is wanted afterwards; empty: none, the tab was opened for this alone. */
+/**
+ * Return the address of the login. `to` is the page to open afterwards; empty for a tab opened only for the
+ * login.
+ */
 export const openIdAddress = (to: string): string => `${OPENID_PATH}#${new URLSearchParams({ to })}`;
 
-/** The screen that is open now, as the way back to it. */
-export const hereNow = (): string => location.pathname + location.search;
+/** Return the address of the current page, as the target after the login. */
+export const currentAddress = (): string => location.pathname + location.search;

@@ -5,36 +5,39 @@ import type { LiveStore } from "../../lib/live/store";
 import { isMoving } from "../../safety/modes";
 import type { AuthStore } from "./authState";
 
-/** How often the page asks whether it is still signed in; a sign-out elsewhere also closes its socket, which is sooner. */
-const LOOK_EVERY_MS = 5_000;
-/** Doing something counts for the next request that is made within this time. */
-const DOING_MS = 10_000;
+/**
+ * Interval of checks that the login is still valid. A sign-out elsewhere also closes the socket, which is
+ * noticed sooner.
+ */
+const CHECK_EVERY_MS = 5_000;
+/** How long user activity counts for the next request. */
+const ACTIVITY_COUNTS_MS = 10_000;
 const CHANNEL = "kata.access";
-const ACTS = ["pointerdown", "keydown", "wheel", "touchmove"] as const;
+const ACTIVITY_EVENTS = ["pointerdown", "keydown", "wheel", "touchmove"] as const;
 
-/** When somebody last did something at this page. What the page asks by itself never counts. */
+/** Tracks when the user last acted on this page. Requests by timers do not count. */
 export class ActivityTracker {
-  #at: number;
+  #lastAt: number;
   #now: () => number;
 
   constructor(now: () => number = () => performance.now()) {
     this.#now = now;
-    this.#at = now();
+    this.#lastAt = now();
   }
 
-  did = () => {
-    this.#at = this.#now();
+  record = () => {
+    this.#lastAt = this.#now();
   };
 
-  /** Milliseconds since then. */
-  idleMs = (): number => this.#now() - this.#at;
+  /** Return the milliseconds since the last activity. */
+  idleMs = (): number => this.#now() - this.#lastAt;
 }
 
-/** Tells the service of somebody's doing, and the page of an answer that says: not signed in, or locked. */
-export function authMiddleware(access: AuthStore, doing: ActivityTracker): Middleware {
+/** Reports user activity to the service, and signs out or locks the page when an answer demands it. */
+export function authMiddleware(auth: AuthStore, activity: ActivityTracker): Middleware {
   return {
     onRequest({ request }) {
-      if (doing.idleMs() < DOING_MS) request.headers.set("X-Kata-Active", "1");
+      if (activity.idleMs() < ACTIVITY_COUNTS_MS) request.headers.set("X-Kata-Active", "1");
       return request;
     },
     async onResponse({ response }) {
@@ -44,75 +47,81 @@ export function authMiddleware(access: AuthStore, doing: ActivityTracker): Middl
         .json()
         .catch(() => null);
       const code = (problem as { code?: unknown } | null)?.code;
-      if (code === "not_signed_in") access.left();
-      else if (code === "locked") await access.look();
+      if (code === "not_signed_in") auth.signedOut();
+      else if (code === "locked") await auth.refresh();
     },
   };
 }
 
 /**
- * Keep what is shown and who is signed in together: ask again and again, lock after the time without doing, tell the other
- * tabs of this browser, have the live connection only while somebody is signed in, forget what was fetched when it
- * changes hands, and speak the language of whoever comes. Returns how to end it.
+ * Keep the page consistent with the login: check it regularly, lock after inactivity, notify the other tabs,
+ * connect the live socket only while signed in, discard data when the user changes, and apply a new user's
+ * language. Return a function that stops all this.
  */
 export function startSessionGuard(
-  access: AuthStore,
-  doing: ActivityTracker,
+  auth: AuthStore,
+  activity: ActivityTracker,
   queries: QueryClient,
   store: LiveStore,
   speak: (language: string) => void,
 ): () => void {
-  const others = new BroadcastChannel(CHANNEL);
-  others.onmessage = () => void access.look();
-  let hangUp: (() => void) | null = null;
-  let known = access.get().is;
-  let spokenTo: string | null = null;
-  const forget = () => {
+  const otherTabs = new BroadcastChannel(CHANNEL);
+  otherTabs.onmessage = () => void auth.refresh();
+  let disconnect: (() => void) | null = null;
+  let previous = auth.get().is;
+  let languageOf: string | null = null;
+  const discardData = () => {
     void queries.cancelQueries();
     queries.clear();
-    // A locked screen keeps what was typed; another account must not see it.
-    if (access.get().is === "out") forgetDrafts();
+    // A locked screen keeps drafts. Another user must not see them.
+    if (auth.get().is === "out") forgetDrafts();
   };
-  const changed = () => {
-    const standing = access.get();
-    const { is } = standing;
-    // Before they have their second factor, the service lets nobody listen.
-    const listening = is === "locked" || (is === "in" && !standing.me.enrolling);
-    if (listening && !hangUp) hangUp = store.start();
-    if (!listening && hangUp) {
-      hangUp();
-      hangUp = null;
+  const onChange = () => {
+    const state = auth.get();
+    const { is } = state;
+    // The service refuses live data to a user who must still set up a second factor.
+    const connected = is === "locked" || (is === "in" && !state.me.enrolling);
+    if (connected && !disconnect) disconnect = store.start();
+    if (!connected && disconnect) {
+      disconnect();
+      disconnect = null;
     }
-    if (is !== known && known !== "unknown") others.postMessage(is);
-    known = is;
-    if (is === "out") spokenTo = null;
-    // Only as somebody comes: what they choose at another browser does not load this one anew beneath their hands.
-    if (is === "in" && spokenTo !== standing.me.account_id) {
-      spokenTo = standing.me.account_id;
+    if (is !== previous && previous !== "unknown") otherTabs.postMessage(is);
+    previous = is;
+    if (is === "out") languageOf = null;
+    // Only at sign-in: a language chosen in another browser must not reload this page during use.
+    if (is === "in" && languageOf !== state.me.account_id) {
+      languageOf = state.me.account_id;
       const mode = store.get().live?.mode;
-      if (mode === undefined || !isMoving(mode)) speak(standing.me.language);
+      if (mode === undefined || !isMoving(mode)) speak(state.me.language);
     }
   };
-  const ends = [access.onLeaving(forget), access.subscribe(changed), store.onLost(() => void access.look())];
-  for (const act of ACTS) window.addEventListener(act, doing.did, { capture: true, passive: true });
-  const visible = () => {
-    if (document.visibilityState === "visible") void access.look();
+  const subscriptions = [
+    auth.onUserChange(discardData),
+    auth.subscribe(onChange),
+    store.onLost(() => void auth.refresh()),
+  ];
+  for (const event of ACTIVITY_EVENTS)
+    window.addEventListener(event, activity.record, { capture: true, passive: true });
+  const onVisible = () => {
+    if (document.visibilityState === "visible") void auth.refresh();
   };
-  document.addEventListener("visibilitychange", visible);
-  const looking = setInterval(() => {
-    const standing = access.get();
-    // Whoever has neither could not unlock it here; their sign-in ends at the service.
-    const unlocks = standing.is === "in" && (standing.me.password || standing.me.openid);
-    const idle = unlocks && doing.idleMs() > 1000 * standing.me.idle_s;
-    void (idle ? access.lock() : access.look());
-  }, LOOK_EVERY_MS);
-  void access.look();
+  document.addEventListener("visibilitychange", onVisible);
+  const timer = setInterval(() => {
+    const state = auth.get();
+    // A user without password and OpenID cannot unlock here. The service ends their login.
+    const canUnlock = state.is === "in" && (state.me.password || state.me.openid);
+    const idle = canUnlock && activity.idleMs() > 1000 * state.me.idle_s;
+    void (idle ? auth.lock() : auth.refresh());
+  }, CHECK_EVERY_MS);
+  void auth.refresh();
   return () => {
-    clearInterval(looking);
-    document.removeEventListener("visibilitychange", visible);
-    for (const act of ACTS) window.removeEventListener(act, doing.did, { capture: true });
-    for (const end of ends) end();
-    others.close();
-    hangUp?.();
+    clearInterval(timer);
+    document.removeEventListener("visibilitychange", onVisible);
+    for (const event of ACTIVITY_EVENTS)
+      window.removeEventListener(event, activity.record, { capture: true });
+    for (const unsubscribe of subscriptions) unsubscribe();
+    otherTabs.close();
+    disconnect?.();
   };
 }

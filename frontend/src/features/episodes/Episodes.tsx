@@ -5,7 +5,7 @@ import { api, type Episode, type Patient } from "../../lib/api/client";
 import { formatDay, formatMoment } from "../../lib/format";
 import { useEpisodes } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { ReportLinks } from "../reports/ReportLinks";
 import { EpisodeForm } from "./EpisodeForm";
 import { CARE, limitWords, NOTED } from "./messages";
@@ -13,7 +13,7 @@ import { Stages } from "./Stages";
 
 /** The care of this patient's shoulders: what goes on, and what was. */
 export function Episodes({ patient }: { patient: Patient }) {
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   const queries = useQueryClient();
   const [opening, setOpening] = useState<Episode["side"] | null>(null);
   const episodes = useEpisodes(patient.id);
@@ -72,7 +72,7 @@ export function Episodes({ patient }: { patient: Patient }) {
 /** One episode, and what can be done with it. */
 export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSaved: () => void }) {
   const { episode, onSaved } = props;
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   const [doing, setDoing] = useState<"edit" | "close" | null>(null);
   const reopen = useMutation({ mutationFn: () => api.reopenEpisode(episode.id), onSuccess: onSaved });
   const done = () => {

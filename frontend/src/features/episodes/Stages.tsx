@@ -5,14 +5,14 @@ import { type FormEvent, useState } from "react";
 import { api, type Episode } from "../../lib/api/client";
 import { formatDay } from "../../lib/format";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { NOTED, STAGES, type StageName, today } from "./messages";
 
 const CHOICES = Object.entries(STAGES).map(([value, label]) => ({ value, label }));
 
 /** The stages that were noted, with their days; another one, and a wrong one taken back. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
-  const changeable = useMay("write_records") && !episode.closed_at;
+  const changeable = useHasPermission("write_records") && !episode.closed_at;
   const [stage, setStage] = useState<StageName | null>(null);
   const [since, setSince] = useState(today());
   const add = useMutation({

@@ -4,14 +4,14 @@ import { IconDownload, IconFileImport } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
 import { api } from "../../lib/api/client";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
 import { DATA } from "./messages";
 
 /** What leaves and enters a patient's record as files, and the patient's right to have it erased. */
 export function DataSection({ patientId }: { patientId: string }) {
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   const navigate = useNavigate();
   const [importing, dialog] = useDisclosure(false);
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });

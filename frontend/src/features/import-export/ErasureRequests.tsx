@@ -5,15 +5,15 @@ import { useState } from "react";
 import { api, type Patient, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay, useName } from "../auth/hooks";
+import { useHasPermission, useUserName } from "../auth/hooks";
 import { ERASURE } from "./messages";
 
 type Erasure = Schemas["Erasure"];
 
 /** That a patient asks for the record to be erased, and what was decided. */
 export function ErasureRequests({ patient }: { patient: Patient }) {
-  const writes = useMay("write_records");
-  const decides = useMay("administer");
+  const writes = useHasPermission("write_records");
+  const decides = useHasPermission("administer");
   const [asking, dialog] = useDisclosure(false);
   const [deciding, decision] = useDisclosure(false);
   const requests = useQuery({
@@ -57,7 +57,7 @@ function words(request: Erasure): string {
 
 function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   const queries = useQueryClient();
-  const name = useName();
+  const name = useUserName();
   const [reason, setReason] = useState("");
   const note = useMutation({
     mutationFn: () => api.noteErasure(patient.id, { reason, noted_by: name }),
@@ -90,7 +90,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
 
 function Decide({ patient, request, onDone }: { patient: Patient; request: Erasure; onDone: () => void }) {
   const queries = useQueryClient();
-  const name = useName();
+  const name = useUserName();
   const [explanation, setExplanation] = useState("");
   const [number, setNumber] = useState("");
   const decide = useMutation({

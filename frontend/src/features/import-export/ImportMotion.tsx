@@ -5,7 +5,7 @@ import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { MotorRanges } from "../../ui/MotorRanges";
-import { useName } from "../auth/hooks";
+import { useUserName } from "../auth/hooks";
 import { FILE, MOTION } from "./messages";
 import { Refused } from "./Refused";
 
@@ -22,7 +22,7 @@ export function ImportMotion({
   onKept: (recordingId: string) => void;
 }) {
   const queries = useQueryClient();
-  const who = useName();
+  const who = useUserName();
   const [file, setFile] = useState<File | null>(null);
   const [name, setName] = useState("");
   const [side, setSide] = useState<Side>(affected ?? "right");

@@ -157,7 +157,7 @@ describe("erasure", () => {
   });
 
   it("is decided by administrators", async () => {
-    authStore.came({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
+    authStore.signedIn({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
     show(<ErasureRequests patient={PATIENT} />);
     expect(await screen.findByText("An administrator decides on it.")).toBeTruthy();

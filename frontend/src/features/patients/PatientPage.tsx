@@ -15,7 +15,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { AssessmentsSection } from "../assessments/AssessmentsSection";
 import { BreakGlass, GlassBanner } from "../auth/BreakGlass";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { RecordAccess } from "../auth/RecordAccess";
 import { Episodes } from "../episodes/Episodes";
 import { DataSection } from "../import-export/DataSection";
@@ -28,8 +28,8 @@ import { PATIENT, RECORDINGS } from "./patientMessages";
 /** One patient: who, what was taught, what was done. */
 export function PatientPage() {
   const { patientId } = useParams({ from: "/patients/$patientId" });
-  const writes = useMay("write_records");
-  const operates = useMay("operate");
+  const writes = useHasPermission("write_records");
+  const operates = useHasPermission("operate");
   const queries = useQueryClient();
   const [editing, form] = useDisclosure(false);
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });

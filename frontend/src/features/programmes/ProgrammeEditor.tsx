@@ -8,7 +8,7 @@ import { formatSpan } from "../../lib/format";
 import { useHighestLevel, useRecordings } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
-import { useName } from "../auth/hooks";
+import { useUserName } from "../auth/hooks";
 import { LoadLevel } from "../station/LoadLevel";
 import { arePlayable, PlaySettings } from "../station/PlaySettings";
 import { timerWords } from "./describeProgramme";
@@ -42,7 +42,7 @@ export function ProgrammeEditor(props: {
   const [draft, setDraft] = useDraft(`programme ${props.draftKey} items`, start);
   const [set, setSet] = useState<string | null>(null);
   const [note, setNote] = useDraft(`programme ${props.draftKey} note`, "");
-  const [name, setName] = useState(useName());
+  const [name, setName] = useState(useUserName());
   const preview = usePreview(patientId, episode.id, draft);
   const save = useMutation({
     mutationFn: () => {

@@ -14,7 +14,7 @@ import { InlineSlot } from "../../ui/InlineSlot";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { MotorRanges } from "../../ui/MotorRanges";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { RecordingGhost } from "../digital-twin/lazily";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { EditPanel } from "./EditPanel";
@@ -25,8 +25,8 @@ import { RecordingFigure } from "./RecordingFigure";
 /** One recording: what it is, what each motor does in it, and its curves. */
 export function RecordingPage() {
   const { recordingId } = useParams({ from: "/recordings/$recordingId" });
-  const writes = useMay("write_records");
-  const operates = useMay("operate");
+  const writes = useHasPermission("write_records");
+  const operates = useHasPermission("operate");
   const queries = useQueryClient();
   const navigate = useNavigate();
   // With the version that it began with: somebody else's newer name may arrive meanwhile.

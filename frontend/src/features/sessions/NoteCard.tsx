@@ -9,14 +9,14 @@ import { isAway } from "../../lib/offline";
 import { usePaperLanguage } from "../../lib/paperLanguage";
 import { useSetSessionCache } from "../../lib/useSetSessionCache";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay, useName } from "../auth/hooks";
+import { useHasPermission, useUserName } from "../auth/hooks";
 import { END_REASONS, NOTE } from "./noteMessages";
 
 const SAVE_AFTER_MS = 800;
 
 /** The note: drafted from what was measured, edited, signed, and then only added to. What is typed is saved by itself. */
 export function NoteCard({ session }: { session: Session }) {
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   return (
     <Card withBorder padding="lg" component="section" aria-label={NOTE.title}>
       <Stack>
@@ -36,7 +36,7 @@ export function NoteCard({ session }: { session: Session }) {
 }
 
 function Open({ session }: { session: Session }) {
-  const who = useName();
+  const who = useUserName();
   const keep = useSetSessionCache();
   // Until the record has everything that was done without the database, the draft may not name all that was played.
   const arriving = (useLive("database")?.waiting ?? 0) > 0;
@@ -164,7 +164,7 @@ function Open({ session }: { session: Session }) {
 }
 
 function Signed({ session }: { session: Session }) {
-  const writes = useMay("write_records");
+  const writes = useHasPermission("write_records");
   return (
     <>
       <Text style={{ whiteSpace: "pre-wrap" }} data-testid="note">
@@ -189,7 +189,7 @@ function Signed({ session }: { session: Session }) {
 }
 
 function Add({ session }: { session: Session }) {
-  const who = useName();
+  const who = useUserName();
   const keep = useSetSessionCache();
   const [text, setText] = useState("");
   const add = useMutation({

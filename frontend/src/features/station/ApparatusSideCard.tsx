@@ -5,14 +5,14 @@ import { useMutation } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useOperates } from "../auth/hooks";
+import { useMayOperate } from "../auth/hooks";
 import { STANDS } from "./messages";
 
 type Side = Schemas["Live"]["side"];
 
 /** Which shoulder the apparatus stands for. Turning it is work for hands; here somebody says that it has been done. */
 export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
-  const operates = useOperates();
+  const operates = useMayOperate();
   const alive = useAlive();
   const mode = useLive("mode");
   const side = useLive("side");

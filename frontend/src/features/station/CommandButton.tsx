@@ -7,7 +7,7 @@ import { store } from "../../lib/live/store";
 import hold from "../../safety/hold.module.css";
 import { useHold } from "../../safety/useHold";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useOperates } from "../auth/hooks";
+import { useMayOperate } from "../auth/hooks";
 import { STATION } from "./messages";
 import classes from "./station.module.css";
 
@@ -25,7 +25,7 @@ type Props = ButtonProps & {
  * until the apparatus has confirmed it and what is shown tells of it.
  */
 export function CommandButton({ command, send, onDone, held = false, children, disabled, ...look }: Props) {
-  const operates = useOperates();
+  const operates = useMayOperate();
   const refusal = useRefusal(command);
   const about = useId();
   const sending = useMutation({

@@ -7,7 +7,7 @@ import { formatClock } from "../../lib/format";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { isMoving } from "../../safety/modes";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useMay } from "../auth/hooks";
+import { useHasPermission } from "../auth/hooks";
 import { LEASE } from "./messages";
 
 /** Who operates the apparatus: one person at one browser at a time. Others watch, may take over, and may always stop it. */
@@ -15,7 +15,7 @@ export function LeaseBar() {
   const alive = useAlive();
   const lease = useLive("lease");
   const mode = useLive("mode");
-  const operates = useMay("operate");
+  const operates = useHasPermission("operate");
   const [asking, dialog] = useDisclosure(false);
   const take = useMutation({
     mutationFn: (take_over: boolean) => api.takeLease(take_over),

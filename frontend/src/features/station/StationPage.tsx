@@ -12,7 +12,7 @@ import { useEpisodes } from "../../lib/patientQueries";
 import { StopBanner } from "../../safety/StopBanner";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
-import { useMay, useMe, useOperates, worksAt } from "../auth/hooks";
+import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
 import { LiveApparatus } from "../digital-twin/lazily";
 import { PatientSelect } from "../patients/PatientSelect";
 import { Angles } from "./Angles";
@@ -42,9 +42,9 @@ function useWork() {
 export function StationPage() {
   const station = useStation();
   const me = useMe();
-  const reads = useMay("read_records");
-  const operates = useOperates();
-  const diagnoses = useMay("diagnose");
+  const reads = useHasPermission("read_records");
+  const operates = useMayOperate();
+  const diagnoses = useHasPermission("diagnose");
   const search = useSearch({ from: "/" });
   const run = useLive("run");
   const teaching = useLive("teaching");

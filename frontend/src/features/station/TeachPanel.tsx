@@ -9,7 +9,7 @@ import { store } from "../../lib/live/store";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { useName } from "../auth/hooks";
+import { useUserName } from "../auth/hooks";
 import { CommandButton } from "./CommandButton";
 import { TEACH } from "./messages";
 import classes from "./station.module.css";
@@ -78,7 +78,7 @@ function Before(props: {
   onChoose: (fixtures: string) => void;
 }) {
   const { patientId, name, onName, chosen, onChoose } = props;
-  const who = useName();
+  const who = useUserName();
   const queries = useQueryClient();
   const fixtures = chosen.split(",") as Fixtures;
   const checklist = useTeachingChecklist(patientId, fixtures);

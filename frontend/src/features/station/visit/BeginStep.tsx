@@ -5,7 +5,7 @@ import { api, type ReadyPatient, type Schemas, type Session } from "../../../lib
 import { orReady, useAway } from "../../../lib/offline";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import { ProblemNote } from "../../../ui/ProblemNote";
-import { useName } from "../../auth/hooks";
+import { useUserName } from "../../auth/hooks";
 import { settingsWords } from "../playSettingsModel";
 import { VISIT } from "./messages";
 
@@ -28,7 +28,7 @@ const keptChoices = ({ programme }: ReadyPatient): Choice[] =>
 /** What is planned, and by whom: begins the session, or changes what is planned in the one that goes on. */
 export function BeginStep(props: { patientId: string; session: Session | null; onDone: () => void }) {
   const { patientId, session, onDone } = props;
-  const who = useName();
+  const who = useUserName();
   const keep = useSetSessionCache();
   const away = useAway();
   const programmes = useQuery({

@@ -7,7 +7,7 @@ import { formatClock } from "../../../lib/format";
 import { replaceData } from "../../../lib/replaceData";
 import { translateServerText } from "../../../lib/serverText";
 import { ProblemNote } from "../../../ui/ProblemNote";
-import { useMay, useName } from "../../auth/hooks";
+import { useHasPermission, useUserName } from "../../auth/hooks";
 import { HOW, VISIT } from "./messages";
 import { CheckPicture } from "./pictures";
 
@@ -43,8 +43,8 @@ export function PreflightChecklist(props: {
   onComplete?: () => void;
 }) {
   const { sessionId, recordingId, onlyOpen = false, onComplete } = props;
-  const who = useName();
-  const writes = useMay("write_records");
+  const who = useUserName();
+  const writes = useHasPermission("write_records");
   const queries = useQueryClient();
   const checklist = useChecklist(sessionId, recordingId);
   const tick = useMutation({

@@ -121,7 +121,7 @@ describe("the checklist", () => {
   });
 
   it("is not answered by somebody who only reads", async () => {
-    authStore.came(VIEWER);
+    authStore.signedIn(VIEWER);
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: [check("belt", false)], complete: false });
     show(<PreflightChecklist sessionId="s" recordingId={null} />);
     await screen.findByText("About the belt.");
@@ -201,7 +201,7 @@ describe("the note", () => {
   });
 
   it("is only read by somebody who may not write", () => {
-    authStore.came(VIEWER);
+    authStore.signedIn(VIEWER);
     show(<NoteCard session={{ ...SESSION, note: "As it stands." }} />);
     expect(screen.getByText("As it stands.")).toBeTruthy();
     expect(screen.queryByRole("button")).toBeNull();
