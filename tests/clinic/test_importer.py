@@ -391,7 +391,7 @@ def test_failed_journal_does_not_block_the_next_one(clinic: Clinic, monkeypatch:
     def full_disk(*_: object) -> None:
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(runs, "keep", full_disk)
+    monkeypatch.setattr(runs, "complete", full_disk)
     clinic.importer.run()
     assert clinic.count(RecordingRow) == 2
     assert bad.exists()

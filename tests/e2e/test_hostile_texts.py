@@ -206,7 +206,7 @@ def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned, texts: 
 
 
 _CHOICES: Final = {"fixtures": "arm_fixer_1", "station": "Station 1"}
-_NOT_ASKED: Final = {"get_patient_fhir", "list_ready"}
+_NOT_ASKED: Final = {"get_patient_fhir", "list_ready_patients"}
 """Everything of a patient, which tests/clinic/test_fhir.py has judged; and who may be treated at a station, of which this user has none."""
 NOT_KEPT: Final = {
     "", "AccountUpdate.openid", "Reauthentication.password", "BeginOpenId.to", "OidcCallback.iss", "OidcCallback.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",

@@ -69,7 +69,25 @@ _DIAGNOSE: Final = Rule("diagnose", here=True, away=True)
 _ADMINISTER: Final = Rule("administer")
 _WATCH: Final = Rule("see_station", locked=True, away=True)
 
-_RENAMED: Final[Mapping[str, str]] = MappingProxyType({"set_side": "turn", "reduce_range": "less"})
+_RENAMED: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "set_side": "turn",
+        "reduce_range": "less",
+        "request_erasure": "note_erasure",
+        "approve_erasure": "erase_patient",
+        "get_session_report_html": "get_session_page",
+        "get_session_report_pdf": "get_session_pdf",
+        "get_episode_report_html": "get_episode_page",
+        "get_episode_report_pdf": "get_episode_pdf",
+        "export_patient": "get_whole_patient",
+        "list_ready_patients": "list_ready",
+        "get_session_filter_options": "list_session_choices",
+        "confirm_check": "tick_check",
+        "list_break_glass_accesses": "list_broken_glass",
+        "review_break_glass_access": "review_broken_glass",
+        "get_note_draft": "get_draft",
+    }
+)
 """The former names of renamed routes. They stay the action codes of the audit trail, because stored rows contain them."""
 
 
@@ -119,8 +137,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "get_record_access": Rule("read_records", restricted=True),
         "change_record_access": Rule("administer", restricted=True),
         "break_glass": Rule("read_records", restricted=True),
-        "list_broken_glass": _ADMINISTER,
-        "review_broken_glass": _ADMINISTER,
+        "list_break_glass_accesses": _ADMINISTER,
+        "review_break_glass_access": _ADMINISTER,
         # Episodes, assessments, progress.
         "list_episodes": _READ,
         "open_episode": _WRITE,
@@ -155,43 +173,43 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "create_programme_version": _WRITE,
         # Sessions and runs.
         "list_sessions": _READ,
-        "list_session_choices": _READ,
+        "get_session_filter_options": _READ,
         "list_patient_sessions": _READ,
         "create_session": Rule("write_records", here=True, away=True),
         "get_session": Rule("read_records", away=True),
         "update_session": Rule("write_records", away=True),
         "get_session_plan": _READ,
-        "list_ready": Rule("read_records", here=True, away=True),
+        "list_ready_patients": Rule("read_records", here=True, away=True),
         "get_checklist": Rule("read_records", away=True),
-        "tick_check": Rule("write_records", here=True, away=True),
+        "confirm_check": Rule("write_records", here=True, away=True),
         "get_teaching_checklist": _READ,
         "end_session": Rule("write_records", away=True),
-        "get_draft": _READ,
+        "get_note_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,
         "get_run": _READ,
         "get_run_figures": _READ,
         "get_run_motion": _READ,
         # What goes out and comes in.
-        "get_session_page": _READ,
-        "get_session_pdf": _READ,
-        "get_episode_page": _READ,
-        "get_episode_pdf": _READ,
+        "get_session_report_html": _READ,
+        "get_session_report_pdf": _READ,
+        "get_episode_report_html": _READ,
+        "get_episode_report_pdf": _READ,
         "get_recording_samples": _READ,
         "get_recording_parquet": _READ,
         "get_run_samples": _READ,
         "get_run_parquet": _READ,
         "get_patient_fhir": _READ,
-        "get_whole_patient": _READ,
+        "export_patient": _READ,
         "preview_imported_motion": _WRITE,
         "import_motion": _WRITE,
         "import_fhir_patients": _WRITE,
         # Requests for erasure: noted by whoever is asked, decided by an administrator.
         "list_erasures": _READ,
         "list_patient_erasures": _READ,
-        "note_erasure": _WRITE,
+        "request_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
-        "erase_patient": _ADMINISTER,
+        "approve_erasure": _ADMINISTER,
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
         # The audit trail: who looked at a record has to be found without looking at it.

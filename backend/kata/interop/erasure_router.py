@@ -28,7 +28,7 @@ def list_patient_erasures(database: TheDatabase, patient_id: UUID) -> ErasureLis
 
 
 @router.post("/api/patients/{patient_id}/erasures", status_code=201, responses=PROBLEMS.of(404, 409, 422))
-def note_erasure(database: TheDatabase, patient_id: UUID, asked: ErasureRequest) -> Erasure:
+def request_erasure(database: TheDatabase, patient_id: UUID, asked: ErasureRequest) -> Erasure:
     """Note that a patient asks for the record to be erased. Nothing is erased by that."""
     with database.write() as session:
         return Erasure.model_validate(erasures.note(session, patient_id, asked))
@@ -42,7 +42,7 @@ def refuse_erasure(database: TheDatabase, erasure_id: UUID, refusal: ErasureRefu
 
 
 @router.post("/api/erasures/{erasure_id}/approve", responses=PROBLEMS.of(404, 409, 422))
-def erase_patient(database: TheDatabase, erasure_id: UUID, consent: ErasureConsent) -> Erasure:
+def approve_erasure(database: TheDatabase, erasure_id: UUID, consent: ErasureConsent) -> Erasure:
     """Take away what tells who the patient is, for good; what the shoulder did stays, without a person."""
     with database.write() as session:
         return Erasure.model_validate(erasures.erase(session, erasure_id, consent))

@@ -27,7 +27,7 @@ from kata.plotting.figures import FigureWorker
 from kata.station.station import Station
 from kata.types import By, Name, Side
 
-router = APIRouter(tags=["exchange"])
+router = APIRouter(tags=["import and export"])
 
 _LARGEST_CSV: Final = 64_000_000
 """An hour at 100 Hz is some 20 MB."""
@@ -187,7 +187,7 @@ def import_fhir_patients(
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _ZIP,
 )
-def get_whole_patient(database: TheDatabase, worker: TheFigures, patient_id: UUID) -> StreamingResponse:
+def export_patient(database: TheDatabase, worker: TheFigures, patient_id: UUID) -> StreamingResponse:
     """Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run."""
     with database.read() as session:
         service.identified_patient(session, patient_id)

@@ -55,7 +55,7 @@ ThePrint = Annotated[Print, Depends(_how)]
 
 
 @router.get("/api/sessions/{session_id}/report.html", response_class=HTMLResponse, responses=_HTML)
-def get_session_page(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
+def get_session_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
     """A session's report, to be read and printed. Until it is signed, it says so on every page."""
     with database.read() as reading:
         content = session.content(reading, session_id)
@@ -63,7 +63,7 @@ def get_session_page(database: TheDatabase, worker: TheFigures, how: ThePrint, s
 
 
 @router.get("/api/sessions/{session_id}/report.pdf", response_class=Response, responses=_PDF)
-def get_session_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> Response:
+def get_session_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> Response:
     """The same as PDF, on A4."""
     with database.read() as reading:
         content = session.content(reading, session_id)
@@ -71,7 +71,7 @@ def get_session_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, se
 
 
 @router.get("/api/episodes/{episode_id}/report.html", response_class=HTMLResponse, responses=_HTML)
-def get_episode_page(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
+def get_episode_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
     """An episode's report, to be read and printed: assessments, trends, sessions."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
@@ -79,7 +79,7 @@ def get_episode_page(database: TheDatabase, worker: TheFigures, how: ThePrint, e
 
 
 @router.get("/api/episodes/{episode_id}/report.pdf", response_class=Response, responses=_PDF)
-def get_episode_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> Response:
+def get_episode_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> Response:
     """The same as PDF, on A4."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
@@ -87,7 +87,7 @@ def get_episode_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, ep
 
 
 @drafts.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
-def get_draft(
+def get_note_draft(
     database: TheDatabase,
     session_id: UUID,
     language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",

@@ -14,7 +14,7 @@ from kata.clinic.restricted.schemas import (
 )
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 
-router = APIRouter(tags=["access"])
+router = APIRouter(tags=["restricted records"])
 
 
 @router.get("/api/patients/{patient_id}/access", responses=PROBLEMS.of(404, 422))
@@ -43,14 +43,14 @@ def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted
 
 
 @router.get("/api/break-glass-accesses")
-def list_broken_glass(database: TheDatabase) -> BreakGlassAccessList:
+def list_break_glass_accesses(database: TheDatabase) -> BreakGlassAccessList:
     """Records that were opened in an emergency: first those that nobody has looked at, then the newest."""
     with database.read() as session:
         return BreakGlassAccessList(items=service.break_glass_accesses(session))
 
 
 @router.post("/api/break-glass-accesses/{glass_id}/review", responses=PROBLEMS.of(404, 409, 422))
-def review_broken_glass(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BreakGlassAccess:
+def review_break_glass_access(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BreakGlassAccess:
     """Say that you have looked at it; not of what you did yourself."""
     with database.write() as session:
         return service.review(session, actor, glass_id)

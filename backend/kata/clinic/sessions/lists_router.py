@@ -54,7 +54,7 @@ def list_sessions(
 
 
 @router.get("/api/sessions/filter-options", responses=PROBLEMS.of(422))
-def list_session_choices(database: TheDatabase) -> SessionFilterOptions:
+def get_session_filter_options(database: TheDatabase) -> SessionFilterOptions:
     """The therapists, stations and causes of stops that sessions can be looked for by."""
     with database.read() as session:
         return lists.filter_options(session)

@@ -73,7 +73,7 @@ OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 
 
 @router.get("/api/station/ready-patients")
-def list_ready(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
+def list_ready_patients(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
     """While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
 
     Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
@@ -171,7 +171,7 @@ def get_checklist(
 
 
 @router.put("/api/sessions/{session_id}/checklist/{check}", responses=PROBLEMS.of(404, 409, 410, 422))
-def tick_check(
+def confirm_check(
     database: TheDatabase,
     apparatus: TheApparatus,
     offline_cache: TheOfflineCache,

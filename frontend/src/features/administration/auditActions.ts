@@ -4,11 +4,39 @@ import { say } from "../../lib/language";
 /** What the service can be asked for; what is said over a WebSocket is described as a post, and is none of its own. */
 type Asked = Exclude<keyof operations, `${string}_post` | Renamed>;
 
-/** Operations that were renamed: the audit trail stores their former names ("turn", "less"). */
-type Renamed = "set_side" | "reduce_range";
+/** Operations that were renamed: the audit trail stores their former names. */
+type Renamed =
+  | "set_side"
+  | "reduce_range"
+  | "request_erasure"
+  | "approve_erasure"
+  | "get_session_report_html"
+  | "get_session_report_pdf"
+  | "get_episode_report_html"
+  | "get_episode_report_pdf"
+  | "export_patient"
+  | "list_ready_patients"
+  | "get_session_filter_options"
+  | "confirm_check"
+  | "list_break_glass_accesses"
+  | "review_break_glass_access"
+  | "get_note_draft";
 
 /** What the audit trail tells besides; a test of the service's own holds this list. */
 type BesidesAsked =
+  | "note_erasure"
+  | "erase_patient"
+  | "get_session_page"
+  | "get_session_pdf"
+  | "get_episode_page"
+  | "get_episode_pdf"
+  | "get_whole_patient"
+  | "list_ready"
+  | "list_session_choices"
+  | "tick_check"
+  | "list_broken_glass"
+  | "review_broken_glass"
+  | "get_draft"
   | "turn"
   | "less"
   | "page"

@@ -467,10 +467,10 @@ export interface paths {
         get: operations["list_patient_erasures"];
         put?: never;
         /**
-         * Note Erasure
+         * Request Erasure
          * @description Note that a patient asks for the record to be erased. Nothing is erased by that.
          */
-        post: operations["note_erasure"];
+        post: operations["request_erasure"];
         delete?: never;
         options?: never;
         head?: never;
@@ -507,10 +507,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Erase Patient
+         * Approve Erasure
          * @description Take away what tells who the patient is, for good; what the shoulder did stays, without a person.
          */
-        post: operations["erase_patient"];
+        post: operations["approve_erasure"];
         delete?: never;
         options?: never;
         head?: never;
@@ -689,10 +689,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Whole Patient
+         * Export Patient
          * @description Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run.
          */
-        get: operations["get_whole_patient"];
+        get: operations["export_patient"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1038,10 +1038,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session Page
+         * Get Session Report Html
          * @description A session's report, to be read and printed. Until it is signed, it says so on every page.
          */
-        get: operations["get_session_page"];
+        get: operations["get_session_report_html"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1058,10 +1058,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session Pdf
+         * Get Session Report Pdf
          * @description The same as PDF, on A4.
          */
-        get: operations["get_session_pdf"];
+        get: operations["get_session_report_pdf"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1078,10 +1078,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Episode Page
+         * Get Episode Report Html
          * @description An episode's report, to be read and printed: assessments, trends, sessions.
          */
-        get: operations["get_episode_page"];
+        get: operations["get_episode_report_html"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1098,10 +1098,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Episode Pdf
+         * Get Episode Report Pdf
          * @description The same as PDF, on A4.
          */
-        get: operations["get_episode_pdf"];
+        get: operations["get_episode_report_pdf"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1118,10 +1118,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Draft
+         * Get Note Draft
          * @description A note from what was measured, to be read and edited; nothing is kept of it.
          */
-        get: operations["get_draft"];
+        get: operations["get_note_draft"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1182,10 +1182,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Broken Glass
+         * List Break Glass Accesses
          * @description Records that were opened in an emergency: first those that nobody has looked at, then the newest.
          */
-        get: operations["list_broken_glass"];
+        get: operations["list_break_glass_accesses"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1204,10 +1204,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Review Broken Glass
+         * Review Break Glass Access
          * @description Say that you have looked at it; not of what you did yourself.
          */
-        post: operations["review_broken_glass"];
+        post: operations["review_break_glass_access"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1248,10 +1248,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Session Choices
+         * Get Session Filter Options
          * @description The therapists, stations and causes of stops that sessions can be looked for by.
          */
-        get: operations["list_session_choices"];
+        get: operations["get_session_filter_options"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1288,13 +1288,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Ready
+         * List Ready Patients
          * @description While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
          *
          *     Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
          *     record is restricted. Nobody at all while the database answers.
          */
-        get: operations["list_ready"];
+        get: operations["list_ready_patients"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1356,10 +1356,10 @@ export interface paths {
         };
         get?: never;
         /**
-         * Tick Check
+         * Confirm Check
          * @description Somebody has looked, and it is in order.
          */
-        put: operations["tick_check"];
+        put: operations["confirm_check"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2584,7 +2584,7 @@ export interface components {
             sessions: number;
             /**
              * Sessions Wished
-             * @description What the programme said at its end; null where none said anything.
+             * @description What the programme wishes at its end; null where none wishes anything.
              * @example 3
              */
             sessions_wished: number | null;
@@ -6438,24 +6438,6 @@ export interface components {
             checked_at: string | null;
         };
         /**
-         * SessionFilterOptions
-         * @description What sessions can be looked for by.
-         */
-        SessionFilterOptions: {
-            /** Therapists */
-            therapists: string[];
-            /** Stations */
-            stations: string[];
-            /**
-             * Stops
-             * @description Codes of the causes that have stopped a playback.
-             * @example [
-             *       "estop_pressed"
-             *     ]
-             */
-            stops: string[];
-        };
-        /**
          * SessionCreate
          * @description What is needed to begin a session.
          */
@@ -6488,6 +6470,24 @@ export interface components {
              * @description As what happened suggests unless given.
              */
             reason?: ("completed" | "shortened" | "stopped" | "patient_request" | "other") | null;
+        };
+        /**
+         * SessionFilterOptions
+         * @description What sessions can be looked for by.
+         */
+        SessionFilterOptions: {
+            /** Therapists */
+            therapists: string[];
+            /** Stations */
+            stations: string[];
+            /**
+             * Stops
+             * @description Codes of the causes that have stopped a playback.
+             * @example [
+             *       "estop_pressed"
+             *     ]
+             */
+            stops: string[];
         };
         /**
          * SessionItem
@@ -6601,7 +6601,7 @@ export interface components {
             session_id: string;
             /** Ended */
             ended: boolean;
-            /** @description Null where recordings were chosen one by one. */
+            /** @description Null where recordings were chosen item by item. */
             programme: components["schemas"]["PlannedProgramme"] | null;
             /**
              * Played S
@@ -9760,7 +9760,7 @@ export interface operations {
             };
         };
     };
-    note_erasure: {
+    request_erasure: {
         parameters: {
             query?: never;
             header?: never;
@@ -9938,7 +9938,7 @@ export interface operations {
             };
         };
     };
-    erase_patient: {
+    approve_erasure: {
         parameters: {
             query?: never;
             header?: never;
@@ -10732,7 +10732,7 @@ export interface operations {
             };
         };
     };
-    get_whole_patient: {
+    export_patient: {
         parameters: {
             query?: never;
             header?: never;
@@ -12468,7 +12468,7 @@ export interface operations {
             };
         };
     };
-    get_session_page: {
+    get_session_report_html: {
         parameters: {
             query?: {
                 /** @description en: English. ja: Japanese. */
@@ -12547,7 +12547,7 @@ export interface operations {
             };
         };
     };
-    get_session_pdf: {
+    get_session_report_pdf: {
         parameters: {
             query?: {
                 /** @description en: English. ja: Japanese. */
@@ -12626,7 +12626,7 @@ export interface operations {
             };
         };
     };
-    get_episode_page: {
+    get_episode_report_html: {
         parameters: {
             query?: {
                 /** @description en: English. ja: Japanese. */
@@ -12705,7 +12705,7 @@ export interface operations {
             };
         };
     };
-    get_episode_pdf: {
+    get_episode_report_pdf: {
         parameters: {
             query?: {
                 /** @description en: English. ja: Japanese. */
@@ -12784,7 +12784,7 @@ export interface operations {
             };
         };
     };
-    get_draft: {
+    get_note_draft: {
         parameters: {
             query?: {
                 /** @description en: English. ja: Japanese. */
@@ -13108,7 +13108,7 @@ export interface operations {
             };
         };
     };
-    list_broken_glass: {
+    list_break_glass_accesses: {
         parameters: {
             query?: never;
             header?: never;
@@ -13164,7 +13164,7 @@ export interface operations {
             };
         };
     };
-    review_broken_glass: {
+    review_break_glass_access: {
         parameters: {
             query?: never;
             header?: never;
@@ -13416,7 +13416,7 @@ export interface operations {
             };
         };
     };
-    list_session_choices: {
+    get_session_filter_options: {
         parameters: {
             query?: never;
             header?: never;
@@ -13562,7 +13562,7 @@ export interface operations {
             };
         };
     };
-    list_ready: {
+    list_ready_patients: {
         parameters: {
             query?: never;
             header?: never;
@@ -13871,7 +13871,7 @@ export interface operations {
             };
         };
     };
-    tick_check: {
+    confirm_check: {
         parameters: {
             query?: never;
             header?: never;
