@@ -21,11 +21,6 @@ from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
 
-DATABASE_UNAVAILABLE: Final = Refusal.of(
-    code=availability.DATABASE_UNAVAILABLE,
-    message=texts.DATABASE_AWAY(),
-    next_step=texts.TRY_AGAIN_STOP_WORKS(),
-)
 _AGAIN_IN_S: Final = 5
 _OF_STATUS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
 """What Starlette itself answers."""

@@ -1,13 +1,20 @@
 """The live state as JSON: built once for all listeners, with the parts that differ between browsers laid over it."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
-from kata.api.errors import DATABASE_UNAVAILABLE
+from kata.api import texts
+from kata.database import availability
 from kata.device.messages import COMMAND_NAMES, Refusal
 from kata.station.lease import Browser
 from kata.station.schemas import DatabaseStatus, RefusalLive
 from kata.station.station import Station
+
+_DATABASE_UNAVAILABLE: Final = Refusal.of(
+    code=availability.DATABASE_UNAVAILABLE,
+    message=texts.DATABASE_AWAY(),
+    next_step=texts.TRY_AGAIN_STOP_WORKS(),
+)
 
 
 class LiveStateView:
@@ -41,7 +48,7 @@ class LiveStateView:
         elif database_status.unavailable_since:
             # A running session continues with its prefetched data. Anything new has to be read from and written to the database first.
             refused = ("teach",) if self._may_load() else ("teach", "load")
-            own["refusals"] = dict.fromkeys(refused, _as_json(DATABASE_UNAVAILABLE)) | self._state["refusals"]
+            own["refusals"] = dict.fromkeys(refused, _as_json(_DATABASE_UNAVAILABLE)) | self._state["refusals"]
         return self._state | own
 
 
