@@ -42,7 +42,7 @@ from kata.device.messages import (
     Teach,
     Unload,
 )
-from kata.simulator.script import Kind
+from kata.simulator.fault_injector import FaultKind
 from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
 from tests.campaign.stations import stations
 from tests.support.simulated_world import World
@@ -60,16 +60,16 @@ _RECOVERS_S: Final = 4.0
 _ON_THE_WIRE_S: Final = 0.005
 """What was sent last still reaches the drives."""
 
-_DRIVE_FAULTS: Final[list[Kind]] = [
+_DRIVE_FAULTS: Final[list[FaultKind]] = [
     "off", "silent", "stuck", "frozen", "garbage", "wrong_crc", "delayed", "intermittent", "hardware_error",
 ]  # fmt: skip
-_RESETS: Final[list[Kind]] = ["off", "reboot", "exchanged", "exchanged_id", "exchanged_model"]
+_RESETS: Final[list[FaultKind]] = ["off", "reboot", "exchanged", "exchanged_id", "exchanged_model"]
 """The drive comes back with registers that are not the configured ones."""
-_BUS_FAULTS: Final[list[Kind]] = [
+_BUS_FAULTS: Final[list[FaultKind]] = [
     "noise", "echo", "estop_wire_broken", "second_wire_broken", "contact_welded", "inputs_silent",
 ]  # fmt: skip
 _VALUES: Final = {"delayed": 15.0, "intermittent": 0.5, "hardware_error": 4.0, "exchanged_id": 17.0}
-_POWERLESS: Final[frozenset[Kind]] = frozenset({"hardware_error", *_RESETS})
+_POWERLESS: Final[frozenset[FaultKind]] = frozenset({"hardware_error", *_RESETS})
 
 _START_DEG: Final = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
 """Close to where the arm rests: the approach is short."""
@@ -264,11 +264,11 @@ class Sequences(RuleBasedStateMachine):
         self._pedal.append((self.world.t_ns, down))
 
     @rule(kind=st.sampled_from(_DRIVE_FAULTS), motor=st.integers(1, 5))
-    def a_drive_fails(self, kind: Kind, motor: int) -> None:
+    def a_drive_fails(self, kind: FaultKind, motor: int) -> None:
         self._fault(kind, motor)
 
     @rule(kind=st.sampled_from(_RESETS), motor=st.integers(1, 5), back=st.booleans())
-    def a_drive_loses_its_settings(self, kind: Kind, motor: int, back: bool) -> None:
+    def a_drive_loses_its_settings(self, kind: FaultKind, motor: int, back: bool) -> None:
         """``back``: it is there again at once, as after a dip of the supply."""
         self._fault(kind, motor)
         if back:
@@ -278,12 +278,12 @@ class Sequences(RuleBasedStateMachine):
     def a_drive_loses_one_setting(self, motor: int, which: int) -> None:
         """One register has its factory value again, and no status carries it: only the rotation of the verification reads it."""
         registers = self.judge.rotated_registers(motor)
-        if registers and not self.world.script.has("exchanged_id", motor):
+        if registers and not self.world.faults.has("exchanged_id", motor):
             self._disturb()
             self.world.set_registers(motor, *registers[which % len(registers)])
 
     @rule(kind=st.sampled_from(_BUS_FAULTS))
-    def the_bus_fails(self, kind: Kind) -> None:
+    def the_bus_fails(self, kind: FaultKind) -> None:
         if kind in ("estop_wire_broken", "second_wire_broken", "contact_welded"):
             self.judge.released = True
         self._disturb()
@@ -306,8 +306,8 @@ class Sequences(RuleBasedStateMachine):
     @rule()
     def it_is_mended(self) -> None:
         # What was pressed or failed unseen counts from now; where the port was gone, from when it is open.
-        self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.script.has("gone") else 0)
-        self.world.script.clear()
+        self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.faults.has("gone") else 0)
+        self.world.faults.clear()
         self._disturb()
         self._disturbed = False
         if self._estop_pressed_ns is not None:
@@ -374,7 +374,7 @@ class Sequences(RuleBasedStateMachine):
 
     @invariant()
     def a_pressed_switch_has_cut_the_torque(self) -> None:
-        if not hasattr(self, "world") or self._estop_pressed_ns is None or self.world.script.has("gone"):
+        if not hasattr(self, "world") or self._estop_pressed_ns is None or self.world.faults.has("gone"):
             return
         if not self._a_contact_tells:
             return
@@ -384,7 +384,7 @@ class Sequences(RuleBasedStateMachine):
             reached = [
                 drive.torque_on
                 for motor, drive in enumerate(self.world.apparatus.drives, start=1)
-                if not self.world.script.has("off", motor) and not self.world.script.has("exchanged_id", motor)
+                if not self.world.faults.has("off", motor) and not self.world.faults.has("exchanged_id", motor)
             ]
             assert not any(reached), "torque with the switch pressed"
 
@@ -450,7 +450,7 @@ class Sequences(RuleBasedStateMachine):
 
     # -- parts --------------------------------------------------------------------------------------------------------
 
-    def _fault(self, kind: Kind, motor: int) -> None:
+    def _fault(self, kind: FaultKind, motor: int) -> None:
         alone = kind == "hardware_error" and not self._disturbed
         self._disturb()
         if kind in _POWERLESS:
@@ -463,15 +463,15 @@ class Sequences(RuleBasedStateMachine):
     def _a_contact_tells(self) -> bool:
         """At least one of the contacts that are wired opens or closes with the switch. With both broken nothing can be known."""
         second = self.world.config.inputs.estop_second_port is not None
-        return not self.world.script.has("contact_welded") or (
-            second and not self.world.script.has("second_wire_broken")
+        return not self.world.faults.has("contact_welded") or (
+            second and not self.world.faults.has("second_wire_broken")
         )
 
     @property
     def _looks_pressed(self) -> bool:
         """Either contact of the emergency stop is as if it were pressed."""
         broken = any(
-            self.world.script.has(kind) for kind in ("estop_wire_broken", "second_wire_broken", "contact_welded")
+            self.world.faults.has(kind) for kind in ("estop_wire_broken", "second_wire_broken", "contact_welded")
         )
         return broken or self._estop_pressed_ns is not None
 

@@ -1,4 +1,4 @@
-"""What is broken looks broken from the other end of the wire, and whole again afterwards."""
+"""Faults are visible on the bus, and gone after they are cleared."""
 
 import struct
 import time
@@ -21,16 +21,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.simulator import modbus, protocol
-from kata.simulator.answers import Answer
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus import ServoBus
+from kata.simulator.bus_answer import BusAnswer
 from kata.simulator.client import SimulatorClient
-from kata.simulator.drive import Noticed
-from kata.simulator.modbus import Request
-from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.drive import DriveEvent
+from kata.simulator.fault_injector import FaultKind, SimulatedFault
+from kata.simulator.modbus import ModbusRequest
+from kata.simulator.modbus_bus import SimulatedModbusBus
 from kata.simulator.process import SimulatorProcess
 from kata.simulator.protocol import Instruction, InstructionParser
-from kata.simulator.script import Fault, Kind
 
 TORQUE_ENABLE, HARDWARE_ERROR, P_GAIN, GOAL_POSITION, PRESENT_POSITION = 64, 70, 84, 116, 132
 BAUD = 1_000_000
@@ -59,7 +59,7 @@ def port(simulator: SimulatorProcess) -> Iterator[Any]:
 
 
 def comes(port: Any, drive_id: int = 3) -> int:
-    """What the maker's library makes of a position's reading."""
+    """Return the result of reading a position with the maker's library."""
     result: int = packets.read4ByteTxRx(port, drive_id, PRESENT_POSITION)[1]
     return result
 
@@ -87,7 +87,7 @@ def test_silent_drive_still_executes_commands(port: Any, hand: SimulatorClient) 
 
 
 def test_corrupt_answer_is_rejected(port: Any, hand: SimulatorClient) -> None:
-    kinds: tuple[Kind, ...] = ("garbage", "wrong_crc", "duplicate_id")
+    kinds: tuple[FaultKind, ...] = ("garbage", "wrong_crc", "duplicate_id")
     for kind in kinds:
         hand.fault(kind, motor=3)
         assert comes(port) in (COMM_RX_CORRUPT, COMM_RX_TIMEOUT), kind
@@ -193,18 +193,18 @@ def instruction(drive_id: int, code: int) -> bytes:
 
 
 class World:
-    """Five servos and a clock that only we move."""
+    """Five servos with a clock that the test advances."""
 
     def __init__(self, seed: int = 1) -> None:
         self.now_ns = 0
-        self.noticed: list[tuple[int, int, Noticed, float]] = []
-        self.apparatus = Apparatus(seed, now_ns=0, witness=lambda *one: self.noticed.append(one))
+        self.noticed: list[tuple[int, int, DriveEvent, float]] = []
+        self.apparatus = SimulatedApparatus(seed, now_ns=0, on_drive_event=lambda *one: self.noticed.append(one))
         self.bus = ServoBus(self.apparatus)
 
-    def tell(self, drive_id: int, code: int, parameters: bytes = b"") -> list[Answer]:
-        return self.bus.carry_out(Instruction(drive_id, code, parameters, 0, sound=True), BAUD, self.now_ns)
+    def tell(self, drive_id: int, code: int, parameters: bytes = b"") -> list[BusAnswer]:
+        return self.bus.execute(Instruction(drive_id, code, parameters, 0, valid=True), BAUD, self.now_ns)
 
-    def write(self, drive_id: int, address: int, data: bytes) -> list[Answer]:
+    def write(self, drive_id: int, address: int, data: bytes) -> list[BusAnswer]:
         return self.tell(drive_id, protocol.WRITE, struct.pack("<H", address) + data)
 
     def position(self, drive_id: int) -> int:
@@ -224,13 +224,13 @@ def test_stuck_shaft_stays_although_pulled() -> None:
     world = World()
     world.energise(4)
     start = world.position(4)
-    world.bus.script.fault(Fault("stuck", 4))
+    world.bus.faults.fault(SimulatedFault("stuck", 4))
     world.write(4, GOAL_POSITION, struct.pack("<i", start + 400))
     world.forward(2.0)
     axis = world.apparatus.state().axes[3]
     assert world.position(4) == start
     assert axis.torque_nm > 5.0
-    world.bus.script.clear()
+    world.bus.faults.clear()
     world.forward(2.0)
     assert abs(world.position(4) - start - 400) < 5
 
@@ -239,12 +239,12 @@ def test_frozen_drive_repeats_itself_and_moves_on() -> None:
     world = World()
     world.energise(4)
     start = world.position(4)
-    world.bus.script.fault(Fault("frozen", 4))
+    world.bus.faults.fault(SimulatedFault("frozen", 4))
     world.write(4, GOAL_POSITION, struct.pack("<i", start + 400))
     world.forward(2.0)
     assert world.position(4) == start
     assert world.apparatus.state().axes[3].angle_deg > 30.0
-    world.bus.script.clear()
+    world.bus.faults.clear()
     assert abs(world.position(4) - start - 400) < 5
 
 
@@ -252,7 +252,7 @@ def test_simulation_time_follows_the_caller_even_after_long_gaps() -> None:
     world = World()
     world.energise(4)
     world.write(4, GOAL_POSITION, struct.pack("<i", 2048 + 1024))
-    world.forward(20.0)  # In one step: with a real clock most of it would be let go.
+    world.forward(20.0)  # In one step: with a real clock most of it would be skipped.
     assert world.apparatus.state().axes[3].angle_deg == pytest.approx(90.0, abs=0.5)
     world.apparatus.press_estop(pressed=True)
     world.apparatus.step_on_pedal(down=True)
@@ -268,8 +268,8 @@ def test_the_witness_hears_of_goals_and_torque_with_their_time() -> None:
     world.write(4, GOAL_POSITION, struct.pack("<i", 2048 + 512))
     world.write(4, TORQUE_ENABLE, b"\1")
     world.now_ns = 2_000_001
-    world.write(4, GOAL_POSITION, struct.pack("<i", 9999))  # Beyond its limits: refused, so it is none.
-    world.bus.script.fault(Fault("off", 4))
+    world.write(4, GOAL_POSITION, struct.pack("<i", 9999))  # Beyond its limits, so it is refused and not reported.
+    world.bus.faults.fault(SimulatedFault("off", 4))
     assert world.noticed == [
         (1_234_567, 4, "goal", 45.0),
         (1_234_567, 4, "torque", 1.0),
@@ -278,50 +278,50 @@ def test_the_witness_hears_of_goals_and_torque_with_their_time() -> None:
 
 
 def test_the_witness_hears_the_same_of_modbus_drives() -> None:
-    noticed: list[tuple[int, int, Noticed, float]] = []
-    bus = ModbusBus(Apparatus(1, now_ns=0, witness=lambda *one: noticed.append(one)))
-    bus.carry_out(Request(4, 0x10, struct.pack(">HHBi", 0x10, 2, 4, 4500)), BAUD, 7_000_000)
-    bus.carry_out(Request(0, 6, struct.pack(">HH", 0, 1)), BAUD, 8_000_000)
+    noticed: list[tuple[int, int, DriveEvent, float]] = []
+    bus = SimulatedModbusBus(SimulatedApparatus(1, now_ns=0, on_drive_event=lambda *one: noticed.append(one)))
+    bus.execute(ModbusRequest(4, 0x10, struct.pack(">HHBi", 0x10, 2, 4, 4500)), BAUD, 7_000_000)
+    bus.execute(ModbusRequest(0, 6, struct.pack(">HH", 0, 1)), BAUD, 8_000_000)
     assert noticed == [(7_000_000, 4, "goal", 45.0), *((8_000_000, n, "torque", 1.0) for n in range(1, 6))]
 
 
 def test_modbus_drives_break_in_the_same_ways() -> None:
-    bus = ModbusBus(Apparatus(1, now_ns=0))
-    ask = Request(3, 3, struct.pack(">HH", 0x20, 6))
+    bus = SimulatedModbusBus(SimulatedApparatus(1, now_ns=0))
+    ask = ModbusRequest(3, 3, struct.pack(">HH", 0x20, 6))
 
-    def answers(request: Request = ask) -> list[bytes]:
-        return [answer.data for answer in bus.carry_out(request, BAUD, 0)]
+    def answers(request: ModbusRequest = ask) -> list[bytes]:
+        return [answer.data for answer in bus.execute(request, BAUD, 0)]
 
     (whole,) = answers()
-    kinds: tuple[Kind, ...] = ("garbage", "wrong_crc", "duplicate_id")
+    kinds: tuple[FaultKind, ...] = ("garbage", "wrong_crc", "duplicate_id")
     for kind in kinds:
-        bus.script.fault(Fault(kind, 3))
+        bus.faults.fault(SimulatedFault(kind, 3))
         (damaged,) = answers()
         assert modbus.parse(damaged) is None, kind
-        bus.script.clear()
-    bus.script.fault(Fault("silent", 3))
+        bus.faults.clear()
+    bus.faults.fault(SimulatedFault("silent", 3))
     assert answers() == []
-    assert answers(Request(3, 6, struct.pack(">HH", 3, 400))) == []
-    bus.script.clear()
-    assert answers(Request(3, 3, struct.pack(">HH", 3, 1))) == [modbus.frame(3, 3, struct.pack(">BH", 2, 400))]
-    bus.script.fault(Fault("off", 3))
+    assert answers(ModbusRequest(3, 6, struct.pack(">HH", 3, 400))) == []
+    bus.faults.clear()
+    assert answers(ModbusRequest(3, 3, struct.pack(">HH", 3, 1))) == [modbus.frame(3, 3, struct.pack(">BH", 2, 400))]
+    bus.faults.fault(SimulatedFault("off", 3))
     assert answers() == []
-    bus.script.clear()
-    assert answers(Request(3, 3, struct.pack(">HH", 3, 1))) == [modbus.frame(3, 3, struct.pack(">BH", 2, 1000))]
-    bus.script.fault(Fault("hardware_error", 3, 5))
-    assert answers(Request(3, 3, struct.pack(">HH", 0x21, 1))) == [modbus.frame(3, 3, struct.pack(">BH", 2, 5))]
-    assert answers(Request(3, 6, struct.pack(">HH", 0, 1))) == [modbus.exception(3, 6, modbus.DEVICE_FAILURE)]
-    bus.script.clear()
-    bus.script.fault(Fault("inputs_silent"))
-    assert answers(Request(1, 2, struct.pack(">HH", 0, 2))) == []
-    bus.script.clear()
+    bus.faults.clear()
+    assert answers(ModbusRequest(3, 3, struct.pack(">HH", 3, 1))) == [modbus.frame(3, 3, struct.pack(">BH", 2, 1000))]
+    bus.faults.fault(SimulatedFault("hardware_error", 3, 5))
+    assert answers(ModbusRequest(3, 3, struct.pack(">HH", 0x21, 1))) == [modbus.frame(3, 3, struct.pack(">BH", 2, 5))]
+    assert answers(ModbusRequest(3, 6, struct.pack(">HH", 0, 1))) == [modbus.exception(3, 6, modbus.DEVICE_FAILURE)]
+    bus.faults.clear()
+    bus.faults.fault(SimulatedFault("inputs_silent"))
+    assert answers(ModbusRequest(1, 2, struct.pack(">HH", 0, 2))) == []
+    bus.faults.clear()
     assert answers() == [whole]
 
 
 def test_silent_drive_silences_those_after_it_in_sync_reads() -> None:
     world = World()
     ask = struct.pack("<HH", PRESENT_POSITION, 4) + bytes([1, 2, 3, 4, 5])
-    world.bus.script.fault(Fault("silent", 3))
+    world.bus.faults.fault(SimulatedFault("silent", 3))
     assert len(world.tell(protocol.BROADCAST, protocol.SYNC_READ, ask)) == 2
     assert len(world.tell(protocol.BROADCAST, protocol.PING)) == 4
 
@@ -329,8 +329,8 @@ def test_silent_drive_silences_those_after_it_in_sync_reads() -> None:
 def test_the_same_seed_spoils_in_the_same_way() -> None:
     def spoilt(seed: int) -> list[bytes]:
         world = World(seed)
-        world.bus.script.fault(Fault("intermittent", 3, 0.5))
-        world.bus.script.fault(Fault("garbage", 3))
+        world.bus.faults.fault(SimulatedFault("intermittent", 3, 0.5))
+        world.bus.faults.fault(SimulatedFault("garbage", 3))
         return [answer.data for _ in range(20) for answer in world.tell(3, protocol.PING)]
 
     assert spoilt(1) == spoilt(1) != spoilt(2)
@@ -340,14 +340,14 @@ def test_the_same_seed_spoils_in_the_same_way() -> None:
     ("kind", "motor", "value"),
     [("silent", None, None), ("silent", 6, None), ("gone", 1, None), ("delayed", 1, None), ("intermittent", 1, 1.5)],
 )
-def test_a_fault_that_cannot_be_is_refused(kind: Kind, motor: int | None, value: float | None) -> None:
+def test_a_fault_that_cannot_be_is_refused(kind: FaultKind, motor: int | None, value: float | None) -> None:
     with pytest.raises(ValueError, match=kind):
-        Fault(kind, motor, value)
+        SimulatedFault(kind, motor, value)
 
 
 @given(st.lists(st.binary(max_size=80), max_size=6), st.booleans())
 def test_no_bytes_upset_the_servos(pieces: list[bytes], headed: bool) -> None:
-    """And what is taken for sound has a checksum that holds."""
+    """A packet taken as valid has a correct checksum."""
     world = World()
     parser = InstructionParser()
     heard = b""
@@ -355,14 +355,14 @@ def test_no_bytes_upset_the_servos(pieces: list[bytes], headed: bool) -> None:
         data = protocol.HEADER + piece if headed else piece
         heard += data
         for one in parser.feed(data):
-            if one.sound:
+            if one.valid:
                 assert one.size <= len(heard)
                 assert any(
                     crc16.umts(heard[n : n + one.size - 2]).to_bytes(2, "little")
                     == heard[n + one.size - 2 : n + one.size]
                     for n in range(len(heard) - one.size + 1)
                 )
-            world.bus.carry_out(one, BAUD, 0)
+            world.bus.execute(one, BAUD, 0)
 
 
 codes = st.sampled_from([1, 2, 3, 4, 5, 8, 0x82, 0x83, 0x8A, 0x92, 0x93]) | st.integers(0, 255)

@@ -8,9 +8,9 @@ import pytest
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus import ServoBus
-from kata.simulator.hand import HandRefusedError, Motion
+from kata.simulator.hand import GuidedMotion, HandRefusedError
 from kata.simulator.parameters import DRIVES
 from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
@@ -18,18 +18,18 @@ COUNT_DEG = 360 / 4096
 SPEED_DEG_S = 50.0
 
 
-def rows(motion: Taught) -> Motion:
-    """The motion as the hand takes it."""
-    whole = Motion()
+def rows(motion: Taught) -> GuidedMotion:
+    """Return the motion in the hand's form."""
+    whole = GuidedMotion()
     whole.add(motion.times_s.tolist(), motion.poses_deg.tolist())
     return whole
 
 
 class World:
-    """An apparatus and its own clock."""
+    """An apparatus with its own clock."""
 
     def __init__(self, seed: int | None = None) -> None:
-        self.apparatus = Apparatus(seed)
+        self.apparatus = SimulatedApparatus(seed)
         self.servos = ServoBus(self.apparatus).servos
         self.now_ns = self.apparatus.state().t_ns
 
@@ -92,7 +92,7 @@ def test_hand_does_one_thing_at_a_time_and_releases_immediately() -> None:
 
 def test_a_motion_that_cannot_be_is_refused() -> None:
     world = World()
-    motion = Motion()
+    motion = GuidedMotion()
     motion.add([0.0, 0.1], [[0.0] * 5] * 2)
     with pytest.raises(HandRefusedError, match="time that increases"):
         motion.add([0.1], [[0.0] * 5])
@@ -101,14 +101,14 @@ def test_a_motion_that_cannot_be_is_refused() -> None:
     with pytest.raises(HandRefusedError, match="cannot"):
         motion.add([0.2], [[80.0, 80.0, 0.0, 0.0, 0.0]])
     with pytest.raises(HandRefusedError, match="two or more rows"):
-        world.apparatus.guide("m", Motion(), pedal=True)
+        world.apparatus.guide("m", GuidedMotion(), pedal=True)
     assert world.apparatus.state().hand.phase == "away"
 
 
 def test_a_motion_given_in_pieces_is_the_same_motion() -> None:
     whole = built_in_motions()[6]
     times, poses = whole.times_s.tolist(), whole.poses_deg.tolist()
-    pieces = Motion()
+    pieces = GuidedMotion()
     for n in range(0, len(times), 7):
         pieces.add(times[n : n + 7], poses[n : n + 7])
     assert pieces.times_s == rows(whole).times_s

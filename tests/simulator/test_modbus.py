@@ -15,10 +15,10 @@ from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
 
 from kata.simulator import modbus
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.lines import ModbusLine
-from kata.simulator.modbus import Request
-from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.modbus import ModbusRequest
+from kata.simulator.modbus_bus import SimulatedModbusBus
 from kata.simulator.process import SimulatorProcess
 
 TORQUE_ENABLE, CLEAR, WATCHDOG_MS, TORQUE_LIMIT, MIN_POSITION, MAX_POSITION, GOAL = 0, 1, 2, 3, 4, 6, 0x10
@@ -40,7 +40,7 @@ def client(simulator: SimulatorProcess) -> Iterator[ModbusSerialClient]:
 
 
 def long(value: int) -> list[int]:
-    """As two registers."""
+    """Return a value as two registers."""
     return list(struct.unpack(">HH", struct.pack(">i", value)))
 
 
@@ -89,7 +89,7 @@ def test_drive_refuses_unsupported_requests(client: ModbusSerialClient) -> None:
     assert refused(client.read_input_registers(0, count=1, device_id=1)) == modbus.ILLEGAL_FUNCTION
     assert refused(client.read_holding_registers(8, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(STATUS, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS
-    assert refused(client.write_register(GOAL, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS  # Half of it.
+    assert refused(client.write_register(GOAL, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS  # Half of a frame.
     assert refused(client.read_discrete_inputs(2, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.read_discrete_inputs(0, count=2, device_id=2)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(TORQUE_ENABLE, 2, device_id=1)) == modbus.ILLEGAL_VALUE
@@ -139,7 +139,7 @@ def test_inputs_are_closed_contacts(simulator: SimulatorProcess, client: ModbusS
 
 
 def test_a_broadcast_acts_everywhere_and_is_not_answered(simulator: SimulatorProcess) -> None:
-    # Raw: pymodbus does not wait for silence after a broadcast, which has no answer to wait for.
+    # Written directly: pymodbus does not wait for the silence after a broadcast, which has no answer.
     with closing(serial.Serial(simulator.port, BAUD, timeout=0.1)) as line, closing(simulator.client()) as hand:
         line.write(modbus.frame(0, 6, bytes([0, TORQUE_ENABLE, 0, 1])))
         assert line.read(1) == b""
@@ -181,8 +181,8 @@ def test_checksum_matches_the_published_one(frame: bytes, known: str) -> None:
     assert frame.hex(" ") == known
 
 
-def bus() -> ModbusBus:
-    return ModbusBus(Apparatus(0, now_ns=0))
+def bus() -> SimulatedModbusBus:
+    return SimulatedModbusBus(SimulatedApparatus(0, now_ns=0))
 
 
 @given(st.binary(max_size=300), st.booleans())
@@ -192,7 +192,7 @@ def test_no_bytes_upset_a_drive(noise: bytes, sound: bool) -> None:
     if request is None:
         return
     assert crc16.modbus(heard) == 0
-    for answer in bus().carry_out(request, BAUD, 0):
+    for answer in bus().execute(request, BAUD, 0):
         assert modbus.parse(answer.data)
 
 
@@ -211,25 +211,25 @@ def test_no_sound_request_upsets_a_drive(requests: list[tuple[int, int, bytes]])
     now_ns = 0
     for slave, function, data in requests:
         now_ns += 3_000_000
-        for answer in drives.carry_out(Request(slave, function, data), BAUD, now_ns):
-            told = modbus.parse(answer.data)
-            assert told and told.slave == slave and told.function in (function, function | 0x80)
-            if told.function & 0x80 and not function & 0x80:
-                assert told.data[0] in (1, 2, 3, 4)
+        for answer in drives.execute(ModbusRequest(slave, function, data), BAUD, now_ns):
+            answers = modbus.parse(answer.data)
+            assert answers and answers.slave == slave and answers.function in (function, function | 0x80)
+            if answers.function & 0x80 and not function & 0x80:
+                assert answers.data[0] in (1, 2, 3, 4)
 
 
 @given(st.binary(max_size=40), st.data())
 def test_frame_received_in_pieces_without_a_pause_is_one_frame(noise: bytes, data: st.DataObject) -> None:
     ask = modbus.frame(1, 3, bytes([0, STATUS, 0, 6]))
     line = ModbusLine(bus())
-    line.hear(noise, 0, BAUD)
+    line.receive(noise, 0, BAUD)
     after_noise = line.due_ns or 0
-    assert list(line.carry_out(after_noise)) == [] or modbus.parse(noise)
+    assert list(line.execute(after_noise)) == [] or modbus.parse(noise)
     cut = data.draw(st.integers(1, len(ask) - 1))
-    line.hear(ask[:cut], after_noise, BAUD)
-    line.hear(ask[cut:], after_noise + 20_000, BAUD)
+    line.receive(ask[:cut], after_noise, BAUD)
+    line.receive(ask[cut:], after_noise + 20_000, BAUD)
     assert line.due_ns is not None
-    assert list(line.carry_out(line.due_ns - 1)) == []
-    ((at_ns, answer),) = line.carry_out(line.due_ns)
+    assert list(line.execute(line.due_ns - 1)) == []
+    ((at_ns, answer),) = line.execute(line.due_ns)
     assert at_ns - after_noise >= 8 * 10_000 + 38_500
     assert len(answer.data) == 17

@@ -1,4 +1,4 @@
-"""What the mechanics do to a drive: weight by pose, stiffness, play, friction, supplies; and what a seed changes."""
+"""The loads of a drive: weight by pose, stiffness, backlash, friction, supplies; and the effect of a seed."""
 
 import math
 import struct
@@ -10,19 +10,19 @@ from kata.device.config import StationConfig
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
 from kata.simulator import parameters
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.drive import Drive, share_supply
-from kata.simulator.hand import Motion
+from kata.simulator.hand import GuidedMotion
 from kata.simulator.parameters import DRIVES, HAND, JOINTS, SLOW_STEPS, STOPS_DEG, VARIATION, VARIED
-from kata.simulator.plant import Joint, Plant, turn
+from kata.simulator.plant import Joint, Plant, step_axis
 from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
 COUNT_DEG = 360 / 4096
 
 
 def a_drive(motor: int) -> Drive:
-    """With its own gains, and its rated torque as its limit."""
+    """Return a drive with its own gains, limited to its rated torque."""
     own = DRIVES[motor - 1]
     drive = Drive(motor, own, lambda *_: None)
     drive.tune(own.p_nm_rad, own.i_nm_rad_s, own.d_nm_s_rad, own.rated_nm)
@@ -30,17 +30,17 @@ def a_drive(motor: int) -> Drive:
 
 
 def put(plant: Plant, angles_deg: list[float]) -> None:
-    """Stand the arm there, at rest."""
+    """Put the arm into a pose, at rest."""
     for joint, angle in zip(plant.joints, angles_deg, strict=True):
         joint.angle = joint.arm_angle = math.radians(angle)
         joint.speed = joint.arm_speed = 0.0
 
 
 def loads(angles_deg: list[float], *, turned: bool = False) -> list[float]:
-    """What the arm pulls with in a pose, standing."""
+    """Return the arm's load at rest in a pose."""
     plant = Plant(turned=turned)
     put(plant, angles_deg)
-    plant.settle()
+    plant.update_slow_loads()
     return [joint.load_nm for joint in plant.joints]
 
 
@@ -49,12 +49,12 @@ def loads(angles_deg: list[float], *, turned: bool = False) -> list[float]:
 
 def test_gravity_torque_is_the_derivative_of_the_arms_height() -> None:
     weight = JOINTS[3].weight_nm
-    # Raised forward, it weighs on flexion; raised sideways, on abduction.
+    # Raised forward, its weight loads flexion; raised sideways, abduction.
     assert loads([15, 109, 20, 90, 0])[3] == pytest.approx(-weight * math.cos(math.radians(20)))
     assert loads([15, 109, 90, 0, 0])[2] == pytest.approx(-weight)
-    # Once it is raised sideways, motor 4 moves it in the horizontal plane, where it weighs nothing.
+    # Raised sideways, motor 4 moves it in the horizontal plane, where the weight has no effect.
     assert loads([15, 109, 90, 60, 0])[3] == pytest.approx(0.0, abs=1e-9)
-    # And the further it goes forward there, the less is left for motor 3.
+    # The further it moves forward there, the smaller is the load of motor 3.
     assert loads([15, 109, 90, 60, 0])[2] == pytest.approx(-weight / 2)
 
 
@@ -87,7 +87,7 @@ def test_tone_resists_movement_and_never_helps() -> None:
     for _ in range(3000):
         put(plant, [15, 109, 60, 0, 0])
         joint.arm_speed = 1.0
-        plant.settle()
+        plant.update_slow_loads()
         moving = joint.load_nm
         joint.arm_speed = 0.0
         weight = -joint.parameters.weight_nm * math.sin(math.radians(60))
@@ -102,16 +102,16 @@ def test_tone_resists_movement_and_never_helps() -> None:
 
 
 def test_backlash_delays_the_arm_when_a_motor_reverses() -> None:
-    """The encoder does not see it."""
+    """The encoder does not measure the backlash."""
     joint, drive = Joint(4, JOINTS[4], turned=False), a_drive(5)
     drive.switch(on=True)
 
     def go_to(angle_deg: float) -> float:
         begins = math.degrees(drive.goal)
         for n in range(100):
-            drive.aim(math.radians(begins + (angle_deg - begins) * (n + 1) / 100))
-            turn(drive, joint, 10)
-        turn(drive, joint, 2000)
+            drive.set_goal(math.radians(begins + (angle_deg - begins) * (n + 1) / 100))
+            step_axis(drive, joint, 10)
+        step_axis(drive, joint, 2000)
         assert math.degrees(joint.angle) == pytest.approx(angle_deg, abs=2 * COUNT_DEG)
         return math.degrees(joint.angle - joint.arm_angle)
 
@@ -125,10 +125,10 @@ def test_friction_holds_smaller_forces() -> None:
     joint, drive = Joint(2, JOINTS[2], turned=False), a_drive(3)
     began = joint.arm_angle
     joint.load_nm = 0.9 * JOINTS[2].arm_coulomb_nm
-    turn(drive, joint, 2000)
+    step_axis(drive, joint, 2000)
     assert joint.arm_angle == began
     joint.load_nm = 1.1 * (JOINTS[2].arm_coulomb_nm + JOINTS[2].rotor_coulomb_nm)
-    turn(drive, joint, 2000)
+    step_axis(drive, joint, 2000)
     assert joint.arm_angle > began + math.radians(1)
     assert joint.angle > began
 
@@ -136,8 +136,8 @@ def test_friction_holds_smaller_forces() -> None:
 def test_the_mechanism_ends_at_its_stops() -> None:
     joint, drive = Joint(2, JOINTS[2], turned=False), a_drive(3)
     drive.switch(on=True)
-    drive.aim(math.radians(200.0))
-    turn(drive, joint, 3000)
+    drive.set_goal(math.radians(200.0))
+    step_axis(drive, joint, 3000)
     assert math.degrees(joint.arm_angle) == pytest.approx(STOPS_DEG[2][1], abs=1.5)
     assert drive.torque_nm == pytest.approx(DRIVES[2].rated_nm)
 
@@ -146,20 +146,20 @@ def test_jammed_shaft_stays_while_its_drive_pulls_at_full_torque() -> None:
     plant, drive = Plant(), a_drive(4)
     joint = plant.joints[3]
     drive.switch(on=True)
-    drive.aim(0.5)
+    drive.set_goal(0.5)
     plant.jam(3, jammed=True)
-    turn(drive, joint, 500)
+    step_axis(drive, joint, 500)
     assert joint.angle == joint.arm_angle == 0.0
     assert drive.torque_nm == DRIVES[3].rated_nm
     plant.jam(3, jammed=False)
-    turn(drive, joint, 500)
+    step_axis(drive, joint, 500)
     assert joint.angle > 0.1
 
 
 @pytest.mark.parametrize("seed", [None, 0, 1, 2, 3])
 def test_built_in_motions_need_at_most_half_the_rated_torque(seed: int | None) -> None:
-    """Above it, as the patient's load level sees it, somebody resists."""
-    apparatus = Apparatus(seed, 0)
+    """A greater torque is a patient's resistance for the load level."""
+    apparatus = SimulatedApparatus(seed, 0)
     for drive, own in zip(apparatus.drives, DRIVES, strict=True):
         drive.tune(own.p_nm_rad, own.i_nm_rad_s, own.d_nm_s_rad, own.rated_nm)
         drive.switch(on=True)
@@ -168,7 +168,7 @@ def test_built_in_motions_need_at_most_half_the_rated_torque(seed: int | None) -
     for motion in (built_in_motions()[4], built_in_motions()[6]):
         for angles in motor_angles_deg(motion.poses_deg):
             for drive, angle in zip(apparatus.drives, angles, strict=True):
-                drive.aim(math.radians(angle))
+                drive.set_goal(math.radians(angle))
             now_ms += 10
             apparatus.advance(now_ms * 1_000_000)
             if now_ms > 1000:  # The first goal is a jump.
@@ -247,17 +247,17 @@ def test_seed_varies_every_parameter_within_thirty_percent_reproducibly() -> Non
 
 
 def test_factory_parameters_of_a_drive_do_not_vary() -> None:
-    drives = [Apparatus(seed, 0).drives for seed in (None, 1)]
+    drives = [SimulatedApparatus(seed, 0).drives for seed in (None, 1)]
     assert [drive.limit_nm for drive in drives[0]] == [drive.limit_nm for drive in drives[1]]
 
 
 def sunk_to_deg(seed: int | None) -> float:
-    """An arm let go at 80 deg, half a second later."""
+    """Return the angle of an arm half a second after its release at 80 deg."""
     plant, drive = Plant(seed), a_drive(4)
     put(plant, [15, 109, 0, 80, 0])
     for _ in range(50):
-        plant.settle()
-        turn(drive, plant.joints[3], SLOW_STEPS)
+        plant.update_slow_loads()
+        step_axis(drive, plant.joints[3], SLOW_STEPS)
     return math.degrees(plant.joints[3].arm_angle)
 
 
@@ -268,7 +268,7 @@ def test_seed_gives_a_different_reproducible_apparatus() -> None:
 
 def test_step_size_does_not_change_the_result() -> None:
     def end(step_ms: int) -> list[float]:
-        apparatus = Apparatus(3, 0)
+        apparatus = SimulatedApparatus(3, 0)
         servos = ServoBus(apparatus).servos
         for servo in servos:
             servo.write(80, struct.pack("<HHH", 144, 120, 120))
@@ -285,9 +285,9 @@ def test_step_size_does_not_change_the_result() -> None:
 
 
 def held_still(seed: int | None, seconds: float = 20.0) -> np.ndarray:
-    """Motor angles (n, 5) at 100 Hz of an arm that a hand holds in one place."""
-    apparatus = Apparatus(seed, 0)
-    motion = Motion()
+    """Return motor angles (n, 5) at 100 Hz of an arm that a hand holds still."""
+    apparatus = SimulatedApparatus(seed, 0)
+    motion = GuidedMotion()
     motion.add([0.0, seconds], [[0.0, 0.0, 50.0, 50.0, 0.0]] * 2)
     apparatus.guide("still", motion, pedal=False)
     now_ms, rows = 0, []
@@ -305,7 +305,7 @@ def test_hand_trembles_at_8_to_12_hz_and_drifts_slowly() -> None:
     hz = np.fft.rfftfreq(len(held), 0.01)
     tremor, wander = spectrum[(hz >= 7) & (hz <= 13)].sum(), spectrum[hz <= 0.5].sum()
     assert tremor + wander > 0.95 * spectrum.sum()
-    # Parseval, for a one-sided spectrum. Friction keeps some of so small a movement back.
+    # Parseval, for a one-sided spectrum. Friction suppresses part of such a small movement.
     rms = math.sqrt(2 * tremor) / len(held)
     assert 0.3 * HAND.tremor_deg < rms < 1.2 * HAND.tremor_deg
     assert 0.1 < np.ptp(held) < 6 * HAND.wander_deg
@@ -320,8 +320,8 @@ def test_hand_traces_the_mirrored_motion_on_the_other_side() -> None:
     motion = built_in_motions()[6]
     ends = []
     for turned in (False, True):
-        apparatus = Apparatus(None, 0, turned=turned)
-        rows = Motion()
+        apparatus = SimulatedApparatus(None, 0, turned=turned)
+        rows = GuidedMotion()
         rows.add(motion.times_s.tolist(), motion.poses_deg.tolist())
         apparatus.guide("m", rows, pedal=True)
         seen, now_ms = [], 0

@@ -33,10 +33,10 @@ from hypothesis import strategies as st
 from kata.device.bus.dynamixel import StatusParser, encode
 from kata.motion.taught import Taught
 from kata.simulator import protocol
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.client import SimulatorClient
-from kata.simulator.control import Guide, Outcome, Rows, Wish
+from kata.simulator.control import ControlReply, ControlRequest, Guide, Rows
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError, SimulatorProcess
 from kata.simulator.protocol import Instruction
@@ -128,13 +128,13 @@ def test_wrong_baud_rate_gets_no_answer(port: Any) -> None:
 
 
 def test_numeric_baud_rate_is_accepted(port: Any) -> None:
-    # As libraries in Rust set it: BOTHER in the flags, the rate itself beside them.
-    told = bytearray(fcntl.ioctl(port.ser.fileno(), TCGETS2, bytes(44)))
-    flags, *_ = struct.unpack_from("@I", told, 8)
-    struct.pack_into("@I", told, 8, flags & ~CBAUD | BOTHER)
+    # As Rust libraries set it: BOTHER in the flags, and the rate as a number.
+    settings = bytearray(fcntl.ioctl(port.ser.fileno(), TCGETS2, bytes(44)))
+    flags, *_ = struct.unpack_from("@I", settings, 8)
+    struct.pack_into("@I", settings, 8, flags & ~CBAUD | BOTHER)
     for baud, result in ((57_600, COMM_RX_TIMEOUT), (1_000_000, COMM_SUCCESS)):
-        struct.pack_into("@2I", told, 36, baud, baud)
-        fcntl.ioctl(port.ser.fileno(), TCSETS2, bytes(told))
+        struct.pack_into("@2I", settings, 36, baud, baud)
+        fcntl.ioctl(port.ser.fileno(), TCSETS2, bytes(settings))
         assert packets.ping(port, 1)[1] == result
 
 
@@ -148,7 +148,7 @@ def test_a_damaged_packet_does_nothing(simulator: SimulatorProcess, port: Any) -
 
 
 def test_a_packet_cut_short_is_given_up(port: Any) -> None:
-    """Damage in the length byte would else swallow what follows."""
+    """Otherwise a damaged length byte would swallow the next packets."""
     port.writePort(protocol.HEADER + bytes([1, 0, 3]))
     pings = 1
     while packets.ping(port, 1)[1] != COMM_SUCCESS:
@@ -303,7 +303,7 @@ def test_client_reports_when_the_simulator_has_ended(tmp_path: Path) -> None:
 
 
 def ask_without_end(deaf: socket.socket) -> None:
-    """And never read an answer."""
+    """The client never reads an answer."""
     while True:
         deaf.sendall(b'{"do":"state"}\n' * 100)
 
@@ -317,7 +317,7 @@ def test_slow_client_delays_no_other(simulator: SimulatorProcess, port: Any) -> 
 
 
 def test_a_long_motion_is_handed_over_in_short_lines(tmp_path: Path) -> None:
-    """The simulator works out one line at a time, and the servos answer in between."""
+    """The simulator processes one line at a time, and the servos answer in between."""
     n = 2345
     motion = Taught("long", np.arange(n) / 100, np.zeros((n, 5)))
     lines: list[bytes] = []
@@ -326,7 +326,7 @@ def test_a_long_motion_is_handed_over_in_short_lines(tmp_path: Path) -> None:
         listener.listen()
         with closing(SimulatorClient(tmp_path / "s")) as hand:
             there, _ = listener.accept()
-            reply = msgspec.json.encode(Outcome(ok=True, state=Apparatus().state())) + b"\n"
+            reply = msgspec.json.encode(ControlReply(ok=True, state=SimulatedApparatus().state())) + b"\n"
             guiding = threading.Thread(target=hand.guide, args=(motion,))
             with there, there.makefile("rb") as stream:
                 guiding.start()
@@ -334,7 +334,7 @@ def test_a_long_motion_is_handed_over_in_short_lines(tmp_path: Path) -> None:
                     lines.append(stream.readline())
                     there.sendall(reply)
                 guiding.join()
-    given = [msgspec.json.decode(line, type=Wish) for line in lines]
+    given = [msgspec.json.decode(line, type=ControlRequest) for line in lines]
     assert all(isinstance(wish, Rows | Guide) and len(wish.times_s) <= 100 for wish in given)
     assert [t for wish in given if isinstance(wish, Rows | Guide) for t in wish.times_s] == motion.times_s.tolist()
 
@@ -347,7 +347,7 @@ def test_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProc
         assert begun.hand.motion == "long"
         assert begun.hand.left_s > motion.duration_s
         assert hand.release().hand.phase == "away"
-        # What a refused line had before it is forgotten.
+        # The rows before a refused line are dropped.
         with pytest.raises(HandRefusedError, match="time that increases"):
             hand.guide(Taught("back in time", np.arange(n)[::-1] / 100, np.zeros((n, 5))))
         assert hand.guide(motion, pedal=False).hand.phase == "reaching"
@@ -355,9 +355,9 @@ def test_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProc
 
 @given(st.binary(max_size=60), st.integers(0, 252))
 def test_two_readings_of_the_protocol_agree(parameters: bytes, drive_id: int) -> None:
-    """The device's codec and the simulator's were written apart; stuffing is where they would differ."""
+    """The codecs of device and simulator are independent; stuffing is their most likely difference."""
     heard = list(protocol.InstructionParser().feed(encode(drive_id, 0x03, parameters)))
-    assert [(one.drive_id, one.code, one.parameters, one.sound) for one in heard] == [(drive_id, 3, parameters, True)]
+    assert [(one.drive_id, one.code, one.parameters, one.valid) for one in heard] == [(drive_id, 3, parameters, True)]
     answered = list(StatusParser().feed(protocol.status(drive_id, 0, parameters)))
     assert answered == [(drive_id, 0, parameters)]
 
@@ -380,32 +380,32 @@ def test_packets_are_found_in_noise_and_in_pieces(noise: bytes, parameters: byte
     ],
 )
 def test_answers_are_the_manuals_examples(drive_id: int, data: str, packet: str) -> None:
-    """Sync Read and Reboot, as the protocol's manual prints their answers."""
+    """The answers to Sync Read and Reboot are those in the protocol's manual."""
     assert protocol.status(drive_id, 0, bytes.fromhex(data)).hex(" ") == packet
 
 
 def test_the_manuals_own_example() -> None:
-    """Write of goal position 512 to id 1, as the protocol's manual prints it."""
+    """The write of goal position 512 to id 1 is that of the protocol's manual."""
     assert encode(1, 3, bytes([0x74, 0x00, 0x00, 0x02, 0x00, 0x00])).hex(" ") == (
         "ff ff fd 00 01 09 00 03 74 00 00 02 00 00 ca 89"
     )
 
 
 def answers_to(bus: ServoBus, code: int, parameters: bytes = b"", *, sound: bool = True) -> list[bytes]:
-    """What drive 1, or all of them, say to it at their baud rate."""
+    """Return the answers of drive 1, or of all drives, at their baud rate."""
     drive_id = protocol.BROADCAST if code >= protocol.SYNC_READ else 1
     instruction = Instruction(drive_id, code, parameters, len(parameters) + 10, sound)
-    return [answer.data for answer in bus.carry_out(instruction, 1_000_000, 0)]
+    return [answer.data for answer in bus.execute(instruction, 1_000_000, 0)]
 
 
 def test_a_damaged_instruction_is_answered_with_a_crc_error() -> None:
-    bus = ServoBus(Apparatus())
+    bus = ServoBus(SimulatedApparatus())
     assert answers_to(bus, protocol.PING, sound=False) == [protocol.status(1, protocol.CRC_ERROR)]
     assert answers_to(bus, protocol.SYNC_READ, bytes([132, 0, 4, 0, 1]), sound=False) == []
 
 
 def test_a_standing_hardware_error_shows_in_every_answer() -> None:
-    bus = ServoBus(Apparatus())
+    bus = ServoBus(SimulatedApparatus())
     bus.servos[0].table[70] = 32  # overload
     (answer,) = answers_to(bus, protocol.WRITE, bytes([65, 0, 1]))
     assert answer == protocol.status(1, protocol.ALERT)
@@ -416,7 +416,7 @@ def test_a_standing_hardware_error_shows_in_every_answer() -> None:
 
 
 def test_a_silent_drive_cuts_a_fast_sync_read_short() -> None:
-    blocks = answers_to(ServoBus(Apparatus()), protocol.FAST_SYNC_READ, bytes([132, 0, 4, 0, 1, 9, 2]))
+    blocks = answers_to(ServoBus(SimulatedApparatus()), protocol.FAST_SYNC_READ, bytes([132, 0, 4, 0, 1, 9, 2]))
     assert len(blocks) == 1
     promised = 7 + int.from_bytes(blocks[0][5:7], "little")
     assert promised == 8 + 3 * (4 + 4)
@@ -424,7 +424,7 @@ def test_a_silent_drive_cuts_a_fast_sync_read_short() -> None:
 
 
 def test_drive_set_to_answer_pings_only_does_so() -> None:
-    bus = ServoBus(Apparatus())
+    bus = ServoBus(SimulatedApparatus())
     bus.servos[0].table[68] = 0
     assert len(answers_to(bus, protocol.PING)) == 1
     assert answers_to(bus, protocol.READ, bytes([132, 0, 4, 0])) == []

@@ -140,7 +140,7 @@ class Conformance:
         for motor, angle_deg in enumerate(wanted, start=1):
             world.place(motor, angle_deg)
             world.fault("off", motor)
-        world.script.clear()
+        world.faults.clear()
         # Without torque the arm sinks: what counts is where the shafts are.
         (reading,) = self.cycles(world, bus, 1)
         assert [drive.position_deg for drive in reading.drives] == pytest.approx(wanted, abs=1.0)
@@ -151,7 +151,7 @@ class Conformance:
     @pytest.mark.parametrize("kind", ["off", "reboot", "exchanged"])
     def test_a_drive_that_lost_its_settings_is_found_and_configured(self, world: World, bus: Bus, kind: Any) -> None:
         world.fault(kind, 2)
-        world.script.clear()
+        world.faults.clear()
         cycles = 2 * world.config.cycle_hz
         statuses = [s for reading in self.cycles(world, bus, cycles) for s in reading.statuses if s.axis == 1]
         assert statuses[-1].mismatch
@@ -330,7 +330,7 @@ class Conformance:
     def test_silent_drive_is_read_again_soon_after_it_answers(self, world: World, bus: Bus) -> None:
         world.fault("silent", 2)
         self.cycles(world, bus, 50)
-        world.script.clear()
+        world.faults.clear()
         readings = self.cycles(world, bus, 12)
         assert all(readings[-1].drives)
 
@@ -341,7 +341,7 @@ class Conformance:
             assert reading.drives[4] is None
             assert 4 in reading.corrupt
             assert all(reading.drives[:4])
-        world.script.clear()
+        world.faults.clear()
         assert all(self.cycles(world, bus, 12)[-1].drives)
         assert bus.errors > 0
 
@@ -379,7 +379,7 @@ class Conformance:
             with pytest.raises(BusError, match=r"gone|opened"):
                 call()
         bus.close()
-        world.script.clear()
+        world.faults.clear()
         world.wait(0.1)
         bus.open()
         assert all(world.torque)
@@ -390,7 +390,7 @@ class Conformance:
         self.cycles(world, bus, 2)
         world.fault("off", 2)
         self.cycles(world, bus, 5)
-        world.script.clear()
+        world.faults.clear()
         told = {s.axis: s.torque_on for r in self.cycles(world, bus, 40) for s in r.statuses}
         assert told == {0: True, 1: False, 2: True, 3: True, 4: True}
 

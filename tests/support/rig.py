@@ -26,7 +26,7 @@ from kata.device.messages import (
     frame,
     frames,
 )
-from kata.simulator.apparatus import Happening
+from kata.simulator.apparatus import SimulatorEvent
 from kata.simulator.process import SimulatorProcess
 
 _EXPIRES_NS = 20_000_000_000
@@ -117,7 +117,7 @@ class Rig:
         self.until(lambda: number in self._replies)
         return self._replies[number].refusal
 
-    def happened(self, what: str) -> list[Happening]:
+    def happened(self, what: str) -> list[SimulatorEvent]:
         """What the simulator saw itself, on its side of the wire."""
         return [event for event in self.hand.state().events if event.what == what]
 

@@ -9,7 +9,7 @@ import msgspec
 
 from kata.device.config import Inputs, StationConfig, simulated
 from kata.evaluation import world
-from kata.simulator.script import Fault, Kind
+from kata.simulator.fault_injector import FaultKind, SimulatedFault
 from kata.simulator.servos import Servo
 
 
@@ -63,9 +63,9 @@ class World(world.World):
 
     def _begin(self, config: StationConfig, seed: int | None) -> None:
         super().__init__(config, seed, self._saw)
-        for face, axis in zip(self.drives, config.axes, strict=True):
-            if isinstance(face, Servo) and axis.zero_count is not None:
-                face.mount(axis.zero_count)
+        for drive, axis in zip(self.drives, config.axes, strict=True):
+            if isinstance(drive, Servo) and axis.zero_count is not None:
+                drive.mount(axis.zero_count)
         self.seen: list[Seen] = []
         self._lost = [0, 0]
         """How many requests still pass, and how many of those behind them are lost."""
@@ -92,18 +92,18 @@ class World(world.World):
 
     def registers(self, motor: int, address: int, length: int) -> bytes:
         """Return what a drive has in its registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
-        face = self.drives[motor - 1]
-        if isinstance(face, Servo):
-            return bytes(face.table[address : address + length])
-        return struct.pack(f">{length // 2}H", *face.read(address, length // 2))
+        drive = self.drives[motor - 1]
+        if isinstance(drive, Servo):
+            return bytes(drive.table[address : address + length])
+        return struct.pack(f">{length // 2}H", *drive.read(address, length // 2))
 
     def set_registers(self, motor: int, address: int, data: bytes) -> None:
         """Change a drive's registers behind the driver's back."""
-        face = self.drives[motor - 1]
-        if isinstance(face, Servo):
-            face.table[address : address + len(data)] = data
+        drive = self.drives[motor - 1]
+        if isinstance(drive, Servo):
+            drive.table[address : address + len(data)] = data
         else:
-            face.write(address, struct.unpack(f">{len(data) // 2}H", data))
+            drive.write(address, struct.unpack(f">{len(data) // 2}H", data))
 
     def place(self, motor: int, angle_deg: float) -> None:
         """Put a shaft and the arm behind it to an angle, at rest: somebody has led it there. Torque is off."""
@@ -111,11 +111,11 @@ class World(world.World):
 
     def speaks_untruth(self, motor: int) -> bool:
         """Return whether a fault makes a drive report another angle than its shaft's."""
-        return any(self.script.has(kind, motor) for kind in ("off", "silent", "frozen", "garbage", "exchanged_id"))
+        return any(self.faults.has(kind, motor) for kind in ("off", "silent", "frozen", "garbage", "exchanged_id"))
 
-    def fault(self, kind: Kind, motor: int | None = None, value: float | None = None) -> None:
+    def fault(self, kind: FaultKind, motor: int | None = None, value: float | None = None) -> None:
         """Break something."""
-        self.script.fault(Fault(kind, motor, value))
+        self.faults.fault(SimulatedFault(kind, motor, value))
 
     def goals(self, motor: int, since_ns: int = 0) -> list[float]:
         """Goals that a drive has accepted, degrees."""

@@ -33,7 +33,7 @@ from kata.device.messages import (
 from kata.evaluation.world import World
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.taught import Taught
-from kata.simulator.hand import Motion
+from kata.simulator.hand import GuidedMotion
 
 _NEVER_NS: Final = 2**62
 """Commands of a virtual station are executed in the next cycle, so they do not expire."""
@@ -97,7 +97,7 @@ class VirtualStation:
         return self._link.journal()
 
     def _guide(self, motion: Taught, *, pedal: bool) -> None:
-        hand = Motion()
+        hand = GuidedMotion()
         hand.add(motion.times_s.tolist(), motion.poses_deg.tolist())
         self._world.apparatus.guide(motion.name, hand, pedal)
         duration_s = self._world.apparatus.state().hand.left_s

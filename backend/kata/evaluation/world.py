@@ -7,12 +7,12 @@ import heapq
 
 from kata.device.bus.port import BusError
 from kata.device.config import StationConfig
-from kata.simulator.apparatus import Apparatus, SessionHook
+from kata.simulator.apparatus import DriveCallback, SimulatedApparatus
 from kata.simulator.bus import ServoBus
-from kata.simulator.lines import DynamixelLine, Line, ModbusLine
-from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.fault_injector import FaultInjector
+from kata.simulator.lines import BusLine, DynamixelLine, ModbusLine
+from kata.simulator.modbus_bus import SimulatedModbusBus
 from kata.simulator.modbus_drive import ModbusDrive
-from kata.simulator.script import Script
 from kata.simulator.servos import Servo
 
 
@@ -41,9 +41,9 @@ class MemoryLine:
             heapq.heappop(self._waiting)
         self.carried += len(data)
         self._busy_until_ns = max(self._busy_until_ns, world.t_ns) + len(data) * 10_000_000_000 // self._baud
-        if world.script.has("echo"):
+        if world.faults.has("echo"):
             self._queue_answer(self._busy_until_ns, data)
-        world.line.hear(data, world.t_ns, self._baud)
+        world.line.receive(data, world.t_ns, self._baud)
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
         """See :class:`~kata.device.bus.serial_transport.Line`."""
@@ -71,7 +71,7 @@ class MemoryLine:
     def pump(self, until_ns: int) -> None:
         """Deliver sent bytes to the drives when they are due."""
         while (due_ns := self._world.line.due_ns) is not None and due_ns <= until_ns:
-            for at_ns, answer in self._world.line.carry_out(due_ns):
+            for at_ns, answer in self._world.line.execute(due_ns):
                 self._queue_answer(at_ns + int(answer.after_s * 1e9), answer.data)
 
     def _queue_answer(self, at_ns: int, data: bytes) -> None:
@@ -83,7 +83,7 @@ class MemoryLine:
             heapq.heappush(self._waiting, (at_ns - (len(data) - end) * byte_ns, self._number, data[end - size : end]))
 
     def _check(self) -> None:
-        if self._world.script.has("gone"):
+        if self._world.faults.has("gone"):
             raise BusError("the port is gone")
 
 
@@ -94,23 +94,23 @@ class World:
         self,
         config: StationConfig,
         seed: int | None = None,
-        witness: SessionHook | None = None,
+        on_drive_event: DriveCallback | None = None,
         *,
         turned: bool = False,
     ) -> None:
-        """``seed``, ``witness`` and ``turned``: see :class:`~kata.simulator.apparatus.Apparatus`."""
+        """``seed``, ``on_drive_event`` and ``turned``: see :class:`~kata.simulator.apparatus.SimulatedApparatus`."""
         self.config = config
         self.t_ns = 1_000_000_000_000
-        self.apparatus = Apparatus(seed, self.t_ns, witness=witness, turned=turned)
-        self.line: Line
-        self.script: Script
+        self.apparatus = SimulatedApparatus(seed, self.t_ns, on_drive_event=on_drive_event, turned=turned)
+        self.line: BusLine
+        self.faults: FaultInjector
         if config.protocol == "modbus":
-            modbus = ModbusBus(self.apparatus, config.baud)
-            self.line, self.script = ModbusLine(modbus), modbus.script
+            modbus = SimulatedModbusBus(self.apparatus, config.baud)
+            self.line, self.faults = ModbusLine(modbus), modbus.faults
             self.drives: list[Servo] | list[ModbusDrive] = modbus.drives
         else:
             servos = ServoBus(self.apparatus, config.baud)
-            self.line, self.script = DynamixelLine(servos), servos.script
+            self.line, self.faults = DynamixelLine(servos), servos.faults
             self.drives = servos.servos
         self.opened: MemoryLine | None = None
         self.byte_by_byte = False
@@ -118,7 +118,7 @@ class World:
 
     def open_transport(self, port: str, baud: int) -> MemoryLine:
         """Open the line, like a serial port."""
-        if self.script.has("gone"):
+        if self.faults.has("gone"):
             raise BusError(f"{port} cannot be opened")
         self.opened = MemoryLine(self, baud)
         return self.opened

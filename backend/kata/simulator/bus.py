@@ -1,55 +1,55 @@
-"""How the five servos behave together on one line: who answers, in which order, and when.
+"""The five servos on one bus: which of them answer, in which order, and when.
 
-Times follow the bytes: an instruction counts when its last byte has passed, an answer is there when its last byte has.
+An instruction is received, and an answer complete, with its last byte.
 """
 
 from collections.abc import Iterator, Sequence
 from typing import Final
 
 from kata.simulator import protocol
-from kata.simulator.answers import Answer, bytes_s
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
+from kata.simulator.bus_answer import BusAnswer, transmission_s
+from kata.simulator.fault_injector import FaultInjector
 from kata.simulator.protocol import Instruction
-from kata.simulator.script import Script
 from kata.simulator.servos import END, PORT_DATA, STATUS_LEVEL, Servo
 
-_ANSWERS_READS: Final = 1
-_ANSWERS_ALL: Final = 2
+_LEVEL_READS: Final = 1
+_LEVEL_ALL: Final = 2
 
 
 class ServoBus:
-    """Carries instructions to the servos and their answers back. Needs no wire and no clock but ``now_ns``."""
+    """Executes instructions at the servos and returns their answers. Its only clock is ``now_ns``."""
 
-    def __init__(self, apparatus: Apparatus, baud: int = 1_000_000) -> None:
-        """``baud`` is what the servos listen at, at first.
+    def __init__(self, apparatus: SimulatedApparatus, baud: int = 1_000_000) -> None:
+        """``baud``: the servos' rate at first.
 
-        :raises ValueError: when it is no baud rate of theirs.
+        :raises ValueError: when the servos do not support it.
         """
         self._apparatus = apparatus
         self.servos = [Servo(drive, baud) for drive in apparatus.drives]
-        self.script = Script(apparatus, self.servos)
+        self.faults = FaultInjector(apparatus, self.servos)
 
-    def carry_out(self, instruction: Instruction, baud: int, now_ns: int) -> list[Answer]:
-        """What the drives that listen at this baud rate do and answer."""
+    def execute(self, instruction: Instruction, baud: int, now_ns: int) -> list[BusAnswer]:
+        """Execute an instruction at the drives with this baud rate and return their answers."""
         self._apparatus.advance(now_ns)
-        off = self.script.off
+        off = self.faults.off
         listening = {servo.id: servo for servo in self.servos if servo.baud == baud and servo.drive.motor not in off}
-        if not instruction.sound:
+        if not instruction.valid:
             addressed = listening.get(instruction.drive_id)
-            if addressed is None or not self.script.answers(addressed.drive.motor):
+            if addressed is None or not self.faults.answers(addressed.drive.motor):
                 return []
             error = protocol.status(addressed.id, addressed.alert | protocol.CRC_ERROR)
-            return list(self._in_turn([(addressed, error)], baud))
+            return list(self._timed([(addressed, error)], baud))
         self._apparatus.heard(now_ns)
         for servo in listening.values():
-            servo.drive.heard()
+            servo.drive.feed_watchdog()
         match instruction.code:
             case protocol.SYNC_READ:
-                answers = _packets(self._read_in_turn(listening, _same_for_all(instruction.parameters), now_ns))
+                answers = _packets(self._read_in_order(listening, _sync_read_parts(instruction.parameters), now_ns))
             case protocol.FAST_SYNC_READ:
                 answers = self._fast_sync_read(listening, instruction.parameters, now_ns)
             case protocol.BULK_READ:
-                answers = _packets(self._read_in_turn(listening, _one_each(instruction.parameters), now_ns))
+                answers = _packets(self._read_in_order(listening, _bulk_read_parts(instruction.parameters), now_ns))
             case protocol.SYNC_WRITE:
                 self._sync_write(listening, instruction.parameters)
                 answers = []
@@ -58,34 +58,34 @@ class ServoBus:
                 answers = []
             case _:
                 answers = self._single(listening, instruction, now_ns)
-        return list(self._in_turn(answers, baud))
+        return list(self._timed(answers, baud))
 
-    def _in_turn(self, answers: Sequence[tuple[Servo, bytes]], baud: int) -> Iterator[Answer]:
+    def _timed(self, answers: Sequence[tuple[Servo, bytes]], baud: int) -> Iterator[BusAnswer]:
         after_s = 0.0
         for servo, answer in answers:
-            late_s, data = self.script.spoil(servo.drive.motor, answer)
-            after_s += servo.return_delay_s + late_s + bytes_s(len(data), baud)
-            yield Answer(data, after_s)
+            late_s, data = self.faults.corrupt(servo.drive.motor, answer)
+            after_s += servo.return_delay_s + late_s + transmission_s(len(data), baud)
+            yield BusAnswer(data, after_s)
 
     def _single(self, listening: dict[int, Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
-        """Instructions for one drive, or for all by the broadcast address, which only a ping has answered."""
+        """Execute an instruction for one drive, or for all by the broadcast address, to which only a ping is answered."""
         broadcast = instruction.drive_id == protocol.BROADCAST
         addressed = (
             list(listening.values()) if broadcast else [listening[i] for i in (instruction.drive_id,) if i in listening]
         )
         answers = []
         for servo in addressed:
-            error, data = self._one(servo, instruction, now_ns)
+            error, data = self._execute_at(servo, instruction, now_ns)
             level = servo.table[STATUS_LEVEL]
             reads = instruction.code == protocol.READ
-            wanted = not broadcast and (level == _ANSWERS_ALL or (reads and level == _ANSWERS_READS))
-            if (instruction.code == protocol.PING or wanted) and self.script.answers(
-                servo.drive.motor, inputs=reads and _of_inputs(servo, *_range(instruction.parameters))
+            wanted = not broadcast and (level == _LEVEL_ALL or (reads and level == _LEVEL_READS))
+            if (instruction.code == protocol.PING or wanted) and self.faults.answers(
+                servo.drive.motor, inputs=reads and _reads_inputs(servo, *_range(instruction.parameters))
             ):
                 answers.append((servo, protocol.status(servo.id, servo.alert | error, data)))
         return answers
 
-    def _one(self, servo: Servo, instruction: Instruction, now_ns: int) -> tuple[int, bytes]:
+    def _execute_at(self, servo: Servo, instruction: Instruction, now_ns: int) -> tuple[int, bytes]:
         parameters = instruction.parameters
         match instruction.code:
             case protocol.PING:
@@ -108,28 +108,28 @@ class ServoBus:
             case _:
                 return protocol.INSTRUCTION_ERROR, b""
 
-    def _read_in_turn(
+    def _read_in_order(
         self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]], now_ns: int
     ) -> list[tuple[Servo, int, bytes]]:
-        """Each named drive waits for the one named before it: a silent one silences all that follow."""
+        """Read the named drives in order. Each waits for the drive before it, so a silent drive silences all that follow."""
         answers = []
         for drive_id, address, length in wanted:
             servo = listening.get(drive_id)
             if servo is None or servo.table[STATUS_LEVEL] == 0:
                 break
-            if not self.script.answers(servo.drive.motor, inputs=_of_inputs(servo, address, length)):
+            if not self.faults.answers(servo.drive.motor, inputs=_reads_inputs(servo, address, length)):
                 break
             error, data = servo.read(address, length, now_ns)
             answers.append((servo, servo.alert | error, data))
         return answers
 
     def _fast_sync_read(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> list[tuple[Servo, bytes]]:
-        wanted = _same_for_all(parameters)
+        wanted = _sync_read_parts(parameters)
         if not wanted or (length := wanted[0][2]) > END:
-            return []  # A packet that long has no length that its header could promise.
-        # What cannot be read is filled up: the packet's length is promised before the first drive has answered.
+            return []  # The length field of the header cannot hold such a length.
+        # Pad unreadable data: the header already contains the packet's length.
         answers = [
-            (s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_turn(listening, wanted, now_ns)
+            (s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_order(listening, wanted, now_ns)
         ]
         blocks = protocol.fast_blocks([(s.id, error, data) for s, error, data in answers], len(wanted), length)
         return [(servo, block) for (servo, _, _), block in zip(answers, blocks, strict=True)]
@@ -158,26 +158,26 @@ def _packets(answers: Sequence[tuple[Servo, int, bytes]]) -> list[tuple[Servo, b
     return [(servo, protocol.status(servo.id, error, data)) for servo, error, data in answers]
 
 
-def _same_for_all(parameters: bytes) -> list[tuple[int, int, int]]:
-    """Drive id, address and length of each part of a Sync Read."""
+def _sync_read_parts(parameters: bytes) -> list[tuple[int, int, int]]:
+    """Return drive id, address and length of each part of a Sync Read."""
     if len(parameters) < 5:
         return []
     return [(drive_id, _word(parameters, 0), _word(parameters, 2)) for drive_id in parameters[4:]]
 
 
-def _one_each(parameters: bytes) -> list[tuple[int, int, int]]:
-    """Drive id, address and length of each part of a Bulk Read."""
+def _bulk_read_parts(parameters: bytes) -> list[tuple[int, int, int]]:
+    """Return drive id, address and length of each part of a Bulk Read."""
     starts = range(0, len(parameters) - 4, 5)
     return [(parameters[n], _word(parameters, n + 1), _word(parameters, n + 3)) for n in starts]
 
 
 def _range(parameters: bytes) -> tuple[int, int]:
-    """Address and length of a Read."""
+    """Return address and length of a Read."""
     return (_word(parameters, 0), _word(parameters, 2)) if len(parameters) == 4 else (0, 0)
 
 
-def _of_inputs(servo: Servo, address: int, length: int) -> bool:
-    """Whether these registers tell of the contacts that are wired to this drive."""
+def _reads_inputs(servo: Servo, address: int, length: int) -> bool:
+    """True if these registers contain the contacts that are wired to this drive."""
     return bool(servo.drive.contacts) and address < END and address + length > PORT_DATA
 
 

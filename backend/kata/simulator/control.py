@@ -1,4 +1,4 @@
-"""The control socket: where hand, pedal and switch are moved from, and faults are set. JSON lines, one reply to each request."""
+"""The control socket for hand, pedal, switch and faults. JSON lines, one reply to each request."""
 
 import socket
 from pathlib import Path
@@ -7,16 +7,16 @@ from typing import Final
 import msgspec
 
 from kata.messages import MessageKey, key_of, text_of
-from kata.simulator.apparatus import Apparatus, State
-from kata.simulator.hand import HandRefusedError, Motion
-from kata.simulator.script import Fault, Script
+from kata.simulator.apparatus import SimulatedApparatus, State
+from kata.simulator.fault_injector import FaultInjector, SimulatedFault
+from kata.simulator.hand import GuidedMotion, HandRefusedError
 
 _LONGEST: Final = 4 * 1024 * 1024
-"""A line's length in bytes; whoever sends more is hung up on."""
+"""Longest line, bytes; a longer one closes the connection."""
 
 
 class Pedal(msgspec.Struct, frozen=True, tag_field="do", tag="pedal"):
-    """Put the foot down or lift it."""
+    """Press the pedal or release it."""
 
     down: bool
 
@@ -35,7 +35,7 @@ class Rows(msgspec.Struct, frozen=True, tag_field="do", tag="rows"):
 
 
 class Guide(msgspec.Struct, frozen=True, tag_field="do", tag="guide"):
-    """Take the arm along a motion, whose last rows these are; with the pedal, if wanted."""
+    """Guide the arm along a motion whose last rows these are, with or without the pedal."""
 
     name: str
     times_s: list[float]
@@ -53,25 +53,25 @@ class Turn(msgspec.Struct, frozen=True, tag_field="do", tag="turn"):
     turned: bool
 
 
-class Break(msgspec.Struct, frozen=True, tag_field="do", tag="fault"):
-    """Let something be broken from now on."""
+class SetFault(msgspec.Struct, frozen=True, tag_field="do", tag="fault"):
+    """Set a fault."""
 
-    fault: Fault
-
-
-class Mend(msgspec.Struct, frozen=True, tag_field="do", tag="clear_faults"):
-    """Let nothing be broken any more."""
+    fault: SimulatedFault
 
 
-class Look(msgspec.Struct, frozen=True, tag_field="do", tag="state"):
-    """Change nothing."""
+class ClearFaults(msgspec.Struct, frozen=True, tag_field="do", tag="clear_faults"):
+    """Clear all faults."""
 
 
-Wish = Pedal | Estop | Rows | Guide | Release | Turn | Break | Mend | Look
+class ReadState(msgspec.Struct, frozen=True, tag_field="do", tag="state"):
+    """Return the state without a change."""
 
 
-class Outcome(msgspec.Struct, frozen=True):
-    """The state after the request, or why it was refused."""
+ControlRequest = Pedal | Estop | Rows | Guide | Release | Turn | SetFault | ClearFaults | ReadState
+
+
+class ControlReply(msgspec.Struct, frozen=True):
+    """The state after the request, or the reason of its refusal."""
 
     ok: bool
     state: State | None = None
@@ -80,91 +80,91 @@ class Outcome(msgspec.Struct, frozen=True):
 
 
 class _Client:
-    """What one connection has sent so far."""
+    """The unfinished input of one connection."""
 
     def __init__(self) -> None:
-        self.heard = bytearray()
-        self.motion = Motion()
+        self.received = bytearray()
+        self.motion = GuidedMotion()
 
 
 class ControlServer:
-    """Serves any number of clients from the simulator's one loop."""
+    """Serves any number of clients in the simulator's loop."""
 
-    def __init__(self, path: Path, apparatus: Apparatus, script: Script) -> None:
+    def __init__(self, path: Path, apparatus: SimulatedApparatus, faults: FaultInjector) -> None:
         self._apparatus = apparatus
-        self._script = script
+        self._faults = faults
         self._path = path
         path.unlink(missing_ok=True)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._listener.bind(str(path))
         self._listener.listen()
         self._clients: dict[socket.socket, _Client] = {}
-        self._decoder = msgspec.json.Decoder(Wish)
+        self._decoder = msgspec.json.Decoder(ControlRequest)
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """What to wait for."""
+        """Sockets to wait for."""
         return [self._listener, *self._clients]
 
     def serve(self, readable: list[object]) -> None:
-        """Take what has come."""
+        """Accept connections and handle requests."""
         if self._listener in readable:
             connection, _ = self._listener.accept()
-            # Whoever does not read the replies is hung up on: the servos must not wait for anybody.
+            # Close a connection that does not read its replies: the servos must not wait.
             connection.setblocking(False)
             self._clients[connection] = _Client()
-        for connection in [one for one in self._clients if one in readable]:
+        for connection in [client for client in self._clients if client in readable]:
             self._receive(connection)
 
     def close(self) -> None:
-        """Leave no socket behind."""
+        """Close all sockets and remove the path."""
         for open_socket in self.sockets:
             open_socket.close()
         self._path.unlink(missing_ok=True)
 
     def _receive(self, connection: socket.socket) -> None:
         client = self._clients[connection]
-        heard = client.heard
+        received = client.received
         try:
             data = connection.recv(1 << 16)
-            if not data or len(heard) > _LONGEST:
+            if not data or len(received) > _LONGEST:
                 raise ConnectionError
-            heard += data
-            while (end := heard.find(b"\n")) >= 0:
-                line = bytes(heard[:end])
-                del heard[: end + 1]
-                connection.sendall(msgspec.json.encode(self._outcome(client, line)) + b"\n")
+            received += data
+            while (end := received.find(b"\n")) >= 0:
+                line = bytes(received[:end])
+                del received[: end + 1]
+                connection.sendall(msgspec.json.encode(self._reply_to(client, line)) + b"\n")
         except OSError:
             del self._clients[connection]
             connection.close()
 
-    def _outcome(self, client: _Client, line: bytes) -> Outcome:
+    def _reply_to(self, client: _Client, line: bytes) -> ControlReply:
         try:
-            self._do(client, self._decoder.decode(line))
+            self._execute(client, self._decoder.decode(line))
         except (HandRefusedError, msgspec.MsgspecError) as error:
-            client.motion = Motion()
-            return Outcome(ok=False, error=str(error), error_key=key_of(text_of(error)))
-        return Outcome(ok=True, state=self._apparatus.state())
+            client.motion = GuidedMotion()
+            return ControlReply(ok=False, error=str(error), error_key=key_of(text_of(error)))
+        return ControlReply(ok=True, state=self._apparatus.state())
 
-    def _do(self, client: _Client, wish: Wish) -> None:
-        match wish:
+    def _execute(self, client: _Client, request: ControlRequest) -> None:
+        match request:
             case Pedal(down=down):
                 self._apparatus.step_on_pedal(down)
             case Estop(pressed=pressed):
                 self._apparatus.press_estop(pressed)
             case Rows():
-                client.motion.add(wish.times_s, wish.poses_deg)
+                client.motion.add(request.times_s, request.poses_deg)
             case Guide():
-                motion, client.motion = client.motion, Motion()
-                motion.add(wish.times_s, wish.poses_deg)
-                self._apparatus.guide(wish.name, motion, wish.pedal)
+                motion, client.motion = client.motion, GuidedMotion()
+                motion.add(request.times_s, request.poses_deg)
+                self._apparatus.guide(request.name, motion, request.pedal)
             case Release():
                 self._apparatus.let_go()
             case Turn(turned=turned):
                 self._apparatus.turn(turned=turned)
-            case Break(fault=fault):
-                self._script.fault(fault)
-            case Mend():
-                self._script.clear()
-            case Look():
+            case SetFault(fault=fault):
+                self._faults.fault(fault)
+            case ClearFaults():
+                self._faults.clear()
+            case ReadState():
                 pass

@@ -1,6 +1,6 @@
-"""The therapist's hand: takes the arm, presses the pedal, traces a motion, lets go. Radians inside.
+"""The therapist's hand: takes the arm, presses the pedal, traces a motion and lets go. Internal angles in radians.
 
-It means to trace the motion exactly, and trembles and strays a little, as hands do.
+It traces the motion with tremor and a slow deviation, like a human hand.
 """
 
 import math
@@ -19,20 +19,20 @@ from kata.simulator.parameters import SLOW_STEPS, STEP_S, TURNED, Waves
 Phase = Literal["away", "reaching", "tracing", "leaving"]
 
 STRIDE_S: Final = SLOW_STEPS * STEP_S
-"""The hand's wish is known so far ahead; in between it goes straight on."""
-_STEADIES_S: Final = 1.0
-"""Over this long after it has taken hold, the hand begins to stray."""
+"""Interval of the hand's targets; between them it moves linearly."""
+_DEVIATION_RAMP_S: Final = 1.0
+"""The hand's deviations grow from zero over this time after it has taken the arm."""
 
 
 class HandRefusedError(Exception):
-    """The hand cannot do this now; the message says why."""
+    """The hand cannot do this now; the message is the reason."""
 
 
-class Motion:
-    """What the hand is to trace, put together piece by piece: the wire must not wait while a long one is worked out."""
+class GuidedMotion:
+    """A motion for the hand, added in parts, so that a long one does not delay the servos' wire."""
 
     def __init__(self) -> None:
-        """Without a row yet."""
+        """Begin without rows."""
         self.times_s: list[float] = []
         self.angles: list[list[float]] = []
         """Motor angles in radians, one row for each time."""
@@ -41,7 +41,7 @@ class Motion:
 
     @property
     def rows(self) -> int:
-        """How many."""
+        """Number of rows."""
         return len(self.times_s)
 
     def add(self, times_s: Sequence[float], poses_deg: Sequence[Sequence[float]]) -> None:
@@ -59,23 +59,23 @@ class Motion:
             angles = np.radians(motor_angles_deg(poses_deg))
             turned = np.radians(motor_angles_deg(poses_deg, "left")) * TURNED
         except OutOfReachError as error:
-            place = {"row": error.index, "first_s": times_s[0]}
-            raise HandRefusedError(texts.COUNTED_FROM(reason=error.text, **place)) from error
+            location = {"row": error.index, "first_s": times_s[0]}
+            raise HandRefusedError(texts.COUNTED_FROM(reason=error.text, **location)) from error
         self.times_s += times_s
         self.angles += angles.tolist()
         self.turned_angles += turned.tolist()
 
 
-class Hand:
-    """Pulls the arm along a motion like a spring with a damper, as strongly as a hand is."""
+class SimulatedHand:
+    """Pulls the arm along a motion like a spring with a damper and limited force."""
 
     def __init__(self, seed: int | None = None, *, turned: bool = False) -> None:
-        """``seed``: another therapist, who also strays otherwise. ``turned``: the apparatus stands for the other side."""
+        """``seed``: another therapist with other deviations. ``turned``: the apparatus is set up for the other side."""
         self.parameters = parameters.hand(seed)
         self.phase: Phase = "away"
         self.motion: str | None = None
         self.wants_pedal = False
-        """Whether the therapist's foot is on the pedal for this motion now."""
+        """True while the therapist's foot presses the pedal for this motion."""
         self._turned = turned
         self._with_pedal = False
         self._time_s = 0.0
@@ -83,44 +83,44 @@ class Hand:
         self._times_s: list[float] = []
         self._angles: list[list[float]] = []
         self._row = 0
-        self._held_s = 0.0
-        """Altogether, so that no two motions are strayed from in the same way."""
-        chance, ways = parameters.stream("hand", seed), self.parameters
-        self._strays = tuple(
+        self._guiding_s = 0.0
+        """Total guiding time, so that deviations differ between motions."""
+        random_source, values = parameters.random_stream("hand", seed), self.parameters
+        self._deviations = tuple(
             (
-                Waves.drawn(chance, math.radians(ways.tremor_deg), ways.tremor_hz),
-                Waves.drawn(chance, math.radians(ways.wander_deg), ways.wander_hz),
+                Waves.drawn(random_source, math.radians(values.tremor_deg), values.tremor_hz),
+                Waves.drawn(random_source, math.radians(values.wander_deg), values.wander_hz),
             )
             for _ in range(N_AXES)
         )
 
-    def guide(self, name: str, motion: Motion, here_deg: Sequence[float], pedal: bool) -> None:
-        """Begin with a motion of two rows or more; the arm's motor angles are ``here_deg``."""
+    def guide(self, name: str, motion: GuidedMotion, here_deg: Sequence[float], pedal: bool) -> None:
+        """Begin a motion of two rows or more; the arm's motor angles are ``here_deg``."""
         self.phase, self.motion, self._with_pedal = "reaching", name, pedal
         self._time_s, self._row = 0.0, 0
         self._times_s, self._angles = motion.times_s, motion.turned_angles if self._turned else motion.angles
         self._reach = Approach(np.array(here_deg), np.degrees(self._angles[0]), self.parameters.reach_deg_s)
 
     def let_go(self) -> None:
-        """At once, and lift the foot."""
+        """Release arm and pedal at once."""
         self.phase, self.motion, self.wants_pedal = "away", None, False
 
     @property
     def left_s(self) -> float:
-        """Until the hand has let go."""
+        """Time until the hand lets go, seconds."""
         return max(0.0, self._ends_s - self._time_s) if self.phase != "away" else 0.0
 
-    def stride(self) -> list[float] | None:
-        """Where the hand wants the arm :data:`STRIDE_S` from now, radians; None when it is done, and has let go."""
+    def next_target(self) -> list[float] | None:
+        """Return the target :data:`STRIDE_S` from now, radians; let go and return None at the end."""
         target = self._target(STRIDE_S)
         if target is None:
             self.let_go()
             return None
-        self._held_s += STRIDE_S
-        share = min(self._time_s / _STEADIES_S, 1.0)
+        self._guiding_s += STRIDE_S
+        share = min(self._time_s / _DEVIATION_RAMP_S, 1.0)
         return [
-            wanted + share * (tremor.at(self._held_s) + wander.at(self._held_s))
-            for wanted, (tremor, wander) in zip(target, self._strays, strict=True)
+            angle + share * (tremor.at(self._guiding_s) + wander.at(self._guiding_s))
+            for angle, (tremor, wander) in zip(target, self._deviations, strict=True)
         ]
 
     @property
@@ -136,12 +136,12 @@ class Hand:
         return self._traces_s + self._duration_s + 2 * self.parameters.rest_s
 
     def _target(self, dt_s: float) -> list[float] | None:
-        """Where the hand wants the arm next, radians; None when it is done."""
+        """Return the next target without deviations, radians; None at the end."""
         assert self._reach is not None
         self._time_s += dt_s
         since_s = self._time_s - self._traces_s
         if since_s < 0:
-            # The foot goes down a little before the motion begins, and comes up a little after its end.
+            # The pedal is pressed shortly before the motion and released shortly after it.
             self.wants_pedal = self._with_pedal and since_s > -self.parameters.rest_s / 3
             return [math.radians(angle) for angle in self._reach.at(self._time_s).tolist()]
         if since_s <= self._duration_s:

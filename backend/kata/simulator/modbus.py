@@ -1,6 +1,6 @@
-"""Modbus RTU from a slave's side of the line, after the Modbus application protocol 1.1b3 and the serial line guide 1.02.
+"""Modbus RTU on the slave's side, after the Modbus application protocol 1.1b3 and the serial line guide 1.02.
 
-Written apart from the device's own codec on purpose: two readings of one specification have to agree.
+It is independent of the device's codec on purpose, so that each tests the other.
 """
 
 from dataclasses import dataclass
@@ -22,16 +22,16 @@ ILLEGAL_VALUE: Final = 3
 DEVICE_FAILURE: Final = 4
 
 LONGEST: Final = 256
-"""Bytes of a frame."""
+"""Longest frame, bytes."""
 _SHORTEST: Final = 4
 _CHARACTER_BITS: Final = 11
 _SILENT_CHARACTERS: Final = 3.5
-"""So long a silence ends a frame."""
+"""A silence of this many characters ends a frame."""
 _EXCEPTION: Final = 0x80
 
 
 class RefusedError(Exception):
-    """What is asked cannot be; ``code`` is the exception code of the answer."""
+    """The request is refused; ``code`` is the exception code of the answer."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"exception {code}")
@@ -39,8 +39,8 @@ class RefusedError(Exception):
 
 
 @dataclass(frozen=True)
-class Request:
-    """One sound frame. ``data`` is what follows the function code."""
+class ModbusRequest:
+    """One valid frame. ``data`` follows the function code."""
 
     slave: int
     function: int
@@ -48,23 +48,25 @@ class Request:
 
 
 def silence_s(baud: int) -> float:
-    """How long the line must be silent for a frame to have ended."""
+    """Return the silence that ends a frame, in seconds."""
     return _SILENT_CHARACTERS * _CHARACTER_BITS / baud
 
 
-def parse(heard: bytes) -> Request | None:
-    """What was heard between two silences, if it is a sound frame."""
-    if not _SHORTEST <= len(heard) <= LONGEST or crc16.modbus(heard[:-2]) != int.from_bytes(heard[-2:], "little"):
+def parse(received: bytes) -> ModbusRequest | None:
+    """Return the frame between two silences, or None if it is not valid."""
+    if not _SHORTEST <= len(received) <= LONGEST or crc16.modbus(received[:-2]) != int.from_bytes(
+        received[-2:], "little"
+    ):
         return None
-    return Request(heard[0], heard[1], heard[2:-2])
+    return ModbusRequest(received[0], received[1], received[2:-2])
 
 
 def frame(slave: int, function: int, data: bytes) -> bytes:
-    """An answer, with its CRC."""
+    """Return an answer with its CRC."""
     body = bytes([slave, function]) + data
     return body + crc16.modbus(body).to_bytes(2, "little")
 
 
 def exception(slave: int, function: int, code: int) -> bytes:
-    """An answer that says why not."""
+    """Return an exception answer."""
     return frame(slave, function | _EXCEPTION, bytes([code]))

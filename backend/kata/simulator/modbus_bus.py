@@ -1,101 +1,101 @@
-"""How the five Modbus drives behave together on one line: who answers, and what."""
+"""The five Modbus drives on drive bus: which of them answer, and how."""
 
 import struct
 from collections.abc import Sequence
 from typing import Final
 
 from kata.simulator import modbus
-from kata.simulator.answers import Answer, bytes_s
-from kata.simulator.apparatus import Apparatus
-from kata.simulator.modbus import ILLEGAL_FUNCTION, ILLEGAL_VALUE, RefusedError, Request
+from kata.simulator.apparatus import SimulatedApparatus
+from kata.simulator.bus_answer import BusAnswer, transmission_s
+from kata.simulator.fault_injector import FaultInjector
+from kata.simulator.modbus import ILLEGAL_FUNCTION, ILLEGAL_VALUE, ModbusRequest, RefusedError
 from kata.simulator.modbus_drive import ModbusDrive
-from kata.simulator.script import Script
 
-_MOST_INPUTS: Final = 2000
-_MOST_READ: Final = 125
-_MOST_WRITTEN: Final = 123
-_MOST_WRITTEN_AND_READ: Final = 121
+_MAX_INPUTS: Final = 2000
+_MAX_READ: Final = 125
+_MAX_WRITTEN: Final = 123
+_MAX_WRITTEN_AND_READ: Final = 121
 _BROADCASTS: Final = (modbus.WRITE_SINGLE_REGISTER, modbus.WRITE_MULTIPLE_REGISTERS)
 
 
-class ModbusBus:
-    """Carries requests to the drives and their answers back. Needs no wire and no clock but ``now_ns``."""
+class SimulatedModbusBus:
+    """Executes requests at the drives and returns their answers. Its only clock is ``now_ns``."""
 
-    def __init__(self, apparatus: Apparatus, baud: int = 1_000_000) -> None:
-        """``baud`` is what the drives listen at."""
+    def __init__(self, apparatus: SimulatedApparatus, baud: int = 1_000_000) -> None:
+        """``baud``: the drives' rate."""
         self._apparatus = apparatus
         self._baud = baud
         self.drives = [ModbusDrive(drive) for drive in apparatus.drives]
-        self.script = Script(apparatus, self.drives)
+        self.faults = FaultInjector(apparatus, self.drives)
 
-    def carry_out(self, request: Request, baud: int, now_ns: int) -> list[Answer]:
-        """What the drives do and answer, if they listen at this baud rate."""
+    def execute(self, request: ModbusRequest, baud: int, now_ns: int) -> list[BusAnswer]:
+        """Execute a request and return the answers; no drive reacts to another baud rate."""
         self._apparatus.advance(now_ns)
         if baud != self._baud:
             return []
-        listening = [one for one in self.drives if not self.script.has("off", one.drive.motor)]
+        listening = [drive for drive in self.drives if not self.faults.has("off", drive.drive.motor)]
         self._apparatus.heard(now_ns)
-        for one in listening:
-            one.drive.heard()
+        for drive in listening:
+            drive.drive.feed_watchdog()
         if request.slave == modbus.BROADCAST:
             if request.function in _BROADCASTS:
-                for one in listening:
-                    _answer(one, request)
+                for drive in listening:
+                    _answer(drive, request)
             return []
         return [
-            self._in_time(one, _answer(one, request))
-            for one in listening
-            if one.slave == request.slave and self._answers(one, request)
+            self._timed(drive, _answer(drive, request))
+            for drive in listening
+            if drive.slave == request.slave and self._answers(drive, request)
         ]
 
-    def _answers(self, one: ModbusDrive, request: Request) -> bool:
+    def _answers(self, drive: ModbusDrive, request: ModbusRequest) -> bool:
         inputs = request.function == modbus.READ_DISCRETE_INPUTS
-        if self.script.answers(one.drive.motor, inputs=inputs):
+        if self.faults.answers(drive.drive.motor, inputs=inputs):
             return True
-        _answer(one, request)  # It does what it is told, and nobody hears of it.
+        _answer(drive, request)  # It executes the request without an answer.
         return False
 
-    def _in_time(self, one: ModbusDrive, answer: bytes) -> Answer:
-        late_s, data = self.script.spoil(one.drive.motor, answer)
-        return Answer(data, one.response_delay_s + late_s + bytes_s(len(data), self._baud))
+    def _timed(self, drive: ModbusDrive, answer: bytes) -> BusAnswer:
+        late_s, data = self.faults.corrupt(drive.drive.motor, answer)
+        return BusAnswer(data, drive.response_delay_s + late_s + transmission_s(len(data), self._baud))
 
 
-def _answer(one: ModbusDrive, request: Request) -> bytes:
-    """The whole frame, also of a refusal."""
-    slave, function = one.slave, request.function
+def _answer(drive: ModbusDrive, request: ModbusRequest) -> bytes:
+    """Return the answer's frame, also for a refusal."""
+    slave, function = drive.slave, request.function
     try:
-        return modbus.frame(slave, function, _carried_out(one, function, request.data))
+        return modbus.frame(slave, function, _execute(drive, function, request.data))
     except RefusedError as refused:
         return modbus.exception(slave, function, refused.code)
 
 
-def _carried_out(one: ModbusDrive, function: int, data: bytes) -> bytes:
+def _execute(drive: ModbusDrive, function: int, data: bytes) -> bytes:
     match function:
         case modbus.READ_DISCRETE_INPUTS:
             address, count = _words(data, 2)
-            _check(1 <= count <= _MOST_INPUTS)
-            bits = sum(closed << n for n, closed in enumerate(one.inputs(address, count)))
+            _check(1 <= count <= _MAX_INPUTS)
+            bits = sum(closed << n for n, closed in enumerate(drive.inputs(address, count)))
             size = (count + 7) // 8
             return bytes([size]) + bits.to_bytes(size, "little")
         case modbus.READ_HOLDING_REGISTERS:
             address, count = _words(data, 2)
-            _check(1 <= count <= _MOST_READ)
-            return _registers(one.read(address, count))
+            _check(1 <= count <= _MAX_READ)
+            return _registers(drive.read(address, count))
         case modbus.WRITE_SINGLE_REGISTER:
             address, value = _words(data, 2)
-            one.write(address, [value])
+            drive.write(address, [value])
             return data
         case modbus.WRITE_MULTIPLE_REGISTERS:
-            address, *values = _block(data, _MOST_WRITTEN)
-            one.write(address, values)
+            address, *values = _block(data, _MAX_WRITTEN)
+            drive.write(address, values)
             return data[:4]
         case modbus.READ_WRITE_MULTIPLE_REGISTERS:
             address, count = _words(data[:4], 2)
-            _check(1 <= count <= _MOST_READ)
-            one.read(address, count)  # Refused before anything is written.
-            to_address, *values = _block(data[4:], _MOST_WRITTEN_AND_READ)
-            one.write(to_address, values)
-            return _registers(one.read(address, count))
+            _check(1 <= count <= _MAX_READ)
+            drive.read(address, count)  # Refuse before writing anything.
+            to_address, *values = _block(data[4:], _MAX_WRITTEN_AND_READ)
+            drive.write(to_address, values)
+            return _registers(drive.read(address, count))
         case _:
             raise RefusedError(ILLEGAL_FUNCTION)
 
@@ -111,7 +111,7 @@ def _words(data: bytes, count: int) -> tuple[int, ...]:
 
 
 def _block(data: bytes, most: int) -> tuple[int, ...]:
-    """Address and values out of address, quantity, byte count, values."""
+    """Return address and values from address, quantity, byte count and values."""
     address, count = _words(data[:4], 2)
     _check(1 <= count <= most and data[4:5] == bytes([2 * count]))
     return (address, *_words(data[5:], count))

@@ -1,6 +1,6 @@
-"""One Modbus drive's registers on the drive inside it. Positions in 0.01 deg, torques in 0.01 Nm, speeds in 0.1 deg/s.
+"""The registers of a Modbus drive. Positions in 0.01 deg, torques in 0.01 Nm, speeds in 0.1 deg/s.
 
-Values of 32 bits take two registers, high word first, and are written whole or not at all.
+Values of 32 bits take two registers, high word first, and can only be written together.
 """
 
 import math
@@ -20,7 +20,7 @@ TORQUE_IS_ON, WATCHDOG_TRIPPED = 0b01, 0b10
 
 _LONG: Final = (MIN_POSITION, MAX_POSITION, GOAL_POSITION)
 _WRITABLE: Final = frozenset((*range(TORQUE_ENABLE, RESPONSE_DELAY_US + 1), GOAL_POSITION, GOAL_POSITION + 1))
-_FURTHEST: Final = 180_000
+_MAX_POSITION: Final = 180_000
 _RATED_TORQUE: Final = 1_000
 _RESPONSE_DELAY_US: Final = 500
 _WATCHDOG_STEP_MS: Final = 20
@@ -28,7 +28,7 @@ _WATCHDOG_STEPS: Final = 127
 
 
 class ModbusDrive:
-    """One drive as the line sees it; its slave id is the motor's number unless it was exchanged."""
+    """One drive on the bus; its slave id is the motor's number unless it was exchanged."""
 
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
@@ -37,12 +37,12 @@ class ModbusDrive:
 
     @property
     def response_delay_s(self) -> float:
-        """How long it thinks before it answers."""
+        """Delay of its answers, seconds."""
         return self._delay_us * 1e-6
 
     def reboot(self) -> None:
-        """As after power came."""
-        self._minimum, self._maximum = -_FURTHEST, _FURTHEST
+        """Reset to the power-up state."""
+        self._minimum, self._maximum = -_MAX_POSITION, _MAX_POSITION
         self._torque_limit = _RATED_TORQUE
         self._delay_us = _RESPONSE_DELAY_US
         self._error = 0
@@ -52,20 +52,20 @@ class ModbusDrive:
         self._tune()
 
     def exchange(self, drive_id: int, model: int | None = None) -> None:
-        """Another drive is in its place: at its power-up values. This protocol has no register for a model."""
+        """Replace the drive by another at its power-up values. This protocol has no register for a model."""
         self.slave = drive_id
         self.reboot()
 
     def fail(self, code: int) -> None:
-        """An error stands, or 0: none does. It cuts the torque."""
+        """Set the error, 0 for none. An error switches torque off."""
         self._error = code
         if code:
             self.drive.switch(on=False)
 
     def inputs(self, address: int, count: int) -> list[bool]:
-        """Discrete inputs: whether the contacts wired to this drive are closed.
+        """Return the discrete inputs: True if a contact wired to this drive is closed.
 
-        :raises RefusedError: when there are none.
+        :raises RefusedError: when an input does not exist.
         """
         contacts = [self.drive.contacts[port] for port in sorted(self.drive.contacts)]
         if address + count > len(contacts):
@@ -73,9 +73,9 @@ class ModbusDrive:
         return contacts[address : address + count]
 
     def read(self, address: int, count: int) -> list[int]:
-        """Registers.
+        """Return registers.
 
-        :raises RefusedError: when one of them is none.
+        :raises RefusedError: when a register does not exist.
         """
         registers = self._registers()
         try:
@@ -84,17 +84,17 @@ class ModbusDrive:
             raise RefusedError(ILLEGAL_ADDRESS) from error
 
     def write(self, address: int, values: Sequence[int]) -> None:
-        """All of them, or none.
+        """Write all registers, or none.
 
-        :raises RefusedError: when they cannot be written, not with these values, or not now.
+        :raises RefusedError: when a register is read-only, a value is invalid, or the drive's state forbids it.
         """
         touched = range(address, address + len(values))
-        halved = any((high in touched) != (high + 1 in touched) for high in _LONG)
-        if halved or not _WRITABLE.issuperset(touched):
+        split_value = any((high in touched) != (high + 1 in touched) for high in _LONG)
+        if split_value or not _WRITABLE.issuperset(touched):
             raise RefusedError(ILLEGAL_ADDRESS)
         wanted = self._registers() | dict(zip(touched, values, strict=True))
         minimum, maximum, goal = (_signed(wanted[high], wanted[high + 1]) for high in _LONG)
-        aims = GOAL_POSITION in touched
+        has_goal = GOAL_POSITION in touched
         watchdog_steps = math.ceil(wanted[WATCHDOG_MS] / _WATCHDOG_STEP_MS - 0.5) or int(wanted[WATCHDOG_MS] > 0)
         if (
             wanted[TORQUE_ENABLE] > 1
@@ -102,11 +102,11 @@ class ModbusDrive:
             or watchdog_steps > _WATCHDOG_STEPS
             or wanted[TORQUE_LIMIT] > _RATED_TORQUE
             or minimum > maximum
-            or (aims and not minimum <= goal <= maximum)
+            or (has_goal and not minimum <= goal <= maximum)
         ):
             raise RefusedError(ILLEGAL_VALUE)
         drive = self.drive
-        if (aims and drive.tripped) or (self._error and TORQUE_ENABLE in touched and wanted[TORQUE_ENABLE]):
+        if (has_goal and drive.tripped) or (self._error and TORQUE_ENABLE in touched and wanted[TORQUE_ENABLE]):
             raise RefusedError(DEVICE_FAILURE)
 
         self._minimum, self._maximum = minimum, maximum
@@ -115,16 +115,16 @@ class ModbusDrive:
         drive.watchdog_s = watchdog_steps * _WATCHDOG_STEP_MS / 1000
         drive.tripped = drive.tripped and not wanted[CLEAR]
         drive.switch(wanted[TORQUE_ENABLE] == 1)
-        if aims:
-            drive.aim(math.radians(goal / 100))
+        if has_goal:
+            drive.set_goal(math.radians(goal / 100))
 
     def _tune(self) -> None:
-        """With the drive's own gains, the same as the servos' after tuning."""
-        own = DRIVES[self.drive.motor - 1]
-        self.drive.tune(own.p_nm_rad, own.i_nm_rad_s, own.d_nm_s_rad, self._torque_limit / 100)
+        """Set the drive's gains, the same as the servos' after tuning."""
+        gains = DRIVES[self.drive.motor - 1]
+        self.drive.tune(gains.p_nm_rad, gains.i_nm_rad_s, gains.d_nm_s_rad, self._torque_limit / 100)
 
     def _registers(self) -> dict[int, int]:
-        """As they are now."""
+        """Return the present registers."""
         drive, report = self.drive, self.drive.report
         return dict(
             (

@@ -1,9 +1,8 @@
-"""The mechanics: five drives' shafts, the play of their gears, and the patient behind them. Radians inside.
+"""The mechanics: five drives' shafts, the backlash of their gears, and the patient. Internal angles in radians.
 
-Each axis is two bodies, rotor and arm, with the gear's play between them: flanks that touch push, those that do not, do
-nothing. The drive's encoder sits on the rotor's side, so that what the play hides from it is hidden here too. Coulomb
-friction takes from a body's speed what it can in a step and never more, which lets it stick and slip without a case of
-its own. Numbers: :mod:`kata.simulator.parameters`.
+Each axis has two bodies, rotor and arm, with the gear's backlash between them: touching flanks transmit torque. The encoder is on the
+rotor's side, so it does not measure the backlash. Coulomb friction reduces a body's speed in each step by at most that speed, which
+models sticking and slipping without a separate case. Numbers: :mod:`kata.simulator.parameters`.
 """
 
 import math
@@ -17,7 +16,7 @@ from kata.simulator.parameters import (
     ROM_DEG,
     SLOW_STEPS,
     STEP_S,
-    STIFFENS_OVER_DEG,
+    STIFFENING_RANGE_DEG,
     STOP_NM_RAD,
     STOP_NM_S,
     STOPS_DEG,
@@ -27,79 +26,79 @@ from kata.simulator.parameters import (
     JointParameters,
     Waves,
     joints,
-    stream,
+    random_stream,
 )
 
 _RAD_A_COUNT: Final = 1 / COUNTS_A_RAD
-_TAKEN_UP: Final = STEP_S / GOAL_SMOOTHING_S
-_STIFFENS_OVER: Final = math.radians(STIFFENS_OVER_DEG)
+_GOAL_SHARE: Final = STEP_S / GOAL_SMOOTHING_S
+_STIFFENING_RANGE: Final = math.radians(STIFFENING_RANGE_DEG)
 _TONE_SPEED: Final = math.radians(TONE_SPEED_DEG_S)
 
 
 class Joint:
-    """One axis: where rotor and arm are, how fast, and what pulls at the arm besides its drive."""
+    """One axis: angles and speeds of rotor and arm, and the loads on the arm."""
 
     def __init__(self, axis: int, parameters: JointParameters, turned: bool) -> None:
-        """``axis`` from 0; ``turned``: the apparatus stands for the other side."""
+        """``axis`` from 0; ``turned``: the apparatus is set up for the other side."""
         sign = TURNED[axis] if turned else 1.0
         self.parameters = parameters
         self.angle = self.arm_angle = sign * math.radians(REST_DEG[axis])
-        """Radians, of the drive's shaft and of the arm behind the gear's play."""
+        """Radians, of the drive's shaft and of the arm behind the backlash."""
         self.speed = self.arm_speed = 0.0
         self.jammed = False
         self.load_nm = 0.0
-        """Weight, stiffness and tone: what changes slowly."""
+        """Slowly changing load: weight, stiffness and muscle tone."""
         self.hand: tuple[float, float, float, float, float] | None = None
-        """Where a hand wants the arm, by how much more each step, its stiffness, damping and strength."""
+        """Of a hand: target angle, its change in each step, stiffness, damping and maximum torque."""
         self.rom = _ends(ROM_DEG[axis], sign)
         self.stops = _ends(STOPS_DEG[axis], sign)
         self.play = math.radians(parameters.play_deg) / 2
-        """Either way from the middle."""
+        """Half of the backlash."""
 
     def stiffness_nm(self) -> float:
-        """Of the capsule, towards the middle of the ROM."""
+        """Return the capsule's torque towards the middle of the ROM."""
         low, high = self.rom
-        if (depth := self.arm_angle - high + _STIFFENS_OVER) > 0.0:
-            return -self.parameters.stiffness_nm * (depth / _STIFFENS_OVER) ** 2
-        if (depth := low + _STIFFENS_OVER - self.arm_angle) > 0.0:
-            return self.parameters.stiffness_nm * (depth / _STIFFENS_OVER) ** 2
+        if (depth := self.arm_angle - high + _STIFFENING_RANGE) > 0.0:
+            return -self.parameters.stiffness_nm * (depth / _STIFFENING_RANGE) ** 2
+        if (depth := low + _STIFFENING_RANGE - self.arm_angle) > 0.0:
+            return self.parameters.stiffness_nm * (depth / _STIFFENING_RANGE) ** 2
         return 0.0
 
 
 class Plant:
-    """The five axes, and what the patient does to them."""
+    """The five axes with the patient's loads."""
 
     def __init__(self, seed: int | None = None, *, turned: bool = False) -> None:
         """``seed``: another patient and other gears, see :data:`~kata.simulator.parameters.VARIED`."""
         self.joints = tuple(Joint(n, parameters, turned) for n, parameters in enumerate(joints(seed)))
         self._rest = tuple(joint.angle for joint in self.joints)
         self._girdle_side = -1.0 if turned else 1.0
-        chance = stream("tone", seed)
-        # Half of the most, and as much up and down again: never below nothing.
-        self._tone = tuple(Waves.drawn(chance, 0.5 / math.sqrt(6), TONE_HZ) for _ in self.joints)
+        random_source = random_stream("tone", seed)
+        # Mean and amplitude are half of the maximum, so the tone is never negative.
+        self._tone = tuple(Waves.drawn(random_source, 0.5 / math.sqrt(6), TONE_HZ) for _ in self.joints)
         self._slow_s = 0.0
 
     def jam(self, axis: int, *, jammed: bool) -> None:
-        """A jammed shaft stays where it is, whatever pulls. ``axis`` from 0."""
+        """Jam a shaft, which then does not move, or free it. ``axis`` from 0."""
         joint = self.joints[axis]
         joint.jammed = jammed
         joint.speed = joint.arm_speed = 0.0
 
-    def settle(self) -> None:
-        """Work out anew what changes slowly: weight by pose, stiffness and tone. Due every :data:`SLOW_STEPS`."""
+    def update_slow_loads(self) -> None:
+        """Update the slow loads: weight by pose, stiffness and tone. Due every :data:`SLOW_STEPS`."""
         one, two, three, four, five = self.joints
         cos3, cos4 = math.cos(three.arm_angle), math.cos(four.arm_angle)
-        # Motor 4 is carried by motor 3: the arm points to (sin 4, cos 4 sin 3, -cos 4 cos 3), and its height is what weighs.
-        # On the other side both angles have the other sign, and so have their torques.
+        # Motor 3 carries motor 4: the arm points to (sin 4, cos 4 sin 3, -cos 4 cos 3), and its height determines the weight.
+        # On the other side both angles and their torques change their sign.
         weights = (
-            # The girdle's weight turns the scapula downwards; on the other side that is motors 1 and 2 the other way.
+            # The girdle's weight turns the scapula downwards; on the other side motors 1 and 2 turn the other way.
             self._girdle_side * one.parameters.weight_nm
             - one.parameters.girdle_nm * math.sin(one.arm_angle - self._rest[0]),
             -self._girdle_side * two.parameters.weight_nm
             - two.parameters.girdle_nm * math.sin(two.arm_angle - self._rest[1]),
             -three.parameters.weight_nm * cos4 * math.sin(three.arm_angle),
             -four.parameters.weight_nm * math.sin(four.arm_angle) * cos3,
-            # The forearm weighs on motor 5 as far as the upper arm is raised.
+            # The forearm's weight on motor 5 grows as the upper arm is raised.
             -five.parameters.weight_nm * math.sqrt(max(0.0, 1.0 - (cos3 * cos4) ** 2)) * math.sin(five.arm_angle),
         )
         self._slow_s += SLOW_STEPS * STEP_S
@@ -108,10 +107,10 @@ class Plant:
             joint.load_nm = weight + joint.stiffness_nm() - tone_nm * math.tanh(joint.arm_speed / _TONE_SPEED)
 
 
-def turn(drive: Drive, joint: Joint, steps: int) -> None:
-    """Let one axis go on for some milliseconds: its drive's control, and what it moves.
+def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
+    """Advance one axis, its drive's control and its mechanics, by some milliseconds.
 
-    One flat loop on local floats: this is where virtual time is spent.
+    It is one flat loop on local floats because a simulation spends most of its time here.
     """
     parameters = joint.parameters
     angle, speed, arm_angle, arm_speed = joint.angle, joint.speed, joint.arm_angle, joint.arm_speed
@@ -130,7 +129,7 @@ def turn(drive: Drive, joint: Joint, steps: int) -> None:
 
     for _ in repeat(None, steps):
         if on:
-            smoothed += (goal - smoothed) * _TAKEN_UP
+            smoothed += (goal - smoothed) * _GOAL_SHARE
             wanted = smoothed - (angle * COUNTS_A_RAD + 0.5) // 1.0 * _RAD_A_COUNT - lag * speed
             torque = p * wanted + integral
             if torque > limit:

@@ -1,4 +1,4 @@
-"""The simulator's process: one loop that serves the wire and the control socket; and its parent's side."""
+"""The simulator's process, whose loop serves the wire and the control socket; and its start by the parent."""
 
 import argparse
 import contextlib
@@ -15,13 +15,13 @@ import time
 from pathlib import Path
 from typing import Final, Literal, get_args
 
-from kata.simulator.apparatus import Apparatus
+from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.client import SimulatorClient
 from kata.simulator.control import ControlServer
-from kata.simulator.lines import DynamixelLine, Line, ModbusLine
-from kata.simulator.modbus_bus import ModbusBus
-from kata.simulator.script import Script
+from kata.simulator.fault_injector import FaultInjector
+from kata.simulator.lines import BusLine, DynamixelLine, ModbusLine
+from kata.simulator.modbus_bus import SimulatedModbusBus
 from kata.simulator.wire import Wire
 from kata.system import scheduling
 
@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 _TICK_NS: Final = 20_000_000
 _PRIORITY: Final = 50
 _START_LIMIT_S: Final = 20.0
-_SOON_NS: Final = 300_000
+_SPIN_NS: Final = 300_000
 _BAUD: Final = 1_000_000
 
 ServoProtocol = Literal["dynamixel", "modbus"]
@@ -40,31 +40,31 @@ def main() -> int:
     """Entry of ``python -m kata.simulator``."""
     parser = argparse.ArgumentParser(prog="python -m kata.simulator", description=__doc__)
     parser.add_argument("--control", type=Path, required=True, help="path of the control socket")
+    parser.add_argument("--seed", type=int, default=None, help="vary patient, gears and hand by up to 30 %%")
     parser.add_argument(
-        "--seed", type=int, default=None, help="another patient, other gears, another hand: up to 30 %% off"
+        "--protocol", choices=get_args(ServoProtocol), default="dynamixel", help="protocol of the drives"
+    )
+    parser.add_argument("--baud", type=int, default=_BAUD, help="baud rate of the drives")
+    parser.add_argument(
+        "--spin", action="store_true", help="keep transmission times to some microseconds; uses a whole core"
     )
     parser.add_argument(
-        "--protocol", choices=get_args(ServoProtocol), default="dynamixel", help="what the drives speak"
-    )
-    parser.add_argument("--baud", type=int, default=_BAUD, help="what the drives listen at")
-    parser.add_argument("--spin", action="store_true", help="keep the bytes' time to some microseconds; costs a core")
-    parser.add_argument(
-        "--still", action="store_true", help="without mechanics: nothing moves, and the wire costs little"
+        "--still", action="store_true", help="without mechanics: nothing moves, and the simulation needs little time"
     )
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s simulator %(levelname)s %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    apparatus = Apparatus(arguments.seed, still=arguments.still)
+    apparatus = SimulatedApparatus(arguments.seed, still=arguments.still)
     try:
-        line, script = _bus(apparatus, arguments.protocol, arguments.baud)
+        line, faults = _bus(apparatus, arguments.protocol, arguments.baud)
     except ValueError as error:
         parser.error(str(error))
     port: Path = arguments.control.with_suffix(".port")
-    wire = Wire(line, script, port)
-    control = ControlServer(arguments.control, apparatus, script)
+    wire = Wire(line, faults, port)
+    control = ControlServer(arguments.control, apparatus, faults)
     scheduling.ask_for(scheduling.SHORT_NS)
-    with contextlib.suppress(OSError):  # best effort: on a busy computer the drives would else seem to stutter
+    with contextlib.suppress(OSError):  # if granted: on a busy computer the drives would otherwise answer late
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()
     gc.freeze()
@@ -78,16 +78,16 @@ def main() -> int:
     return 0
 
 
-def _bus(apparatus: Apparatus, protocol: ServoProtocol, baud: int) -> tuple[Line, Script]:
+def _bus(apparatus: SimulatedApparatus, protocol: ServoProtocol, baud: int) -> tuple[BusLine, FaultInjector]:
     if protocol == "modbus":
-        modbus = ModbusBus(apparatus, baud)
-        return ModbusLine(modbus), modbus.script
+        modbus = SimulatedModbusBus(apparatus, baud)
+        return ModbusLine(modbus), modbus.faults
     servos = ServoBus(apparatus, baud)
-    return DynamixelLine(servos), servos.script
+    return DynamixelLine(servos), servos.faults
 
 
-def _serve(apparatus: Apparatus, wire: Wire, control: ControlServer, *, spin: bool) -> None:
-    """Until the parent's end of our standard input is gone."""
+def _serve(apparatus: SimulatedApparatus, wire: Wire, control: ControlServer, *, spin: bool) -> None:
+    """Serve until the parent closes our standard input."""
     stdin = sys.stdin.fileno()
     while True:
         sources = [*wire.sources, stdin, *control.sockets]
@@ -103,22 +103,22 @@ def _serve(apparatus: Apparatus, wire: Wire, control: ControlServer, *, spin: bo
 
 
 def _sleep_s(wire: Wire, now_ns: int, *, spin: bool) -> float:
-    """How long nothing is due; not longer than a tick.
+    """Return the time until the next work, at most a tick.
 
-    Waking up takes its time: who spins stays awake when it is near. Not for longer, though: a spinning process of high
-    priority keeps the kernel's own worker, which moves the bytes through the pseudo-terminal, from its core.
+    Waking up takes time, so with ``spin`` the process busy-waits shortly before the work is due. It does not busy-wait longer, because
+    that would keep the kernel worker that moves the pseudo-terminal's bytes from its core.
     """
     due_ns = wire.due_ns
-    left_ns = _TICK_NS if due_ns is None else min(_TICK_NS, max(0, due_ns - now_ns))
-    return max(0, left_ns - _SOON_NS if spin else left_ns) / 1e9
+    remaining_ns = _TICK_NS if due_ns is None else min(_TICK_NS, max(0, due_ns - now_ns))
+    return max(0, remaining_ns - _SPIN_NS if spin else remaining_ns) / 1e9
 
 
 class SimulatorError(Exception):
-    """The simulator could not be started; the message says why."""
+    """The simulator could not be started; the message is the reason."""
 
 
 class SimulatorProcess:
-    """A simulator running as a child process; ends when it is closed, or with us."""
+    """A simulator as a child process; it ends when it is closed, or with its parent."""
 
     def __init__(
         self,
@@ -130,13 +130,13 @@ class SimulatorProcess:
         spin: bool = False,
         still: bool = False,
     ) -> None:
-        """Start it and wait until it is ready; its log goes to ``folder``.
+        """Start the simulator and wait until it is ready; its log is in ``folder``.
 
-        ``spin`` keeps the bytes' time to some microseconds and costs a core; ``still`` leaves the mechanics out.
+        ``spin`` keeps transmission times to some microseconds and uses a whole core; ``still`` leaves the mechanics out.
 
-        :raises SimulatorError: when it does not come up, as with a baud rate that the drives do not know.
+        :raises SimulatorError: when it does not start, for example with an unsupported baud rate.
         """
-        # A path of its own for each start, and short: a socket's path may have 107 bytes.
+        # Each start has its own short path: a socket's path may have 107 bytes.
         self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)
         self._control = Path(self._socket_folder.name) / "simulator.sock"
         command = [sys.executable, "-m", "kata.simulator", "--control", str(self._control)]
@@ -151,16 +151,16 @@ class SimulatorProcess:
         self.port = self._wait_until_ready(folder)
 
     def client(self) -> SimulatorClient:
-        """A connection to hand, pedal and switch."""
+        """Return a connection to hand, pedal and switch."""
         return SimulatorClient(self._control)
 
     @property
     def pid(self) -> int:
-        """Its process."""
+        """Its process id."""
         return self._child.pid
 
     def close(self) -> None:
-        """End it."""
+        """End the simulator."""
         assert self._child.stdin is not None and self._child.stdout is not None
         self._child.stdin.close()
         try:

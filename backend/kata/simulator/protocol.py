@@ -1,6 +1,6 @@
-"""Dynamixel Protocol 2.0 from the drives' side of the wire, after the robotis e-manual.
+"""Dynamixel Protocol 2.0 on the drives' side, after the ROBOTIS e-manual.
 
-Written apart from the device's own codec on purpose: two readings of one specification have to agree.
+It is independent of the device's codec on purpose, so that each tests the other.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,22 +33,22 @@ DATA_LENGTH_ERROR: Final = 0x05
 DATA_LIMIT_ERROR: Final = 0x06
 ACCESS_ERROR: Final = 0x07
 ALERT: Final = 0x80
-"""Joined to the error byte of every answer while a hardware error stands."""
+"""Set in the error byte of every answer while a hardware error is present."""
 
 
 @dataclass(frozen=True)
 class Instruction:
-    """One packet as a drive hears it. ``size`` is its length on the wire in bytes; ``sound`` whether its CRC holds."""
+    """One received packet. ``size``: its length in bytes; ``valid``: True if its CRC is correct."""
 
     drive_id: int
     code: int
     parameters: bytes
     size: int
-    sound: bool
+    valid: bool
 
 
 def stuff(body: bytes) -> bytes:
-    """Break up what looks like a header."""
+    """Insert a byte into each sequence that looks like a header."""
     return body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
 
 
@@ -58,17 +58,17 @@ def unstuff(body: bytes) -> bytes:
 
 
 def status(drive_id: int, error: int, data: bytes = b"") -> bytes:
-    """A drive's answer."""
+    """Return a drive's answer."""
     body = stuff(bytes([STATUS, error]) + data)
     packet = HEADER + bytes([drive_id]) + (len(body) + 2).to_bytes(2, "little") + body
     return packet + crc16.umts(packet).to_bytes(2, "little")
 
 
 def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length: int) -> list[bytes]:
-    """A Fast Sync Read's one packet in the parts that each drive adds, from ``(drive id, error, data)`` in order.
+    """Return the answer packet of a Fast Sync Read in the parts that each drive adds, from ``(drive id, error, data)`` in order.
 
-    ``promised`` drives were asked for ``length`` bytes each: the header, which the first one sends, says so whether or
-    not all of them answer. Nothing is stuffed; each part ends with the CRC of all bytes so far.
+    ``promised`` drives were asked for ``length`` bytes each. The header, which the first drive sends, contains this length
+    even if some drives do not answer. Nothing is stuffed; each part ends with the CRC of all bytes so far.
     """
     size = 1 + promised * (length + 4)
     sent = HEADER + bytes([BROADCAST]) + size.to_bytes(2, "little") + bytes([STATUS])
@@ -85,38 +85,38 @@ def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length
 
 
 @lru_cache(maxsize=256)
-def _understood(packet: bytes) -> Instruction:
-    """Those that read are sent over and over."""
+def _decode(packet: bytes) -> Instruction:
+    """Decode a packet; cached because the same reads are sent repeatedly."""
     body = unstuff(packet[7:-2])
-    sound = crc16.umts(packet[:-2]) == int.from_bytes(packet[-2:], "little")
-    return Instruction(packet[4], body[0], body[1:], len(packet), sound)
+    valid = crc16.umts(packet[:-2]) == int.from_bytes(packet[-2:], "little")
+    return Instruction(packet[4], body[0], body[1:], len(packet), valid)
 
 
 class InstructionParser:
-    """Takes bytes as they come and gives whole packets, sound or not; noise between them is skipped."""
+    """Assembles packets, valid or not, from received bytes; skips noise between them."""
 
     def __init__(self) -> None:
-        self._heard = bytearray()
+        self._received = bytearray()
 
-    def forget(self) -> None:
-        """Give up a packet that has only begun."""
-        self._heard.clear()
+    def reset(self) -> None:
+        """Drop an incomplete packet."""
+        self._received.clear()
 
     def feed(self, data: bytes) -> Iterator[Instruction]:
-        """Packets completed by ``data``."""
-        heard = self._heard
-        heard += data
-        while (start := heard.find(HEADER)) >= 0:
-            del heard[:start]
-            if len(heard) < 7:
+        """Yield the packets that ``data`` completes."""
+        received = self._received
+        received += data
+        while (start := received.find(HEADER)) >= 0:
+            del received[:start]
+            if len(received) < 7:
                 return
-            size = 7 + int.from_bytes(heard[5:7], "little")
+            size = 7 + int.from_bytes(received[5:7], "little")
             if size < 10 or size > 1024:
-                del heard[:4]
+                del received[:4]
                 continue
-            if len(heard) < size:
+            if len(received) < size:
                 return
-            instruction = _understood(bytes(heard[:size]))
-            del heard[: size if instruction.sound else 4]
+            instruction = _decode(bytes(received[:size]))
+            del received[: size if instruction.valid else 4]
             yield instruction
-        del heard[: max(0, len(heard) - 3)]
+        del received[: max(0, len(received) - 3)]

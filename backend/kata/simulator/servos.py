@@ -1,7 +1,6 @@
-"""One servo's control table (XH540-W270, robotis e-manual) on the drive inside it.
+"""The control table of a servo (XH540-W270, ROBOTIS e-manual).
 
-Scale factors turn the gains in the table into torque; they are chosen so that the registers' steps are fine enough for
-the gains in :mod:`~kata.simulator.parameters`.
+Scale factors convert the gains in the table to torque. They make the registers' steps fine enough for the gains in :mod:`~kata.simulator.parameters`.
 """
 
 import math
@@ -20,7 +19,7 @@ _RAD_S_A_UNIT: Final = 0.229 * math.tau / 60
 P_NM_RAD: Final = 0.10
 I_NM_RAD_S: Final = 0.50
 D_NM_S_RAD: Final = 0.01
-"""Of one unit in the registers of the gains."""
+"""Value of one unit in the registers of the gains."""
 _WATCHDOG_STEP_S: Final = 0.02
 
 MODEL, ID, BAUD, RETURN_DELAY, OPERATING_MODE = 0, 7, 8, 9, 11
@@ -63,7 +62,7 @@ _RANGES: Final = {
     STATUS_LEVEL: (0, 2),
     BUS_WATCHDOG: (0, 127),
 }
-"""Registers of one byte that take these values only."""
+"""Allowed values of one-byte registers."""
 _MODES: Final = frozenset((0, 1, 3, 4, 5, 16))
 _CURRENT_BASED_POSITION: Final = 5
 _SINGLE_TURN: Final = 3
@@ -72,54 +71,54 @@ _READ_ONLY: Final = frozenset((*range(7), *range(69, 76), *range(120, PORT_DATA 
 
 
 class Servo:
-    """One drive as the bus sees it. The table keeps what was written; what the drive changes by itself is shown on reading."""
+    """One drive on the bus. The table stores written values; values that the drive changes are updated when they are read."""
 
     def __init__(self, drive: Drive, baud: int) -> None:
         """Its id is the motor's number.
 
-        :raises ValueError: when it does not know that baud rate.
+        :raises ValueError: when it does not support the baud rate.
         """
         self.drive = drive
         self.registered: tuple[int, bytes] | None = None
-        """Address and data of a write that waits for its Action."""
+        """Address and data of a registered write that waits for an Action."""
         self.zero = ZERO_COUNT
-        """The count that it reports at angle 0: how its encoder is mounted, and the turns that it has counted since power-up."""
+        """The count at angle 0, from the mounting of the encoder and the turns since power-up."""
         self.table = bytearray(END)
-        codes = [code for code, known in _BAUDS.items() if known == baud]
+        codes = [code for code, rate in _BAUDS.items() if rate == baud]
         if not codes:
-            raise ValueError(f"the servos do not know {baud} baud")
+            raise ValueError(f"the servos do not support {baud} baud")
         self._baud_code = codes[0]
         self.exchange(drive.motor)
 
     @property
     def id(self) -> int:
-        """Its address."""
+        """Its id on the bus."""
         return self.table[ID]
 
     @property
     def alert(self) -> int:
-        """What a standing hardware error adds to the error byte of its answers."""
+        """Alert bit of the error byte of its answers."""
         return protocol.ALERT if self.table[HARDWARE_ERROR] else 0
 
     @property
     def baud(self) -> int:
-        """What register 8 stands for."""
+        """Baud rate in register 8."""
         return _BAUDS[self.table[BAUD]]
 
     @property
     def return_delay_s(self) -> float:
-        """What register 9 stands for."""
+        """Return delay in register 9, seconds."""
         return self.table[RETURN_DELAY] * 2e-6
 
     def read(self, address: int, length: int, now_ns: int) -> tuple[int, bytes]:
-        """Error byte and data."""
+        """Return error byte and data."""
         if address + length > END:
             return protocol.DATA_RANGE_ERROR, b""
-        self._show(address, address + length, now_ns)
+        self._update_table(address, address + length, now_ns)
         return 0, bytes(self.table[address : address + length])
 
     def write(self, address: int, data: bytes) -> int:
-        """Error byte."""
+        """Write registers; return the error byte."""
         touched = range(address, address + len(data))
         if touched.stop > END or not data:
             return protocol.DATA_RANGE_ERROR
@@ -127,18 +126,18 @@ class Servo:
             return protocol.ACCESS_ERROR
         if self.drive.torque_on and address < _EEPROM_END:
             return protocol.ACCESS_ERROR
-        self._show_goal()
-        if error := self._objection(touched, data):
+        self._update_goal()
+        if error := self._write_error(touched, data):
             return error
         self.table[address : touched.stop] = data
-        self._understand(touched)
+        self._apply(touched)
         return 0
 
     def reboot(self) -> None:
         """Torque off, RAM back to its defaults, hardware error forgotten."""
-        kept = bytes(self.table[:_EEPROM_END])
+        eeprom = bytes(self.table[:_EEPROM_END])
         self._fill_defaults()
-        self.table[:_EEPROM_END] = kept
+        self.table[:_EEPROM_END] = eeprom
         self._power_up()
 
     def mount(self, zero: int) -> None:
@@ -147,7 +146,7 @@ class Servo:
         self._power_up()
 
     def exchange(self, drive_id: int, model: int | None = None) -> None:
-        """Another drive is in its place: every register at its default, but for the id and the baud rate that it has been given."""
+        """Replace the drive by another with default registers, except id and baud rate."""
         self._fill_defaults()
         self.table[ID] = drive_id
         self.table[BAUD] = self._baud_code
@@ -161,13 +160,13 @@ class Servo:
             struct.pack_into(form, self.table, address, value)
 
     def _power_up(self) -> None:
-        """Torque is off, and the encoder knows its place within one turn only: 0 to 4095."""
+        """Switch torque off; the encoder then only knows its position within a turn: 0 to 4095."""
         self.registered = None
-        self._understand(range(_EEPROM_END, GOAL_CURRENT))
+        self._apply(range(_EEPROM_END, GOAL_CURRENT))
         self.zero -= (self.zero + round(self.drive.angle * COUNTS_A_RAD)) // COUNTS_A_TURN * COUNTS_A_TURN
 
     def fail(self, code: int) -> None:
-        """A hardware error stands, or 0: none does. What register 63 names cuts the torque."""
+        """Set the hardware error, 0 for none. Errors in register 63 switch torque off."""
         self.table[HARDWARE_ERROR] = code
         if self._shut_down:
             self.drive.switch(on=False)
@@ -176,8 +175,8 @@ class Servo:
     def _shut_down(self) -> bool:
         return self.table[HARDWARE_ERROR] & self.table[SHUTDOWN] != 0
 
-    def _objection(self, touched: range, data: bytes) -> int:
-        """The error that this write would be answered with, 0 for none."""
+    def _write_error(self, touched: range, data: bytes) -> int:
+        """Return the error of a write, 0 for none."""
         for address, value in zip(touched, data, strict=True):
             low, high = _RANGES.get(address, (0, 255))
             if not low <= value <= high:
@@ -194,32 +193,32 @@ class Servo:
         after[touched.start : touched.stop] = data
         return protocol.DATA_LIMIT_ERROR if _beyond_limits(after, touched) else 0
 
-    def _understand(self, touched: range) -> None:
-        """Let the drive know what was written."""
+    def _apply(self, touched: range) -> None:
+        """Apply written registers to the drive."""
         table, drive = self.table, self.drive
         d, i, p = struct.unpack_from("<HHH", table, D_GAIN)
         limit = struct.unpack_from("<H", table, CURRENT_LIMIT)[0]
         if table[OPERATING_MODE] == _CURRENT_BASED_POSITION:
             limit = min(limit, abs(struct.unpack_from("<h", table, GOAL_CURRENT)[0]))
         drive.tune(p * P_NM_RAD, i * I_NM_RAD_S, d * D_NM_S_RAD, limit * _NM_A_UNIT)
-        drive.heard()
+        drive.feed_watchdog()
         if BUS_WATCHDOG in touched:
             drive.watchdog_s = table[BUS_WATCHDOG] * _WATCHDOG_STEP_S
             drive.tripped = False
         if not _GOAL_POSITION_BYTES.isdisjoint(touched):
             (goal,) = struct.unpack_from("<i", table, GOAL_POSITION)
-            drive.aim((goal - self.zero) / COUNTS_A_RAD)
+            drive.set_goal((goal - self.zero) / COUNTS_A_RAD)
         if TORQUE_ENABLE in touched:
             drive.switch(table[TORQUE_ENABLE] != 0 and not self._shut_down)
 
-    def _show(self, begin: int, end: int, now_ns: int) -> None:
-        """Bring what changes by itself among these registers up to date."""
+    def _update_table(self, begin: int, end: int, now_ns: int) -> None:
+        """Update those of these registers that the drive changes."""
         table, drive = self.table, self.drive
         table[TORQUE_ENABLE] = drive.torque_on
         if drive.tripped:
             table[BUS_WATCHDOG] = _TRIPPED
         if begin < PRESENT_CURRENT and end > GOAL_POSITION:
-            self._show_goal()
+            self._update_goal()
             struct.pack_into("<H", table, REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
             (threshold,) = struct.unpack_from("<I", table, MOVING_THRESHOLD)
             table[MOVING] = abs(round(drive.report.speed / _RAD_S_A_UNIT)) > threshold
@@ -238,12 +237,12 @@ class Servo:
                 pulled_up = table[PORT_MODE + port] == 2
                 table[PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
 
-    def _show_goal(self) -> None:
+    def _update_goal(self) -> None:
         struct.pack_into("<i", self.table, GOAL_POSITION, self.zero + round(self.drive.goal * COUNTS_A_RAD))
 
 
 def _beyond_limits(table: bytearray, touched: range) -> bool:
-    """Whether a goal among the touched registers is one that the drive's own limits forbid."""
+    """True if the drive's limits forbid a goal among these registers."""
     if GOAL_CURRENT in touched:
         (current,) = struct.unpack_from("<h", table, GOAL_CURRENT)
         (limit,) = struct.unpack_from("<H", table, CURRENT_LIMIT)

@@ -172,7 +172,7 @@ def test_echo_of_our_instruction_is_neither_answer_nor_noise() -> None:
 def test_both_implementations_reproduce_the_checksum_of_the_specification() -> None:
     ping = encode(1, 0x01)
     assert ping == bytes.fromhex("ff ff fd 00 01 03 00 01 19 4e")
-    assert [one.sound for one in protocol.InstructionParser().feed(ping)] == [True]
+    assert [one.valid for one in protocol.InstructionParser().feed(ping)] == [True]
 
 
 def test_drives_support_fast_sync_read_and_it_is_used() -> None:
@@ -224,7 +224,7 @@ def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
     bus = ready(world)
     assert bus.read().inputs is not None
     world.fault("exchanged", world.config.inputs.drive_id)
-    world.script.clear()
+    world.faults.clear()
     bus.close()
     bus.open()
     for _ in range(50):

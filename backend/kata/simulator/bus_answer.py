@@ -1,0 +1,19 @@
+"""A drive's answer, and the transmission time of bytes."""
+
+from typing import Final
+
+from msgspec import Struct
+
+_BITS_A_BYTE: Final = 10
+
+
+class BusAnswer(Struct, frozen=True):
+    """Bytes, and the time from the end of the request to the end of the last byte, in seconds."""
+
+    data: bytes
+    after_s: float
+
+
+def transmission_s(count: int, baud: int) -> float:
+    """Return the transmission time of a number of bytes, in seconds."""
+    return count * _BITS_A_BYTE / baud
