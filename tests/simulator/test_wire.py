@@ -248,7 +248,7 @@ def test_servos_can_start_at_another_baud_rate(tmp_path: Path) -> None:
         opened.setBaudRate(57_600)
         assert packets.read1ByteTxRx(opened, 5, 8) == (1, COMM_SUCCESS, 0)
         opened.closePort()
-    with pytest.raises(SimulatorError, match="do not know 12345 baud"):
+    with pytest.raises(SimulatorError, match="do not support 12345 baud"):
         SimulatorProcess(tmp_path, baud=12_345)
 
 
