@@ -1,7 +1,7 @@
-"""Random crossings on the way from the service to the control thread, through the real exchange and its threads.
+"""Random interleavings of messages between the service and the control thread, through the real link and its threads.
 
-The disk keeps a write or a sync waiting, and a recording is being checked, for as long as the sequence says, which may be for ever. A
-Stop passes them all the same. Nothing here depends on how fast the computer is: what waits, waits until a rule lets it go.
+The sequence decides how long a write, a sync or the check of a recording takes; it may never end. A Stop must pass them. Nothing here
+depends on the speed of the computer: a blocked thread waits until a rule releases it.
 """
 
 import tempfile
@@ -43,7 +43,7 @@ _STARTS: Final[tuple[Command, ...]] = (Approach(), Play(), Return(), Pause(), Un
 
 
 class _Disk(JournalDisk):
-    """Takes a write, and a sync, when it may."""
+    """Blocks each write and sync until it is released."""
 
     def __init__(self) -> None:
         self.free = threading.Event()
@@ -59,14 +59,14 @@ class _Disk(JournalDisk):
 
 
 class Crossings(RuleBasedStateMachine):
-    """One exchange with its threads; this thread is the service and, in turn, the control thread."""
+    """One link with its threads. This thread takes the part of the service and of the control thread."""
 
     @initialize()
     def begin(self) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self._disk = _Disk()
         self._checking = threading.Event()
-        """Clear while a recording that is being checked keeps whoever checks it waiting."""
+        """Cleared while the check of a recording is blocked."""
         self._checking.set()
         build = references.build
 
@@ -85,12 +85,12 @@ class Crossings(RuleBasedStateMachine):
         self._refusing = False
         """The newest snapshot says that nothing can be loaded."""
         self._open: dict[int, int] = {}
-        """Number of each command that has no answer yet, and how many Stops had been sent before it."""
+        """Each unanswered command by its number, with the number of Stops sent before it."""
         self._stops = 0
         self._loaded: list[int] = []
-        """Loads that the builder has not been asked for yet, or has not answered."""
+        """Loads that the builder has not answered, or not received yet."""
 
-    # -- what may happen ----------------------------------------------------------------------------------------------
+    # -- rules ------------------------------------------------------------------------------------------------------
 
     @rule(command=st.sampled_from(_STARTS))
     def a_command_is_sent(self, command: Command) -> None:
@@ -108,7 +108,7 @@ class Crossings(RuleBasedStateMachine):
 
     @rule(mode=st.sampled_from(["idle", "playing"]))
     def the_mode_is_published(self, mode: Any) -> None:
-        """The newest snapshot: while something plays nothing can be loaded."""
+        """Publish a snapshot; during playback nothing can be loaded."""
         refusal = not_in_this_mode("load", mode)
         self._refusing = refusal is not None
         refusals = {"load": refusal} if refusal else {}
@@ -119,7 +119,7 @@ class Crossings(RuleBasedStateMachine):
 
     @rule()
     def a_stop_is_sent(self) -> None:
-        """It reaches the control thread, and is answered, whatever waits."""
+        """A Stop reaches the control thread and is answered, whatever is blocked."""
         before = set(self._open)
         number = self._ask(Stop())
         self._stops += 1
@@ -193,7 +193,7 @@ class Crossings(RuleBasedStateMachine):
         return self._number
 
     def _answer(self, number: int, *, refused_only: bool = False) -> None:
-        """Wait for the answer to a command. Others may come first."""
+        """Wait for the answer to a command; other messages may come first."""
         while number in self._open:
             heard = self.service.hear()
             if isinstance(heard, Reply):

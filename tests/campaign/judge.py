@@ -1,7 +1,7 @@
-"""What must never happen, judged by what the simulated drives accepted and measured.
+"""Safety rules, checked against what the simulated drives accepted and measured.
 
-Nothing here asks the control program what it thinks, with exceptions that are named where they stand: what the newest snapshot shows
-of the torque (it is compared with the drives), whether a push was answered, and whether a Stop has ended what went on.
+The checks do not use the control program's own state, with exceptions that are named where they occur: the torque in the newest snapshot
+(compared with the drives), the answer to a push, and whether a Stop has ended the activity.
 """
 
 from collections import deque
@@ -14,23 +14,23 @@ from tests.support.drive_registers import expected_registers
 from tests.support.simulated_world import Seen, World
 
 COMMAND_LIFE_NS: Final = 2_000_000_000
-"""A command is void this long after it was pressed."""
+"""A command expires this long after its button was pressed."""
 _START_CYCLES: Final = 3
-"""Torque comes on within so many cycles after an approach was accepted, or not at all."""
+"""Torque switches on within this many cycles after an accepted approach, or not at all."""
 _SETTLED_CYCLES: Final = 8
 """A reboot is found by the status of each drive, which is read every fifth cycle, and one may be replaced by another read."""
 _SWITCH_S: Final = 0.1
-"""After each switching the drives' own word on their torque counts from 50 ms on, in the next status."""
+"""The drives' report of their torque is valid 50 ms after each switching, with the next status."""
 _ROTATION_NS: Final = 2_300_000_000
-"""Every configured register is read within 2 s; then the torque has to go."""
+"""Every configured register is read within 2 s; then torque must switch off."""
 _ROTATED: Final = frozenset({38, 48})
 """Current limit and position limits of a Dynamixel drive: configured registers that its status block does not hold."""
 _STOP_S: Final = 1.0
-"""A controlled stop ramps down within 0.4 s; a slow arm is met by the ramp's own limit."""
+"""A controlled stop ramps down within 0.4 s; the ramp's limit applies to a slow arm."""
 _ANSWER_S: Final = 1.4
-"""A push over the level has ended, or been answered, by then: 0.1 s to know it, and 1 s that a reversal has to end it."""
+"""A push above the level has ended or was answered by then: 0.1 s for its detection, and 1 s for a reversal."""
 _OVER_LEVEL: Final = 1.15
-"""The drive's current is noisy and quantized."""
+"""Tolerance for the noise and steps of a drive's current."""
 _STEP_TOLERANCE_DEG: Final = 1.2
 _LIMIT_TOLERANCE_DEG: Final = 0.5
 """A setpoint that yields to the patient's push may go back to where the arm was some cycles ago, and the arm comes in meanwhile."""
@@ -38,12 +38,12 @@ _KNOWN_CYCLES: Final = 3
 """An angle is measured in one cycle, answered to in the next, and sent with the one after it where function 23 carries the goals."""
 _POSE_TOLERANCE_DEG: Final = 1.0
 _ERROR_CYCLES: Final = 4
-"""A hardware error counts in the cycle that first hears of it. A lost answer costs a cycle, and a started one may be through."""
+"""A hardware error counts in the cycle that first receives it. A lost answer costs a cycle, and a started cycle may still end."""
 _AT_REST: Final = frozenset({"offline", "idle", "stopped"})
 _OWN_FAULTS: Final = frozenset(
     {"setpoint_step", "setpoint_limit", "setpoint_acceleration", "setpoint_frozen", "unexpected_error"}
 )
-"""Faults of the control program's own: each one is a defect."""
+"""Faults of the control program itself; each is a defect."""
 
 
 @dataclass(frozen=True)
@@ -53,49 +53,49 @@ class Start:
     accepted_ns: int
     pressed_ns: int
     stopped_ns: int
-    """When the last Stop before its acceptance reached the device."""
+    """Arrival of the last Stop before its acceptance."""
 
 
 @dataclass
 class _Motor:
-    """What is known of one drive from the wire."""
+    """Knowledge of one drive from the bus."""
 
     torque_since_ns: int | None = None
     goal: tuple[int, float] | None = None
     outside_deg: float | None = None
-    """How far the innermost goal since the torque came on was beyond the patient's limits."""
+    """Distance beyond the patient's limits of the innermost goal since torque switched on."""
     been_deg: deque[float] = field(default_factory=lambda: deque(maxlen=_KNOWN_CYCLES))
-    """Where the shaft was in the last cycles."""
+    """Angles of the shaft in the last cycles."""
     over_since_ns: int | None = None
     answered: object = None
     wrong_since_ns: int | None = None
     energised_at_loss: bool = False
-    """It had torque when the port was lost, and nobody has released the arm since."""
+    """It had torque when the port was lost, and the arm has not been released since."""
     powerless: bool = False
-    """Its torque went by itself: power, reboot, exchange or a hardware error."""
+    """Its torque was lost: power, reboot, exchange or a hardware error."""
 
 
 @dataclass
 class Judge:
-    """Raises AssertionError when one of the promises is broken. Call :meth:`look` after every cycle."""
+    """Raises AssertionError when a safety rule is broken. Call :meth:`look` after every cycle."""
 
     world: World
     config: StationConfig
     last_stop_ns: int = -1
-    """When the last Stop reached the device."""
+    """Arrival of the last Stop at the device."""
     begun_ns: int = -1
-    """When a load or a teaching was accepted last."""
+    """Time of the last accepted load or teaching."""
     start: Start | None = None
     released: bool = False
     """The emergency stop is or was pressed, or the torque was released by command, since the port was lost."""
     limits_deg: tuple[tuple[float, float], ...] = ()
-    """The patient's, of the newest load."""
+    """The patient's limits in the newest load."""
     error_since_ns: int | None = None
-    """Since then a drive has had a hardware error, while every drive answers and nothing else is wrong."""
+    """Time since which a drive has a hardware error, while every drive answers and there is no other fault."""
     _motors: list[_Motor] = field(default_factory=lambda: [_Motor() for _ in range(5)])
     _judged: int = 0
     _shown: int = 0
-    """How many snapshots of the present device process have been judged."""
+    """Number of checked snapshots of the present device process."""
 
     def __post_init__(self) -> None:
         self._expected = [expected_registers(self.config, motor) for motor in range(1, 6)]
@@ -105,26 +105,26 @@ class Judge:
         ]
         self._period_ns = 1_000_000_000 // self.config.cycle_hz
 
-    # -- what people and faults do ------------------------------------------------------------------------------------
+    # -- people and faults -------------------------------------------------------------------------------------------
 
     def device_started(self) -> None:
-        """A new device process begins with snapshots of its own."""
+        """Start with the snapshots of a new device process."""
         self._shown = 0
 
     def port_lost(self, *, pressed: bool) -> None:
-        """The adapter has been pulled out, or the device process has ended. ``pressed``: the emergency stop is, or looks so."""
-        # What the glance halfway to the next cycle did came before.
+        """Note that the adapter was unplugged, or the device process ended. ``pressed``: the emergency stop reads as pressed."""
+        # The poll of the emergency stop between two cycles came before.
         self._look_at_drives()
         for known, drive in zip(self._motors, self.world.apparatus.drives, strict=True):
             known.energised_at_loss = known.energised_at_loss or drive.torque_on
         self.released = pressed
 
     def power_lost(self, motor: int) -> None:
-        """Motor 1-5 has lost its torque by itself; until that is noticed it may still be sent goals."""
+        """Note that motor 1-5 has lost its torque; it may still get goals until the loss is detected."""
         self._motors[motor - 1].powerless = True
 
     def loaded(self, limits_deg: tuple[tuple[float, float], ...]) -> None:
-        """A load was accepted."""
+        """Note an accepted load."""
         self.limits_deg = limits_deg
         for known in self._motors:
             known.outside_deg = None
@@ -132,7 +132,7 @@ class Judge:
     # -- after each cycle -----------------------------------------------------------------------------------------------
 
     def look(self, snapshots: list[Snapshot]) -> None:
-        """Judge everything that has come since the last look."""
+        """Check everything since the last call."""
         self._look_at_drives()
         for snapshot in snapshots[self._shown :]:
             self._torque_shown(snapshot)
@@ -193,16 +193,16 @@ class Judge:
         if self.limits_deg:
             low, high = self.limits_deg[motor - 1]
             outside_deg = max(low - seen.value, seen.value - high, 0.0)
-            # The first goal is where the arm was when it was measured.
+            # The first goal is the arm's last measured angle.
             innermost_deg = outside_deg if known.outside_deg is None else known.outside_deg
-            # A goal that is no further out than the arm itself, as far as that could be known, does not push it outwards.
+            # A goal that is not further out than the arm's last known angle does not push it outwards.
             been_deg = (*known.been_deg, self.world.angles_deg[motor - 1])
             allowed_deg = max(low - min(been_deg), max(been_deg) - high, innermost_deg)
             assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
             known.outside_deg = min(outside_deg, innermost_deg)
 
     def _registers(self, n: int) -> None:
-        """A drive with torque has exactly the configured registers, but for as long as it takes to see that it has not."""
+        """A drive with torque has exactly the configured registers, except during the time to detect a difference."""
         known, drive = self._motors[n], self.world.apparatus.drives[n]
         if not drive.torque_on or known.torque_since_ns is None:
             known.wrong_since_ns = None
@@ -219,7 +219,7 @@ class Judge:
     def rotated_registers(self, motor: int) -> list[tuple[int, bytes]]:
         """Return address and factory content of the configured registers that no status carries.
 
-        Those are left out that alter what the drive measures or how its inputs read.
+        Registers that change the drive's measurements or its inputs are left out.
         """
         factory = self._factory[motor - 1].items()
         return [one for one in factory if self.config.protocol == "modbus" or one[0] in _ROTATED]
@@ -230,7 +230,7 @@ class Judge:
         return _SETTLED_CYCLES * self._period_ns + int(_SWITCH_S * 1e9)
 
     def _wrong_registers(self, motor: int, watchdog_s: float) -> dict[int, str]:
-        """By address; the watchdog is at -1."""
+        """Registers by address; the watchdog is at -1."""
         found = {
             address: f"register {address} {present.hex()} for {data.hex()}"
             for address, data in self._expected[motor - 1].items()
@@ -241,7 +241,7 @@ class Judge:
         return found
 
     def _torque_shown(self, snapshot: Snapshot) -> None:
-        """The snapshot is asked for what it shows."""
+        """Uses the snapshot's torque."""
         drives = self.world.apparatus.drives
         for axis, drive in zip(snapshot.axes, drives, strict=True):
             assert not (drive.torque_on and axis.torque == "off"), f"motor {axis.motor} has torque and is shown without"
@@ -250,13 +250,13 @@ class Judge:
         )
 
     def _stop_ended_it(self, newest: Snapshot) -> None:
-        """The snapshot is asked for its mode: a Stop has left nothing loaded that an approach could begin with."""
+        """Uses the snapshot's mode: after a Stop nothing is loaded that an approach could begin with."""
         just_stopped = 0 <= self.last_stop_ns <= newest.t_ns <= self.last_stop_ns + self._period_ns
         if just_stopped and self.begun_ns < self.last_stop_ns:
             assert newest.mode in _AT_REST, f"after a Stop the mode is {newest.mode}"
 
     def _hardware_error(self) -> None:
-        """With one drive in error the others let go."""
+        """With one drive in error the others release the arm."""
         if self.error_since_ns is None:
             return
         if any(drive.torque_on for drive in self.world.apparatus.drives):
@@ -266,12 +266,12 @@ class Judge:
             self.error_since_ns = None
 
     def _own_faults(self, snapshot: Snapshot) -> None:
-        """The snapshot is asked for its causes."""
+        """Uses the snapshot's causes."""
         causes = {cause.code for cause in snapshot.stop.causes} if snapshot.stop else set()
         assert not causes & _OWN_FAULTS, f"a fault of the control program's own: {causes & _OWN_FAULTS}"
 
     def _resistance(self, n: int, newest: Snapshot) -> None:
-        """The snapshot is asked for level and answer; how hard the drive pushes, and where to, is the drive's."""
+        """Uses the snapshot's level and answer; force and direction of the push come from the drive."""
         known, drive, run = self._motors[n], self.world.apparatus.drives[n], newest.run
         if run is None or not drive.torque_on or newest.stop or drive.tripped:
             known.over_since_ns = None
@@ -288,11 +288,11 @@ class Judge:
         assert lasted_s <= _ANSWER_S, f"motor {n + 1} pushed over its level for {lasted_s:.2f} s while {newest.mode}"
 
     def _angles(self, newest: Snapshot) -> None:
-        """In idle, where every drive has been configured, the angles that are shown are the shafts' own."""
+        """In idle with every drive configured, the shown angles are those of the shafts."""
         if newest.mode not in ("idle", "ready") or self.world.t_ns - newest.t_ns >= self._period_ns:
             return
         for axis, true_deg in zip(newest.axes, self.world.angles_deg, strict=True):
-            # What was not heard in this cycle is shown with its age.
+            # Values that were not read in this cycle are shown with their age.
             if axis.measured_deg is None or axis.age_ms is None or axis.age_ms * 2e6 >= self._period_ns:
                 continue
             if self.world.speaks_untruth(axis.motor):

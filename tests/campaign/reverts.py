@@ -1,7 +1,7 @@
-"""Does the campaign find what it was built for? ``python -m tests.campaign.reverts [number ...]``
+"""Checks that the campaign finds known defects: ``python -m tests.campaign.reverts [number ...]``.
 
-Each fix of the outside review's defects is taken back in a copy of the package, and the campaign runs on the copy until it fails. Prints
-the table of docs/explanation/figures.md: how many sequences that took.
+Each fix of the outside review's defects is reverted in a copy of the package. The campaign runs on the copy until it fails. Prints the
+table of docs/explanation/figures.md: how many sequences that took.
 """
 
 import argparse
@@ -19,21 +19,21 @@ ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = Path("backend/kata/device")
 Finder = Literal["sequences", "crossings", "configurations"]
 BUDGET: Final[dict[Finder, int]] = {"sequences": 10_000, "crossings": 2_000, "configurations": 1_000}
-"""How many examples each part of the campaign has in ``make campaign``."""
+"""Number of examples of each part of the campaign in ``make campaign``."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """One place of the package, changed."""
+    """One change of the package."""
 
     file: str
-    """In :data:`DEVICE`."""
+    """File in :data:`DEVICE`."""
     now: str
-    """What stands there, once."""
+    """The original text, which occurs once."""
     then: str
 
     def problem(self, package: Path) -> str:
-        """Say why it cannot be made; empty: it can."""
+        """Return why the change cannot be made, or an empty text."""
         count = (package / self.file).read_text().count(self.now)
         return "" if count == 1 else f"{self.file} has this {count} times: {self.now}"
 
@@ -45,7 +45,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class Revert:
-    """A fix that is taken back."""
+    """A reverted fix."""
 
     defect: int
     """Its number in the review."""

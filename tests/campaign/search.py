@@ -1,4 +1,4 @@
-"""How many examples of a part of the campaign it takes until one fails: ``python -m tests.campaign.search PART``; 0: none does."""
+"""Prints how many examples a part of the campaign needs to fail: ``python -m tests.campaign.search PART``; 0: none fails."""
 
 import argparse
 import logging
@@ -24,14 +24,14 @@ _MACHINES: Final[dict[Finder, tuple[type[RuleBasedStateMachine], int]]] = {
 
 
 class Count:
-    """Which example is running, and which was the first that failed."""
+    """Counts the running example and remembers the first that failed."""
 
     def __init__(self) -> None:
         self.begun = 0
         self.failed = 0
 
     def fail(self, error: BaseException | None) -> None:
-        """Note that the example has ended with an error, if it is one; hypothesis has some of its own."""
+        """Note the error of an example, unless it is one of hypothesis' own exceptions."""
         if isinstance(error, Exception) and not isinstance(error, HypothesisException):
             self.failed = self.failed or self.begun
 
@@ -67,7 +67,7 @@ def _counted(machine: type[RuleBasedStateMachine], count: Count) -> type[RuleBas
             super().__init__()
 
         def teardown(self) -> None:
-            # It is called while the error of a step is on its way.
+            # It is called while the error of a step propagates.
             count.fail(sys.exc_info()[1])
             try:
                 super().teardown()

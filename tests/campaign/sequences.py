@@ -1,7 +1,7 @@
-"""Random sequences of what people, browsers, cables, drives, computers and clocks do, judged by :mod:`tests.campaign.judge`.
+"""Random sequences of events of people, browsers, cables, drives, computers and clocks, checked by :mod:`tests.campaign.judge`.
 
-The control loop, its driver and the check of a load are the real ones, the drives and mechanics are the simulator's; only time is
-stepped. Commands travel: any number arrives in one cycle, each may be delayed, and a Stop may overtake or follow any of them.
+The control loop, its driver and the check of a load are the real ones. Drives and mechanics are simulated, and time is stepped.
+Commands are delayed: any number arrives in one cycle, each may be delayed, and a Stop may overtake or follow any of them.
 """
 
 import heapq
@@ -49,22 +49,22 @@ from tests.support.simulated_world import World
 from tests.support.stepped import SteppedExchange
 
 _NOTICED_NS: Final = 15_000_000
-"""Beside the cycles that an input may be old: a cycle's bytes."""
+"""Added to the cycles that an input may be old: the transmission time of a cycle."""
 _REOPENED_NS: Final = 800_000_000
-"""A port that is there again is tried four times a second, and the drives are configured and verified."""
+"""A returned port is tried four times a second; then the drives are configured and verified."""
 _PEDAL_LATE_NS: Final = 80_000_000
-"""A lifted foot is seen after a cycle, and believed after 20 ms; inputs may be ten cycles old, but only if they stay away."""
+"""A released pedal is read after a cycle and accepted after 20 ms; missing inputs may be ten cycles old."""
 _RECOVERS_S: Final = 4.0
-"""Everything mended: the port is open, the drives are configured and every register has been read."""
+"""After all faults are cleared: the port is open, the drives are configured and every register has been read."""
 
 _ON_THE_WIRE_S: Final = 0.005
-"""What was sent last still reaches the drives."""
+"""The last sent bytes still reach the drives."""
 
 _DRIVE_FAULTS: Final[list[FaultKind]] = [
     "off", "silent", "stuck", "frozen", "garbage", "wrong_crc", "delayed", "intermittent", "hardware_error",
 ]  # fmt: skip
 _RESETS: Final[list[FaultKind]] = ["off", "reboot", "exchanged", "exchanged_id", "exchanged_model"]
-"""The drive comes back with registers that are not the configured ones."""
+"""Faults after which the drive has other than the configured registers."""
 _BUS_FAULTS: Final[list[FaultKind]] = [
     "noise", "echo", "estop_wire_broken", "second_wire_broken", "contact_welded", "inputs_silent",
 ]  # fmt: skip
@@ -72,10 +72,10 @@ _VALUES: Final = {"delayed": 15.0, "intermittent": 0.5, "hardware_error": 4.0, "
 _POWERLESS: Final[frozenset[FaultKind]] = frozenset({"hardware_error", *_RESETS})
 
 _START_DEG: Final = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
-"""Close to where the arm rests: the approach is short."""
+"""Close to the arm's rest pose, for a short approach."""
 _REACH_DEG: Final = np.array([-10.0, 8.0, 30.0, 40.0, -30.0])
 _TIGHT_DEG: Final = ((6.0, 18.0), (106.0, 116.0), (11.0, 43.0), (1.0, 43.0), (-33.0, -1.0))
-"""A doctor's limits that hold the whole recording, and not the pose in which the arm rests."""
+"""A doctor's limits that contain the whole recording, but not the arm's rest pose."""
 
 
 def _wave(duration_s: float, samples: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -142,13 +142,13 @@ _delays_s = st.sampled_from([0.0, 0.0, 0.0, 0.02, 0.5, 1.5, 2.5])
 
 @dataclass
 class _Browser:
-    """One page: the stop counter that it shows."""
+    """One page with the stop counter that it shows."""
 
     stops: int = 0
 
 
 class Sequences(RuleBasedStateMachine):
-    """One apparatus from its power-up on, two browsers, and everything that may go wrong."""
+    """One apparatus from its power-up, two browsers, and all faults."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -156,21 +156,21 @@ class Sequences(RuleBasedStateMachine):
         self._wall = mock.patch("kata.device.modes.datetime", wraps=datetime)
         self._wall_shift_h = 0
         self._wall.start().now.side_effect = lambda tz: datetime.now(tz) + timedelta(hours=self._wall_shift_h)
-        # The loop collects garbage when a port is opened. Here that walks through everything that hypothesis keeps.
+        # The loop collects garbage when it opens a port, which here would walk through all objects of hypothesis.
         self._collecting = mock.patch("kata.device.loop.gc.collect")
         self._collecting.start()
         self._browsers = [_Browser(), _Browser()]
         self._numbers = itertools.count()
         self._travelling: list[tuple[int, int, Command | str, int]] = []
-        """Arrival, order, what, and when it was pressed; a heap."""
+        """Heap of arrival, order, command and time of the press."""
         self._sent: dict[int, tuple[Command, int]] = {}
-        """By number: what was delivered and when it was pressed."""
+        """Delivered commands by number, with the time of the press."""
         self._answered = 0
         self._estop_pressed_ns: int | None = None
         self._pedal: list[tuple[int, bool]] = [(0, False)]
         self._blind_ns = 0
         self._disturbed = False
-        """Something is broken or was lost since everything was mended."""
+        """True if there was a fault or loss since all faults were cleared."""
         self._journals: list[Any] = []
 
     @initialize(config=stations(), seed=st.integers(0, 1000), pressed=st.booleans(), unknown=st.booleans())
@@ -200,7 +200,7 @@ class Sequences(RuleBasedStateMachine):
         )
         self.judge.device_started()
 
-    # -- what may happen ----------------------------------------------------------------------------------------------
+    # -- rules ------------------------------------------------------------------------------------------------------
 
     @rule(seconds=st.sampled_from([0.01, 0.05, 0.12, 0.3]))
     def time_passes(self, seconds: float) -> None:
@@ -212,19 +212,19 @@ class Sequences(RuleBasedStateMachine):
         seconds=st.sampled_from([0.0, 0.01, 0.1]),
     )
     def press_buttons(self, browser: int, what: list[tuple[Command | str, float]], seconds: float) -> None:
-        """Any number of commands on their way, each with a delay of its own."""
+        """Send any number of commands, each with its own delay."""
         for command, delay_s in what:
             self._press(browser, command, delay_s)
         self._run(seconds)
 
     @rule(browser=st.integers(0, 1))
     def a_browser_looks(self, browser: int) -> None:
-        """Its page receives the newest snapshot."""
+        """A page receives the newest snapshot."""
         self._look(browser)
 
     @rule(load=_loads, end=st.sampled_from(["approaching", "start", "playing", "playing", "paused"]))
     def go(self, load: Load, end: str) -> None:
-        """The steps of a playback in their order: chance alone seldom gets that far."""
+        """Do the steps of a playback in order, which random commands seldom reach."""
         for command in (ReleaseTorque(), Acknowledge(), load, Approach()):
             self._look(0)
             self._press(0, command, 0.0)
@@ -269,14 +269,14 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(kind=st.sampled_from(_RESETS), motor=st.integers(1, 5), back=st.booleans())
     def a_drive_loses_its_settings(self, kind: FaultKind, motor: int, back: bool) -> None:
-        """``back``: it is there again at once, as after a dip of the supply."""
+        """``back``: the drive returns at once, as after a voltage dip."""
         self._fault(kind, motor)
         if back:
             self.it_is_mended()
 
     @rule(motor=st.integers(1, 5), which=st.integers(0, 9))
     def a_drive_loses_one_setting(self, motor: int, which: int) -> None:
-        """One register has its factory value again, and no status carries it: only the rotation of the verification reads it."""
+        """A register outside the status block gets its factory value; only the periodic verification reads it."""
         registers = self.judge.rotated_registers(motor)
         if registers and not self.world.faults.has("exchanged_id", motor):
             self._disturb()
@@ -291,7 +291,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(packets=st.integers(1, 3), after=st.integers(0, 6))
     def requests_are_lost(self, packets: int, after: int) -> None:
-        """The drives do not hear some of the next requests."""
+        """Some of the next requests do not reach the drives."""
         self._disturb()
         self.world.lose_requests(packets, after)
 
@@ -305,7 +305,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule()
     def it_is_mended(self) -> None:
-        # What was pressed or failed unseen counts from now; where the port was gone, from when it is open.
+        # An unseen press or failure counts from now, or from the opening of the port if it was gone.
         self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.faults.has("gone") else 0)
         self.world.faults.clear()
         self._disturb()
@@ -317,21 +317,21 @@ class Sequences(RuleBasedStateMachine):
         motor=st.integers(1, 5), strength_nm=st.sampled_from([0.5, 1.5, 3.5]), seconds=st.sampled_from([0.3, 0.3, 1.8])
     )
     def the_patient_resists(self, motor: int, strength_nm: float, seconds: float) -> None:
-        """The patient tries to keep the arm where it is."""
+        """The patient resists the movement."""
         self.world.apparatus.hold_against(motor, strength_nm)
         self._run(seconds)
         self.world.apparatus.hold_against(motor, 0.0)
 
     @rule(motor=st.integers(1, 5), share=st.floats(0.0, 1.0))
     def the_arm_is_led_by_hand(self, motor: int, share: float) -> None:
-        """Without torque, to anywhere in its range."""
+        """Move the arm without torque to any place in its range."""
         if not any(self.world.torque):
             axis = self.world.config.axes[motor - 1]
             self.world.place(motor, axis.min_deg + share * (axis.max_deg - axis.min_deg))
 
     @rule(silent_ms=st.sampled_from([0.0, 300.0, 700.0]))
     def the_service_hangs(self, silent_ms: float) -> None:
-        """As by SIGSTOP, and SIGCONT."""
+        """Stop the control loop, as by SIGSTOP and SIGCONT."""
         self.exchange.service_silent_ms = silent_ms
 
     @rule(naming=st.sampled_from([None, "", "another"]))
@@ -340,7 +340,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule()
     def the_device_process_restarts(self) -> None:
-        """As by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
+        """Kill the device process, as by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
         self._disturb()
         self._journals += self.exchange.journals
         self.world.wait(_ON_THE_WIRE_S)
@@ -370,7 +370,7 @@ class Sequences(RuleBasedStateMachine):
     def the_wall_clock_is_set(self, hours: int) -> None:
         self._wall_shift_h = hours
 
-    # -- what must never happen, beside the judge ---------------------------------------------------------------------
+    # -- further safety rules -----------------------------------------------------------------------------------------
 
     @invariant()
     def a_pressed_switch_has_cut_the_torque(self) -> None:
@@ -399,14 +399,14 @@ class Sequences(RuleBasedStateMachine):
             self._folder.cleanup()
 
     def _every_state_can_be_left(self) -> None:
-        """Mended, released and acknowledged, the apparatus is idle again, without torque."""
+        """After clearing faults, releasing and acknowledging, the apparatus is idle without torque."""
         self._travelling.clear()
         self.it_is_mended()
         self.release()
         self.world.lose_requests(0, 0)
         self.world.apparatus.step_on_pedal(False)
         self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
-        # A drive that has just lost its settings is found within a round of the verification.
+        # The verification finds lost settings of a drive within one round.
         self._run(ROUND_S)
         self._until(lambda: self._snapshot.torque != "unknown" and self._snapshot.mode != "offline")
         self._press(0, _STOP, 0.0)
@@ -438,12 +438,12 @@ class Sequences(RuleBasedStateMachine):
         return self.exchange.snapshots[-1]
 
     def _may_go_on(self, command: CommandName) -> bool:
-        """Return whether a command is accepted, or has nothing to do."""
+        """Return True if a command is accepted or has nothing to do."""
         refusal = self._snapshot.refusals.get(command)
         return refusal is None or refusal.code in ("no_torque_found", "is_idle", "not_stopped")
 
     def _until(self, condition: Callable[[], bool]) -> None:
-        """Let time pass until a condition holds, or all the time that recovery may take."""
+        """Let time pass until a condition holds, at most the time for a recovery."""
         limit_ns = self._deadline_ns + int(_RECOVERS_S * 1e9)
         while not condition() and self._deadline_ns < limit_ns:
             self._run(0.05)
@@ -461,7 +461,7 @@ class Sequences(RuleBasedStateMachine):
 
     @property
     def _a_contact_tells(self) -> bool:
-        """At least one of the contacts that are wired opens or closes with the switch. With both broken nothing can be known."""
+        """True if at least one wired contact follows the switch; with both broken its state is unknown."""
         second = self.world.config.inputs.estop_second_port is not None
         return not self.world.faults.has("contact_welded") or (
             second and not self.world.faults.has("second_wire_broken")
@@ -469,7 +469,7 @@ class Sequences(RuleBasedStateMachine):
 
     @property
     def _looks_pressed(self) -> bool:
-        """Either contact of the emergency stop is as if it were pressed."""
+        """True if either contact of the emergency stop reads as pressed."""
         broken = any(
             self.world.faults.has(kind) for kind in ("estop_wire_broken", "second_wire_broken", "contact_welded")
         )
@@ -483,7 +483,7 @@ class Sequences(RuleBasedStateMachine):
         self._browsers[browser].stops = self._snapshot.stops
 
     def _press(self, browser: int, what: Command | str, delay_s: float) -> None:
-        """A button is pressed; the command leaves with what the page shows, and arrives later."""
+        """Press a button: the command carries the state that the page shows, and arrives later."""
         number = next(self._numbers)
         if isinstance(what, Guarded):
             expires_ns = self.world.t_ns + COMMAND_LIFE_NS
@@ -495,7 +495,7 @@ class Sequences(RuleBasedStateMachine):
         heapq.heappush(self._travelling, (self.world.t_ns + int(delay_s * 1e9), number, what, self.world.t_ns))
 
     def _deliver(self) -> None:
-        """Hand over everything that has arrived, in its order."""
+        """Deliver the arrived commands in order."""
         while self._travelling and self._travelling[0][0] <= self.world.t_ns:
             _, number, what, pressed_ns = heapq.heappop(self._travelling)
             if isinstance(what, str):

@@ -13,7 +13,7 @@ _ANY_ZERO: Final = st.integers(0, 4095)
 
 @st.composite
 def stations(draw: st.DrawFn) -> StationConfig:
-    """Return a station that the simulated apparatus can stand for: it has the simulator's ids, ranges and wiring."""
+    """Return a station for the simulated apparatus: it has the simulator's ids, ranges and wiring."""
     protocol = draw(st.sampled_from(["dynamixel", "dynamixel", "modbus"]))
     cycle_hz = draw(st.sampled_from([100, 100, 50, 40, 20]))
     rate_hz = draw(st.sampled_from([cycle_hz, cycle_hz, 10]))

@@ -1,4 +1,4 @@
-"""An audit trail of a hundred thousand rows, and everything that can be done to it: all of it shows."""
+"""Every change to an audit trail of a hundred thousand rows is detected."""
 
 import logging
 import time

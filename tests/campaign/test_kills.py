@@ -1,7 +1,7 @@
-"""Two hundred kills of the device process, in teaching and in playback by turns, ten of its service; a quarter of an hour.
-And two hundred of a service that several people write to; as long again.
+"""Two hundred kills of the device process, in teaching and playback in turns, and ten of its service, in a quarter of an hour. Two
+hundred kills of a service to which several people write, in another quarter.
 
-`--log-cli-level info` tells each as it comes, and the figures at the end.
+`--log-cli-level info` logs each kill, and the figures at the end.
 """
 
 import logging

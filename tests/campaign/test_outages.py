@@ -1,7 +1,7 @@
-"""Five stations treat on one PostgreSQL that is killed, or hangs, fifty times, and on two of which the first is killed ten times:
-nothing is lost, nothing is doubled. An hour.
+"""Five stations on one PostgreSQL that is killed or hangs fifty times, and on two servers of which the first is killed ten times: nothing
+is lost or stored twice. It takes an hour.
 
-`--log-cli-level info` tells each as it comes, and the figures at the end.
+`--log-cli-level info` logs each outage, and the figures at the end.
 """
 
 import logging
@@ -22,7 +22,7 @@ from tests.support.outages import TreatingStation, judge
 STATIONS: Final = int(os.environ.get("KATA_OUTAGES_STATIONS", "5"))
 OUTAGES: Final = int(os.environ.get("KATA_OUTAGES", "50"))
 HANGS_S: Final = float(os.environ.get("KATA_OUTAGES_LONGEST_S", "600"))
-"""The longest of them, once."""
+"""Duration of the longest outage, which occurs once."""
 FAILOVERS: Final = int(os.environ.get("KATA_FAILOVERS", "10"))
 
 log = logging.getLogger(__name__)

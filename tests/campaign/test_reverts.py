@@ -1,4 +1,4 @@
-"""The fixes that the campaign is tried without are still where they are taken back."""
+"""The changes of the reverted fixes still apply to the package."""
 
 import pytest
 

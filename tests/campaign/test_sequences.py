@@ -24,7 +24,7 @@ def test_no_sequence_of_events_leaves_torque_on_after_a_stop() -> None:
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize("core", range(2))
 def test_ten_thousand_sequences_leave_no_torque_after_a_stop(core: int) -> None:
-    """In two halves, of which two processes take one each (``-n 2``)."""
+    """Two halves for two processes (``-n 2``)."""
     _run_new_examples(Sequences, examples=5_000, steps=100)
 
 

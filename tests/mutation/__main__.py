@@ -1,10 +1,10 @@
-"""Mutation testing of what is judged and what is done about it: ``python -m tests.mutation [module ...]``.
+"""Mutation testing of the modules that evaluate faults and stop the apparatus: ``python -m tests.mutation [module ...]``.
 
-Every change of :mod:`tests.mutation.mutants` is made to one of the eleven modules in a process of its own, which imports
-the changed module afresh and runs the tests that come by there, the fastest first, until one fails. What survives is
-printed; more survivors than :data:`ALLOWED`, or one that has no reason in survivors.toml, fail the run.
+Each change of :mod:`tests.mutation.mutants` to one of the eleven modules is tested in its own process. The process imports the changed
+module and runs the tests that execute the changed lines, the fastest first, until one fails. Surviving changes are printed. More
+survivors than :data:`ALLOWED`, or one without a reason in survivors.toml, fail the run.
 
-Why not a library's: docs/explanation/decisions/0009-mutation-testing-uses-our-own-script.md.
+Why not a library: docs/explanation/decisions/0009-mutation-testing-uses-our-own-script.md.
 """
 
 import ast
@@ -36,24 +36,24 @@ DEVICE: Final = ROOT / "backend/kata/device"
 MODULES: Final = (
     "supervisor", "faults", "cycle_state", "modes", "refusals", "limits", "resistance", "run", "movement", "range_override", "teaching",
 )  # fmt: skip
-"""The most important first."""
+"""Modules, the most important first."""
 TESTS: Final = sorted(
     str(path)
     for path in (ROOT / "tests/device").glob("test_*.py")
-    # The matrix and the power cuts take long, and add nothing: what they show is asserted one by one by the others.
+    # The fault matrix and the power cuts take long; other tests assert the same requirements individually.
     if path.stem not in ("test_matrix", "test_power", "test_ipc", "test_journal", "test_latency_histogram")
 )
 SURVIVORS: Final = Path(__file__).parent / "survivors.toml"
 ALLOWED: Final = 3
 _LONGEST_S: Final = 120
-"""Of processor time. A change after which the tests do not come to an end has been noticed."""
+"""Processor time. A change after which the tests do not end counts as detected."""
 _QUIET: Final = ("-q", "-x", "--no-header", "--assert=plain", "-p", "no:cacheprovider", "-o", "timeout=20")
-"""Nobody reads why a test has failed; without the rewriting that tells it, half of the time is gone."""
+"""Without pytest's assertion rewriting, which explains failures: its messages are not read, and it takes half of the time."""
 
 
 @dataclass
 class Survey:
-    """Which tests come by which lines, and how long each takes. A pytest plugin, for the run without any change."""
+    """A pytest plugin for the unchanged run: records each test's executed lines and duration."""
 
     coverage: Coverage
     seconds: dict[str, float] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Survey:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Around each test."""
+        """Record one test."""
         self.coverage.switch_context(item.nodeid)
         began = time.monotonic()
         result = yield
@@ -70,7 +70,7 @@ class Survey:
         return result
 
     def tests_for(self, mutant: Mutant) -> list[str]:
-        """Those that run one of the changed lines, or all where it runs on import; the fastest first."""
+        """Return the tests that execute a changed line, or all tests if it is executed at import; the fastest first."""
         at = self.tests_at[mutant.file]
         coming = {test for line in mutant.lines for test in at.get(line, ())} if mutant.lines else set(self.seconds)
         return sorted(coming & self.seconds.keys(), key=lambda test: self.seconds[test])
@@ -78,12 +78,12 @@ class Survey:
 
 @dataclass
 class Chosen:
-    """A pytest plugin that leaves only some tests, in an order."""
+    """A pytest plugin that selects and orders tests."""
 
     order: dict[str, int]
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """After collection."""
+        """Apply the selection."""
         items[:] = sorted((item for item in items if item.nodeid in self.order), key=lambda i: self.order[i.nodeid])
 
 
@@ -108,7 +108,7 @@ class _Finder(importlib.abc.MetaPathFinder):
 
 
 def main(modules: Sequence[str]) -> int:
-    """:returns: 0 when no more survive than may."""
+    """Return 0 if the number of survivors is allowed."""
     console = Console(soft_wrap=True, highlight=False)
     scratch = Path(tempfile.mkdtemp(prefix="kata-mutation-"))
     try:
@@ -116,14 +116,14 @@ def main(modules: Sequence[str]) -> int:
         if survey is None:
             console.print("The tests fail without any change.")
             return 1
-        # The loop under test collects garbage; what has gathered here is none of its own.
+        # The tested loop collects garbage; exclude the objects of this process.
         gc.collect()
         gc.freeze()
         if _noticed_without_change(survey, scratch):
             console.print("The tests fail without any change when they are run as for one: nothing could be said.")
             return 1
         console.print(f"{', '.join(modules)}; {len(survey.seconds)} tests")
-        # Made as they are needed: a thousand trees are more than a fork should have to carry.
+        # Create them when needed: a thousand syntax trees would slow each fork.
         every = (mutant for module in modules for mutant in mutants(DEVICE / f"{module}.py"))
         done = 0
         survived: list[Mutant] = []
@@ -172,14 +172,14 @@ def _without_change(scratch: Path) -> Survey | None:
 
 
 def _noticed_without_change(survey: Survey, scratch: Path) -> bool:
-    """Whoever notices a change where there is none would notice anything."""
+    """The tests must pass without a change, or they would detect any change."""
     file = DEVICE / "modes.py"
     unchanged = Mutant(file, "", "", "", range(0), ast.parse(file.read_text()))
     return any(noticed for _, noticed in _each([unchanged], survey, scratch))
 
 
 def _each(every: Iterable[Mutant], survey: Survey, scratch: Path) -> Iterator[tuple[Mutant, bool]]:
-    """Whether each was noticed. As many at a time as there are processors."""
+    """Return True for each detected change; runs one process per processor."""
     running: dict[int, Mutant] = {}
     waiting = iter(every)
     more = True
@@ -196,13 +196,13 @@ def _each(every: Iterable[Mutant], survey: Survey, scratch: Path) -> Iterator[tu
 
 
 def _try(mutant: Mutant, tests: list[str], scratch: Path) -> int:
-    """In a process of its own, which ends with 0 when no test fails."""
+    """Test one change in its own process, which ends with 0 when no test fails."""
     process = os.fork()
     if process:
         return process
     code = 1
     try:
-        # The kernel ends what never comes to an end by itself, whoever is left to see it.
+        # The kernel ends a process that does not end, even without its parent.
         resource.setrlimit(resource.RLIMIT_CPU, (_LONGEST_S, _LONGEST_S))
         with Path(os.devnull).open("w") as nowhere:
             os.dup2(nowhere.fileno(), 1)

@@ -1,9 +1,9 @@
-"""Small changes to a module's source, each of which some test should notice.
+"""Makes small changes to a module's source, each of which a test should detect.
 
-What is changed: comparisons, and/or/not, conditions, arithmetic, numbers, truth values, what is returned, statements that do
-something (left out), entries of tables (left out). What is not, because it is not behaviour: annotations, docstrings,
+Changed are: comparisons, and/or/not, conditions, arithmetic, numbers, truth values, return values, statements with
+an effect (removed), entries of tables (removed). Not changed, because they are no behaviour: annotations, docstrings,
 texts of messages and of the log, decorators, assertions that narrow types, and ``strict=True``, which guards against
-a defect that no test could bring about.
+a defect that no test can cause.
 """
 
 import ast
@@ -35,32 +35,32 @@ _ARITHMETIC: Final[dict[type[ast.operator], type[ast.operator]]] = {
     ast.Pow: ast.Mult,
 }
 _SMALL: Final = 10
-"""Numbers below it are changed by one, others by a tenth."""
+"""Smaller numbers are changed by one, others by a tenth."""
 _LONG: Final = 200
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change. Place and texts name it in the list of survivors, whatever line it has come to stand in."""
+    """One change. Place and texts identify it in the list of survivors, independently of its line."""
 
     file: Path
     place: str
     was: str
     becomes: str
     lines: range
-    """Of the statement; a test that runs none of them cannot notice. Empty for what runs when the module is imported."""
+    """Lines of the statement; only a test that executes one can detect the change. Empty for code executed at import."""
     tree: ast.Module
 
     @property
     def name(self) -> tuple[str, str, str, str]:
-        """As the list of survivors names it."""
+        """Its text in the list of survivors."""
         return (self.file.name, self.place, self.was, self.becomes)
 
 
 def mutants(file: Path) -> Iterator[Mutant]:
-    """Every change to one file, from its top to its end."""
+    """Yield every change to one file in order."""
     tree = ast.parse(file.read_text())
-    # Changed in place, copied, and changed back: the copy is what is compiled.
+    # Change the tree in place, copy it, and change it back; the copy is compiled.
     for statement, place, body in list(_statements(tree, "")):
         lines = _header(statement) if place.functions else range(0)
         was = _text(statement)
@@ -79,7 +79,7 @@ class _Place:
 
 
 def _statements(node: ast.AST, name: str, functions: int = 0) -> Iterator[tuple[ast.stmt, _Place, list[ast.stmt]]]:
-    """Every statement with where it stands and the list that it is in."""
+    """Yield every statement with its place and the list that contains it."""
     for _, value in ast.iter_fields(node):
         if not isinstance(value, list):
             continue
@@ -102,7 +102,7 @@ def _header(statement: ast.stmt) -> range:
 
 
 def _text(statement: ast.stmt) -> str:
-    """A statement without its body, on one line."""
+    """Return a statement without its body, on one line."""
     bare = copy.copy(statement)
     for part in ("body", "orelse"):
         if hasattr(bare, part):
@@ -112,7 +112,7 @@ def _text(statement: ast.stmt) -> str:
 
 
 def _around(was: str, becomes: str) -> tuple[str, str]:
-    """Of a long table, what stands around the change."""
+    """Return the part of a long table around the change."""
     if len(was) <= _LONG:
         return was, becomes
     same = next((n for n, pair in enumerate(zip(was, becomes, strict=False)) if pair[0] != pair[1]), 0)
@@ -120,7 +120,7 @@ def _around(was: str, becomes: str) -> tuple[str, str]:
     return was[begin : same + _LONG // 2], becomes[begin : same + _LONG // 2]
 
 
-# -- changes: each is made, yielded as what undoes it, and undone by whoever asked ------------------------------------
+# -- changes: each is made, and yields the function with which the caller undoes it ----------------------------------
 
 
 def _changes(statement: ast.stmt, body: list[ast.stmt], *, table: bool) -> Iterator[Any]:
@@ -140,7 +140,7 @@ def _changes(statement: ast.stmt, body: list[ast.stmt], *, table: bool) -> Itera
 
 
 def _acts(statement: ast.stmt, table: bool) -> bool:
-    """It can be left out, and what follows still makes sense."""
+    """Return True if the statement can be removed and the rest is still valid."""
     match statement:
         case ast.Expr(value=ast.Call()) | ast.AugAssign() | ast.Raise() | ast.Return(value=None):
             return True
@@ -159,7 +159,7 @@ def _is_text(statement: ast.stmt) -> bool:
 
 
 def _is_none_or_truth(node: ast.expr) -> bool:
-    """None in the place of None is no change, and in the place of False none that matters; True becomes False anyway."""
+    """Return True if None can replace the value: not for None and False, and True becomes False by another change."""
     return isinstance(node, ast.Constant) and (node.value is None or isinstance(node.value, bool))
 
 
