@@ -36,10 +36,10 @@ WRONG: Final = {
     ),
     "KATA_PORT": ("x", "must be a whole number"),
     "KATA_IDLE_MINUTES": ("0", "must be more than 0"),
-    "KATA_SIGN_IN_HOURS": ("long", "must be a number"),
+    "KATA_LOGIN_SESSION_HOURS": ("long", "must be a number"),
     "KATA_PLAIN_HTTP": ("perhaps", "must be true or false"),
     "KATA_LOG_FORMAT": ("xml", "must be 'plain' or 'json'"),
-    "KATA_BACKUP_AT": ("noon", "must be a time of day such as 02:30, or never"),
+    "KATA_BACKUP_TIME": ("noon", "must be a time of day such as 02:30, or never"),
     "KATA_TRUSTED_PROXIES": ("mine", "must be addresses or networks, separated by commas"),
     "KATA_OPENID_NAME": ("n" * 61, "must have 60 characters at most"),
 }
@@ -91,7 +91,7 @@ def test_conflicting_and_multiple_wrong_settings_are_all_reported(
 ) -> None:
     monkeypatch.setenv("KATA_TLS_KEY", "key.pem")
     assert ended_with(monkeypatch, "backup") == 2
-    assert capsys.readouterr().err.startswith("A certificate needs its key, and a key its certificate")
+    assert capsys.readouterr().err.startswith("Certificate and key must be set together")
     monkeypatch.setenv("KATA_PORT", "x")
     monkeypatch.setenv("KATA_DATABASE_URL", "secret-of-the-clinic")
     assert ended_with(monkeypatch, "doctor") == 2

@@ -49,8 +49,10 @@ def stations(
     run_benchmark(lambda progress: benchmark.run(count, presses, seconds, progress), json_out)
 
 
+@app.command("sign-in", hidden=True)
 @app.command()
-def sign_in(
+def password_guessing(
+    context: typer.Context,
     seconds: Annotated[
         float, typer.Option(min=1.0, help="Duration of each measurement of the control loop, seconds.")
     ] = 60.0,
@@ -61,6 +63,8 @@ def sign_in(
     """Guess passwords: the lock-out, the control loop's lateness, and whether the answer time reveals a user name."""
     from benchmarks import sign_in as benchmark
 
+    if context.info_name == "sign-in":
+        typer.echo("sign-in is now called password-guessing; the next release does not accept sign-in.", err=True)
     run_benchmark(lambda progress: benchmark.run(seconds, per_minute, pairs, progress), json_out)
 
 

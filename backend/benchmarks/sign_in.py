@@ -1,4 +1,4 @@
-"""``python -m benchmarks sign-in``: guessing passwords: what an attacker learns, and its effect on the control loop."""
+"""``python -m benchmarks password-guessing``: guessing passwords: what an attacker learns, and its effect on the control loop."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

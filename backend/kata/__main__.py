@@ -1,23 +1,22 @@
 """The ``kata`` command, and ``python -m kata``.
 
-A worker process that is spawned reads its parent's main module once more, so this one has nothing in it: all of the command line
-is seconds of imports.
+A spawned worker process imports its parent's main module again. So this module imports nothing at its top: importing the whole command
+line takes seconds.
 """
 
 
 def main() -> None:
-    """Entry of both. Settings that cannot be used end every command alike: a sentence for each, status 2."""
+    """Run the command. Invalid settings end every command with one sentence each and status 2."""
     from kata.system import scheduling
     from kata.system.gc_freeze import staying
 
-    # Before anything has threads of its own. Not the service's alone: also a benchmark or an evaluation beside it is not to
-    # make an apparatus late.
+    # Before any thread starts. All commands do so: a benchmark or an evaluation beside the service must not delay an apparatus.
     scheduling.ask_for(scheduling.LONG_NS)
     with staying():
         from pydantic import ValidationError
 
         from kata.cli.main import app
-        from kata.settings import Settings, complaint
+        from kata.settings import Settings, describe_errors
         from kata.system import realtime
         from kata.system.console import fail
 
@@ -27,7 +26,7 @@ def main() -> None:
     except ValidationError as error:
         if error.title != Settings.__name__:
             raise
-        fail(complaint(error), status=2)
+        fail(describe_errors(error), status=2)
 
 
 if __name__ == "__main__":

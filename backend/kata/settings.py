@@ -1,29 +1,65 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
+import logging
+import os
 from datetime import time
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Final, Literal, Self
+from typing import Any, Final, Literal, Self
 from urllib.parse import urlsplit
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
 from pydantic import Field, ValidationError, field_validator, model_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic.fields import FieldInfo
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
 
+log = logging.getLogger(__name__)
+
+FORMER_NAMES: Final = {
+    "backups": "backup_dir",
+    "backup_at": "backup_time",
+    "clinic_zone": "clinic_time_zone",
+    "metrics_token": "metrics_token_file",
+    "sign_in_hours": "login_session_hours",
+}
+"""Settings that were renamed. The environment may still use a former name in this release; the log warns."""
+_warned: set[str] = set()
+
+
+class _FormerNamesSource(PydanticBaseSettingsSource):
+    """Reads settings from environment variables with former names."""
+
+    def get_field_value(self, field: FieldInfo, field_name: str) -> tuple[Any, str, bool]:
+        """Return the value of one field; None where no former name is set."""
+        former = next((former for former, name in FORMER_NAMES.items() if name == field_name), None)
+        variable = f"KATA_{former.upper()}" if former else ""
+        value = os.environ.get(variable) or None
+        if value is not None and variable not in _warned:
+            _warned.add(variable)
+            log.warning(
+                "%s is now called KATA_%s; the next release ignores the former name", variable, field_name.upper()
+            )
+        return value, field_name, False
+
+    def __call__(self) -> dict[str, Any]:
+        """Return all settings that former names set."""
+        found = {name: self.get_field_value(field, name)[0] for name, field in self.settings_cls.model_fields.items()}
+        return {name: value for name, value in found.items() if value is not None}
+
 
 class Settings(BaseSettings):
-    """One object for everything that differs between deployments. What differs between stations is in their TOML."""
+    """Everything that differs between installations. What differs between stations is in their TOML files."""
 
     model_config = SettingsConfigDict(env_prefix="KATA_", env_ignore_empty=True, extra="ignore")
 
     data: Path = Field(default_factory=lambda: user_data_path("kata"))
     """Folder for database, journals and the simulator's files."""
     database_url: str = ""
-    """SQLAlchemy's; a SQLite file in the data folder when empty. To PostgreSQL on another computer it goes by TLS, and only to a server whose
-    certificate is good for that name, unless it says another ``sslmode`` itself."""
+    """SQLAlchemy's database URL; empty: a SQLite file in the data folder. Connections to PostgreSQL on another computer use TLS and
+    verify the server's certificate and name, unless the URL contains another ``sslmode``."""
     station: Path | None = None
     """The station's TOML file."""
     simulate: bool = False
@@ -31,68 +67,77 @@ class Settings(BaseSettings):
     seed: int | None = None
     """Varies the simulated mechanics by up to 30 %."""
     rate_hz: int | None = None
-    """Overrides the station's own."""
+    """Overrides the station's rate."""
     real_time: bool = True
-    """Let the control loop ask for real-time privileges; without, it runs as on a computer that grants none."""
+    """Let the control loop request real-time privileges."""
     taught: Path | None = None
     """Folder of recorded motions (CSV) that the simulated hand can follow."""
     clinic_name: str = ""
-    """Head of printed reports, with what follows; what is empty is left out."""
+    """First line of the head of printed reports. Empty parts of the head are left out."""
     clinic_address: str = ""
-    """Its lines parted by ``|``."""
+    """Lines separated by ``|``."""
     clinic_phone: str = ""
     clinic_logo: Path | None = None
     """PNG or SVG, up to 256 kB."""
-    clinic_zone: str = ""
-    """Time zone of printed reports, as IANA calls it (``Asia/Tokyo``); this computer's own when empty."""
-    backups: Path | None = None
-    """Folder for backups, better on another disk or computer; ``backups`` in the data folder unless given."""
-    backup_at: str = "02:30"
-    """When a backup is made each day, by the clinic's clock; ``never``: none is. A computer that was off then makes it up."""
+    clinic_time_zone: str = ""
+    """IANA name of the time zone of printed reports (``Asia/Tokyo``); empty: this computer's."""
+    backup_dir: Path | None = None
+    """Folder for backups, preferably on another disk or computer; default: ``backups`` in the data folder."""
+    backup_time: str = "02:30"
+    """Time of the daily backup by the clinic's clock, or ``never``. A computer that was off at that time makes it later."""
     backup_key: Path | None = None
-    """The key that opens backups; ``backup-key.txt`` in the data folder unless given."""
+    """The key that opens backups; default: ``backup-key.txt`` in the data folder."""
     backup_recipients: str = ""
-    """Public keys (age1...) that open them too, parted by commas."""
+    """Further public keys (age1...) that backups are encrypted for, separated by commas."""
     audit_anchor: Path | None = None
-    """File outside the database that the audit trail is anchored in; in the data folder unless given. On another disk or computer
-    it also shows that both were replaced by an older copy."""
+    """File outside the database that anchors the audit trail; default: in the data folder. On another disk or computer it also reveals
+    that database and anchor were replaced together by older copies."""
     host: str = "127.0.0.1"
     port: int = 8000
     allowed_hosts: str = ""
     """Names and addresses by which browsers may reach the service, besides this computer's own; separated by commas."""
     tls_certificate: Path | None = None
-    """The clinic's certificate with its chain (PEM); one of its own is made where others can reach the service and none is given."""
+    """The clinic's certificate with its chain (PEM). Without one, a service that others can reach makes a self-signed certificate."""
     tls_key: Path | None = None
-    """The certificate's private key (PEM, without a password), readable by the service's user alone."""
-    metrics_token: Path | None = None
-    """File with the token by which a program may read /metrics, 20 characters or more; without it only people may, signed in."""
+    """The certificate's private key (PEM, without a password), readable only by the service's user."""
+    metrics_token_file: Path | None = None
+    """File with the token for /metrics, at least 20 characters. Without it only logged-in users may read metrics."""
     log_format: Literal["plain", "json"] = "plain"
-    """json: an object a line, for a program that collects logs."""
+    """json: one object per line, for log collectors."""
     plain_http: bool = False
-    """Serve without encryption where others can reach the service: only behind a proxy that encrypts."""
+    """Serve without encryption although others can reach the service: only behind a proxy that encrypts."""
     trusted_proxies: str = ""
-    """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are believed, separated by commas; nobody's when empty."""
+    """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are trusted, separated by commas; empty: none."""
 
     idle_minutes: float = Field(default=15.0, gt=0)
-    """After so long without anything done by its user, a browser's screen is locked; what goes on stays visible and stoppable."""
-    sign_in_hours: float = Field(default=12.0, gt=0)
-    """After so long a sign-in is over, whatever is done."""
+    """After this time without activity of the user the screen locks. A running session stays visible and can be stopped."""
+    login_session_hours: float = Field(default=12.0, gt=0)
+    """A login session ends after this time, also with activity."""
     second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
-    """Of whom a second factor is asked; everybody may have one."""
+    """The accounts that must have a second factor; all others may."""
     second_factor_key: Path | None = None
-    """The key that second factors are sealed with in the database; ``second-factor-key.txt`` in the data folder unless given. The same for
-    each service on one database."""
+    """The key that encrypts second factors in the database; default: ``second-factor-key.txt`` in the data folder. All services on one
+    database need the same key."""
     openid_issuer: str = Field(default="", max_length=255)
-    """The clinic's own OpenID Connect provider, by its issuer: what ``/.well-known/openid-configuration`` is put behind. Empty: there is none."""
+    """Issuer of the clinic's OpenID Connect provider: the address before ``/.well-known/openid-configuration``. Empty: none."""
     openid_client_id: str = ""
-    """By which the provider knows this service."""
+    """The provider's client id for this service."""
     openid_secret_file: Path | None = None
-    """File with the client's secret, readable by the service's user alone; none for a public client."""
+    """File with the client secret, readable only by the service's user; none for a public client."""
     openid_name: str = Field(default="The clinic's sign-in", min_length=1, max_length=60)
-    """What the provider is called on the page."""
+    """The provider's name on the login page."""
     openid_second_factor: str = ""
-    """Values of ``acr`` or ``amr``, separated by commas, by which the provider says that it has asked for a second factor; where it says
-    none of these, ours is asked for."""
+    """Values of ``acr`` or ``amr``, separated by commas, with which the provider states that it has checked a second factor. Without one
+    of these values Kata asks for its own."""
+
+    @classmethod
+    def settings_customise_sources(
+        cls, settings_cls: type[BaseSettings], init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource, dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:  # fmt: skip
+        """Read former names where the current name is not set."""
+        return init_settings, env_settings, _FormerNamesSource(settings_cls)
 
     @field_validator("data")
     @classmethod
@@ -106,13 +151,13 @@ class Settings(BaseSettings):
             if url:
                 make_url(url)
         except (ArgumentError, ValueError) as error:
-            # What stands there may be a password.
+            # The value may contain a password.
             raise ValueError(
                 "must be the address of a database, such as postgresql+psycopg://kata@server/kata"
             ) from error
         return url
 
-    @field_validator("backup_at")
+    @field_validator("backup_time")
     @classmethod
     def _time_of_day(cls, at: str) -> str:
         try:
@@ -120,28 +165,28 @@ class Settings(BaseSettings):
         except ValueError as error:
             raise ValueError("must be a time of day such as 02:30, or never") from error
 
-    @field_validator("clinic_zone")
+    @field_validator("clinic_time_zone")
     @classmethod
     def _known(cls, zone: str) -> str:
         try:
             if zone:
                 ZoneInfo(zone)
         except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-            raise ValueError(f"this computer knows no time zone {zone}") from error
+            raise ValueError(f"is no time zone that this computer knows: {zone}") from error
         return zone
 
     @field_validator("allowed_hosts")
     @classmethod
     def _hosts(cls, hosts: str) -> str:
         if any("*" in name or "/" in name for name in hosts.split(",")):
-            raise ValueError("names each host by itself, without scheme or port, separated by commas")
+            raise ValueError("must be host names without scheme, port or wildcard, separated by commas")
         return hosts
 
     @field_validator("openid_issuer")
     @classmethod
     def _issuer(cls, issuer: str) -> str:
         if issuer and (not is_safe(issuer) or {"?", "#", " "} & set(issuer)):
-            raise ValueError("must be an address that begins with https://, as the provider calls itself")
+            raise ValueError("must be the provider's issuer, an address that begins with https://")
         return issuer
 
     @field_validator("trusted_proxies")
@@ -157,65 +202,63 @@ class Settings(BaseSettings):
     @model_validator(mode="after")
     def _pair(self) -> Self:
         if (self.tls_certificate is None) != (self.tls_key is None):
-            raise ValueError(
-                "a certificate needs its key, and a key its certificate: KATA_TLS_CERTIFICATE, KATA_TLS_KEY"
-            )
+            raise ValueError("certificate and key must be set together: KATA_TLS_CERTIFICATE, KATA_TLS_KEY")
         if bool(self.openid_issuer) != bool(self.openid_client_id):
-            raise ValueError("OpenID Connect takes both: KATA_OPENID_ISSUER, KATA_OPENID_CLIENT_ID")
+            raise ValueError("issuer and client id must be set together: KATA_OPENID_ISSUER, KATA_OPENID_CLIENT_ID")
         return self
 
     @property
     def encrypted(self) -> bool:
-        """Whether the service itself speaks TLS: by the clinic's certificate, or because others can reach it."""
+        """Return whether the service uses TLS: it has the clinic's certificate, or others can reach it without a proxy."""
         return self.tls_certificate is not None or not (self.is_on_loopback or self.plain_http)
 
     @property
     def named_hosts(self) -> frozenset[str]:
-        """``allowed_hosts``, each by itself, in lower case."""
+        """Return ``allowed_hosts`` as a set of lower-case names."""
         return frozenset(name.lower() for name in _parted(self.allowed_hosts))
 
     @property
     def effective_database_url(self) -> str:
-        """What is really opened."""
+        """Return the URL of the database that is opened."""
         return by_tls(self.database_url) if self.database_url else f"sqlite:///{self.data / 'kata.db'}"
 
     @property
     def effective_audit_anchor(self) -> Path:
-        """The file that is really used."""
+        """Return the file of the audit anchor."""
         return self.audit_anchor or self.data / "audit.anchor"
 
     @property
     def is_on_loopback(self) -> bool:
-        """Whether only this computer reaches the service."""
+        """Return whether only this computer can reach the service."""
         return _is_this_computer(self.host)
 
     @property
     def journal(self) -> Path:
-        """Folder of journals."""
+        """Return the folder of journals."""
         return self.data / "journal"
 
     @property
     def spool(self) -> Path:
-        """Folder of what happened at the station, until the database has it."""
+        """Return the folder of records of the station that are not yet in the database."""
         return self.data / "spool"
 
     @property
     def effective_second_factor_key(self) -> Path:
-        """The file that is really used."""
+        """Return the file of the second factors' key."""
         return (self.second_factor_key or self.data / "second-factor-key.txt").absolute()
 
     @property
     def backup_folder(self) -> Path:
-        """Where backups are kept."""
-        return (self.backups or self.data / "backups").absolute()
+        """Return the folder of backups."""
+        return (self.backup_dir or self.data / "backups").absolute()
 
     @property
     def backup_key_file(self) -> Path:
-        """The key that opens them."""
+        """Return the file of the backup key."""
         return (self.backup_key or self.data / "backup-key.txt").absolute()
 
 
-_TAKES: Final = {
+_REQUIREMENTS: Final = {
     "int_parsing": "must be a whole number",
     "int_from_float": "must be a whole number",
     "float_parsing": "must be a number",
@@ -227,33 +270,34 @@ _TAKES: Final = {
 }
 
 
-def complaint(error: ValidationError) -> str:
-    """What is wrong with the settings, a sentence for each; nothing of what stands in them, which may be secret."""
+def describe_errors(error: ValidationError) -> str:
+    """Return one sentence for each invalid setting. The sentences do not contain the values, which may be secret."""
     sentences = []
-    for one in error.errors(include_url=False, include_input=False):
-        context = one.get("ctx", {})
-        takes = str(context["error"]) if "error" in context else _TAKES.get(one["type"], one["msg"]).format(**context)
-        name = f"KATA_{str(one['loc'][0]).upper()} " if one["loc"] else ""
-        sentences.append(f"{name}{takes}.")
-    return " ".join(f"{said[:1].upper()}{said[1:]}" for said in sentences)
+    for detail in error.errors(include_url=False, include_input=False):
+        context = detail.get("ctx", {})
+        requirement = _REQUIREMENTS.get(detail["type"], detail["msg"])
+        requirement = str(context["error"]) if "error" in context else requirement.format(**context)
+        name = f"KATA_{str(detail['loc'][0]).upper()} " if detail["loc"] else ""
+        sentences.append(f"{name}{requirement}.")
+    return " ".join(f"{sentence[:1].upper()}{sentence[1:]}" for sentence in sentences)
 
 
 def by_tls(database_url: str) -> str:
-    """The same; by TLS with a certificate that is looked at, where PostgreSQL is on another computer and nothing else is said."""
+    """Return the URL with ``sslmode=verify-full`` where PostgreSQL is on another computer and the URL has no ``sslmode``."""
     url = make_url(database_url)
-    told = url.query.get("host") or url.host or ""
-    hosts = [one for part in ((told,) if isinstance(told, str) else told) for one in part.split(",") if one]
-    here = all(
+    given = url.query.get("host") or url.host or ""
+    hosts = [host for part in ((given,) if isinstance(given, str) else given) for host in part.split(",") if host]
+    is_local = all(
         host.startswith(("/", "@")) or _is_this_computer(host.partition(":")[0] if host.count(":") == 1 else host)
         for host in hosts
     )
-    if url.get_backend_name() != "postgresql" or here or "sslmode" in url.query:
+    if url.get_backend_name() != "postgresql" or is_local or "sslmode" in url.query:
         return database_url
     return url.update_query_dict({"sslmode": "verify-full"}).render_as_string(hide_password=False)
 
 
 def is_safe(url: object) -> bool:
-    """Whether nobody reads along who is between here and there: by TLS, or on this very computer."""
+    """Return whether a connection to the URL cannot be intercepted: it uses TLS or stays on this computer."""
     parts = urlsplit(url) if isinstance(url, str) else None
     if parts is None or not parts.hostname:
         return False
@@ -261,7 +305,7 @@ def is_safe(url: object) -> bool:
 
 
 def _is_this_computer(host: str) -> bool:
-    """A name other than localhost is not trusted to be it."""
+    """Return whether a host is a loopback address or ``localhost``. Other names are not trusted to be this computer."""
     try:
         return host == "localhost" or ip_address(host).is_loopback
     except ValueError:

@@ -173,4 +173,4 @@ def test_next_backup_is_shown_in_clinic_time() -> None:
 @pytest.mark.parametrize("at", ["25:00", "at night", "2"])
 def test_invalid_time_of_day_is_refused(at: str) -> None:
     with pytest.raises(ValueError, match="must be a time of day such as 02:30, or never"):
-        Settings(backup_at=at)
+        Settings(backup_time=at)

@@ -66,9 +66,9 @@ def test_backup_command_prints_path_verification_and_what_to_store(data: Path, t
     assert (done.returncode, done.stderr) == (0, "")
     (file,) = elsewhere.iterdir()
     assert f"Backup: {file} (" in done.stdout
-    assert "Restored to try it: whole, and equal to the database at its moment." in done.stdout
-    assert "The audit trail in it is whole: 0 rows." in done.stdout
-    assert f"Key: {data / 'backup-key.txt'}. Without it the backup is worth nothing" in done.stdout
+    assert "Verified by a trial restore: complete, and equal to the database at the time of the backup." in done.stdout
+    assert "The audit trail in the backup is intact: 0 rows." in done.stdout
+    assert f"Key: {data / 'backup-key.txt'}. The backup cannot be opened without it" in done.stdout
 
 
 def test_backup_without_a_trial_restore_reports_this(data: Path) -> None:
@@ -76,7 +76,7 @@ def test_backup_without_a_trial_restore_reports_this(data: Path) -> None:
     (data / "backup-key.txt").unlink()
     done = kata("backup", "--data", data, folder=data)
     assert done.returncode == 0
-    assert "Not tried: The key is not on this computer" in done.stdout
+    assert "Not verified: The key is not on this computer" in done.stdout
     assert "Key:" not in done.stdout
 
 
@@ -93,7 +93,7 @@ def test_backup_of_nothing_or_into_a_file_is_refused(data: Path, tmp_path: Path)
     [
         ("KATA_BACKUP_RECIPIENTS", "ssh-rsa AAAA", "which is no public key of age (age1...)", 1),
         ("KATA_BACKUP_KEY", "kata.db", "is no key of backups", 1),
-        ("KATA_BACKUP_AT", "at night", "must be a time of day such as 02:30, or never", 2),
+        ("KATA_BACKUP_TIME", "at night", "must be a time of day such as 02:30, or never", 2),
     ],
 )
 def test_a_setting_that_makes_no_sense_makes_no_backup(
@@ -107,10 +107,10 @@ def test_a_setting_that_makes_no_sense_makes_no_backup(
 def test_trial_restore_changes_nothing_and_lists_the_contents(data: Path) -> None:
     file = backup_of(data)
     add_patient(data, "K-2")
-    done = kata("restore", file, "--try", "--data", data, folder=data)
+    done = kata("restore", file, "--verify", "--data", data, folder=data)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "equal to the database at that moment. Nothing was changed." in done.stdout
-    assert "The audit trail in it is whole: 0 rows." in done.stdout
+    assert "equal to the database at that time. Nothing was changed." in done.stdout
+    assert "The audit trail in the backup is intact: 0 rows." in done.stdout
     assert patients(data) == ["K-1", "K-2"]
 
 
@@ -120,9 +120,9 @@ def test_restore_over_an_existing_clinic_sets_it_aside(data: Path) -> None:
     done = kata("restore", file, "--data", data, folder=data)
     assert (done.returncode, done.stderr) == (0, "")
     assert patients(data) == ["K-1"]
-    aside = Path(re.findall(r"What was there before: (.*)", done.stdout)[0])
+    aside = Path(re.findall(r"Previous data: (.*)", done.stdout)[0])
     assert patients(aside) == ["K-1", "K-2"]
-    assert "Everybody signs in again, with the passwords of that day." in done.stdout
+    assert "All users have to sign in again, with their passwords of that day." in done.stdout
 
 
 def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Path) -> None:
@@ -130,11 +130,11 @@ def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Pa
     refused(kata("restore", file, "--data", tmp_path / "new", folder=tmp_path), "name the copy that was kept elsewhere")
     done = kata("restore", file, "--key", data / "backup-key.txt", "--data", tmp_path / "new", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "What was there before: nothing" in done.stdout
+    assert "Previous data: nothing" in done.stdout
     assert patients(tmp_path / "new") == ["K-1"]
 
 
-@pytest.mark.parametrize("only_try", [[], ["--try"]])
+@pytest.mark.parametrize("only_try", [[], ["--verify"]])
 def test_invalid_or_locked_backup_changes_nothing(data: Path, tmp_path: Path, only_try: list[str]) -> None:
     file = backup_of(data)
 
@@ -163,7 +163,7 @@ def test_nothing_is_restored_under_a_service_at_work(data: Path) -> None:
         refused(
             kata("restore", file, "--data", data, folder=data), f"Kata is running on {data}, and nothing is replaced"
         )
-        assert kata("restore", file, "--try", "--data", data, folder=data).returncode == 0
+        assert kata("restore", file, "--verify", "--data", data, folder=data).returncode == 0
 
 
 def test_only_the_latest_recovery_link_works_and_only_once(tmp_path: Path) -> None:
@@ -184,5 +184,5 @@ def test_a_link_needs_a_folder_that_can_be_written_to(tmp_path: Path) -> None:
     (tmp_path / "a file").write_text("")
     refused(
         kata("accounts", "link", "--data", tmp_path / "a file", folder=tmp_path),
-        f"Nothing can be written to {tmp_path / 'a file'}",
+        f"Cannot write to {tmp_path / 'a file'}",
     )

@@ -36,7 +36,7 @@ def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, 
 
     again = kata("demo", "--taught", taught, "--data", data, folder=tmp_path)
     assert again.returncode == 1
-    assert "holds a database already" in again.stderr
+    assert "already contains a database" in again.stderr
 
 
 def test_demo_reports_errors_in_a_file(tmp_path: Path) -> None:

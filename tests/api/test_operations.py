@@ -32,7 +32,7 @@ TOKEN: Final = "a-token-of-the-tests-0123456789"
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     folder = tmp_path_factory.mktemp("operations")
     (folder / "token").write_text(TOKEN + "\n")
-    with running(folder, metrics_token=folder / "token") as made:
+    with running(folder, metrics_token_file=folder / "token") as made:
         yield made
 
 
@@ -123,7 +123,7 @@ def test_empty_token_file_grants_no_access(client: TestClient, tmp_path: Path, c
         (tmp_path / "token").write_text(content)
     header = {"authorization": f"Bearer {content or ''}"}
     app: Any = client.app
-    settings = app.state.services.settings.model_copy(update={"metrics_token": tmp_path / "token"})
+    settings = app.state.services.settings.model_copy(update={"metrics_token_file": tmp_path / "token"})
     with replaced(app, settings=settings):
         assert TestClient(client.app).get("/metrics", headers=header).status_code == 401
 

@@ -118,7 +118,7 @@ class TestCommand:
     def test_verify_reports_a_complete_trail_and_what_to_store(self, folder: Path) -> None:
         status, told = self.run(folder)
         assert status == 0
-        assert "whole: 60 rows, 3 anchors" in told
+        assert "intact: 60 rows, 3 anchors" in told
         head = named(last_line(folder / "audit.anchor"))
         assert head in told
         assert self.run(folder, "--head", head)[0] == 0
@@ -132,7 +132,7 @@ class TestCommand:
         database.close()
         status, told = self.run(folder)
         assert status == 1
-        assert "NOT WHOLE  Row 17 is not what was written, or row 16 before it is not." in told
+        assert "NOT INTACT  Row 17 is not what was written, or row 16 before it is not." in told
         assert json.loads(self.run(folder, "--json")[1])["findings"][0]["first"] == 17
 
     def test_verify_exports_what_it_has_read(self, folder: Path) -> None:

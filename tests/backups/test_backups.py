@@ -593,7 +593,7 @@ def test_old_backups_are_deleted_except_a_fortnight_and_monthly_firsts(tmp_path:
 def test_failed_backup_is_recorded_with_its_reason(small: Settings) -> None:
     in_the_way = small.data / "file"
     in_the_way.touch()
-    nowhere = small.model_copy(update={"backups": in_the_way / "backups"})
+    nowhere = small.model_copy(update={"backup_dir": in_the_way / "backups"})
     with pytest.raises(BackupError, match="No backup was made: Not a directory"):
         make(nowhere, "nightly")
     database = Database(small.effective_database_url)

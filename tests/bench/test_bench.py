@@ -127,7 +127,7 @@ def test_pages(tmp_path: Path) -> None:
 @pytest.mark.campaign
 def test_sign_in(tmp_path: Path) -> None:
     """Four services and two kinds of guessing one after another: two minutes on a busy computer."""
-    report = bench("sign-in", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
+    report = bench("password-guessing", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
     figures = report["figures"]
     assert figures["pairs"] == 4
     assert {"known_ms", "unknown_ms", "known_unknown_difference_ms"} <= set(figures)

@@ -172,7 +172,7 @@ async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
 
 def _shows_token(connection: HTTPConnection) -> bool:
     """Whether a program asks that knows what is in the file; read anew each time, so that a new token needs no restart."""
-    file = services_of(connection).settings.metrics_token
+    file = services_of(connection).settings.metrics_token_file
     scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
     if file is None or scheme.lower() != "bearer":
         return False

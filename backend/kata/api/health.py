@@ -88,7 +88,7 @@ async def get_health_ready(
 async def get_metrics(request: Request, metrics: TheMetrics) -> Response:
     """Return all metrics.
 
-    Technicians and administrators may read them, and programs that send the token of ``KATA_METRICS_TOKEN``.
+    Technicians and administrators may read them, and programs that send the token of ``KATA_METRICS_TOKEN_FILE``.
     """
     encode, media_type = choose_encoder(request.headers.get("accept", ""))
     return Response(encode(metrics.registry), media_type=media_type)

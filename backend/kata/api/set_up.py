@@ -167,7 +167,7 @@ async def set_up_access(
     links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
     limits = Limits(
         idle=timedelta(minutes=settings.idle_minutes),
-        longest=timedelta(hours=settings.sign_in_hours),
+        longest=timedelta(hours=settings.login_session_hours),
         second_factor_of=second_factor.roles_required(settings.second_factor),
     )
 

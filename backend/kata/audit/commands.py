@@ -1,4 +1,4 @@
-"""``kata audit``: whether the trail is what was written. What it takes is imported when it is asked for."""
+"""``kata audit``: verify the audit trail. The command imports its modules when it runs."""
 
 import json
 import re
@@ -29,16 +29,16 @@ def verify_trail(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     anchor: Annotated[
         list[Path] | None,
-        typer.Option(help="The anchor of each service on this database; without it, this computer's own."),
+        typer.Option(help="The anchor of each service on this database; default: this computer's."),
     ] = None,
     head: Annotated[
         str,
-        typer.Option(help="NUMBER:HASH that was kept elsewhere: from the service's log, or an earlier verification."),
+        typer.Option(help="NUMBER:HASH from the service's log or an earlier verification."),
     ] = "",
-    export: Annotated[Path | None, typer.Option(help="Write each row to this file, as a line of JSON.")] = None,
+    export: Annotated[Path | None, typer.Option(help="Write all rows to this file, one JSON object per line.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
-    """Say whether the audit trail is whole, and where it is not. Status 1 when it is not, 2 when it cannot be read."""
+    """Verify the audit trail and print every gap and change. Status 1 when it is not intact, 2 when it cannot be read."""
     from sqlalchemy.exc import SQLAlchemyError
 
     from kata.audit.audit_log import named
@@ -48,7 +48,7 @@ def verify_trail(
     given: dict[str, Any] = {"data": data} if data else {}
     settings = Settings(**given)
     anchors = anchor or [settings.effective_audit_anchor]
-    kept = _head(head)
+    known_head = _head(head)
     began_s = time.perf_counter()
     try:
         database = Database(settings.effective_database_url)
@@ -56,7 +56,7 @@ def verify_trail(
             stack.callback(database.close)
             session = stack.enter_context(database.read())
             file = stack.enter_context(export.open("w", encoding="utf-8")) if export else None
-            verdict = verify(session, anchors, kept, file)
+            verdict = verify(session, anchors, known_head, file)
     except (DatabaseError, SQLAlchemyError, OSError) as error:
         typer.echo(f"The audit trail cannot be read: {getattr(error, 'orig', None) or error}", err=True)
         raise typer.Exit(2) from error
@@ -73,7 +73,7 @@ def _head(given: str) -> "Head | None":
         return None
     match = re.fullmatch(r"(\d+):([0-9a-f]{64})", given)
     if match is None:
-        raise typer.BadParameter("A head is a number, a colon and 64 characters, as verify prints it.")
+        raise typer.BadParameter("A head is a number, a colon and 64 hexadecimal characters, as verify prints it.")
     from kata.audit.chain import Head
 
     return Head(int(match[1]), bytes.fromhex(match[2]))
@@ -93,14 +93,14 @@ def _as_json(verdict: "Verdict", head: str) -> dict[str, Any]:
 def _print(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) -> None:
     for file in anchors:
         if not file.exists():
-            typer.echo(f"There is no anchor at {file}: that the end was cut off would not show.")
+            typer.echo(f"There is no anchor at {file}: without one, removed last rows cannot be detected.")
     for remark in verdict.remarks:
         typer.echo(remark)
     for finding in verdict.findings:
-        typer.echo(f"NOT WHOLE  {finding.message}")
-    state = "whole" if verdict.whole else "not whole"
+        typer.echo(f"NOT INTACT  {finding.message}")
+    state = "intact" if verdict.whole else "not intact"
     typer.echo(f"The audit trail is {state}: {verdict.rows} rows, {verdict.lines} anchors, in {took_s:.1f} s.")
     typer.echo(f"It ends at {head}")
     typer.echo(
-        "Keep this line elsewhere; --head compares with it, if database and anchor should ever be replaced together."
+        "Keep this line on another computer or on paper. With --head it reveals that database and anchor were replaced together."
     )

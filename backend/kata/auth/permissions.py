@@ -56,7 +56,7 @@ class Rule:
     """Also while the database does not answer, for whoever was let in when it last did. A record cannot be looked up then: none may be
     named but those of this day's patients (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
-    """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
+    """Also for a program that shows the token of ``KATA_METRICS_TOKEN_FILE``: nobody is signed in there."""
 
 
 _PUBLIC: Final = Rule("public")

@@ -1,4 +1,4 @@
-"""``kata backup`` and ``kata restore``. What they take is imported when they are asked for."""
+"""``kata backup`` and ``kata restore``. They import their modules when they run."""
 
 import logging
 import os
@@ -15,95 +15,102 @@ from kata.system.console import fail
 if TYPE_CHECKING:
     from kata.backups.restoring import Tried
 
-_PATIENCE: Final = 10
-_TOLD_TO_END: Final = 143
+_NICENESS: Final = 10
+_EXIT_AFTER_SIGTERM: Final = 143
 
 _Data = Annotated[Path | None, typer.Option(help="Folder for database and journals.")]
 
 
 def backup(
     data: _Data = None,
-    to: Annotated[Path | None, typer.Option(help="Folder for backups, instead of the one that is set.")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for the backup, instead of KATA_BACKUP_DIR.")] = None,
     nightly: Annotated[bool, typer.Option("--nightly", hidden=True)] = False,
 ) -> None:
-    """Make an encrypted backup now, also while Kata runs, and try it. Status 1 when there is none, it does not come
-    back whole, or the audit trail in it is not.
-    """
+    """Make and verify an encrypted backup, also while Kata runs. Status 1 when that fails or its audit trail is not intact."""
     from kata.backups.key import BackupError
     from kata.backups.making import make
 
-    settings = _settings(data=data, backups=to)
-    # Nobody waits for it, and a cycle of the apparatus shall not.
-    os.nice(_PATIENCE)
-    # Told to end, it takes away what is not encrypted yet.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TOLD_TO_END))
+    settings = _settings(data=data, backup_dir=to)
+    # The backup is not urgent and must not delay the control loop.
+    os.nice(_NICENESS)
+    # An exit removes files that are not encrypted yet.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(_EXIT_AFTER_SIGTERM))
     try:
         note = make(settings, "nightly" if nightly else "asked")
     except BackupError as error:
         fail(str(error))
     typer.echo(f"Backup: {note.file} ({note.bytes / 1e6:.1f} MB)")
     if note.tested_at is None:
-        typer.echo(f"Not tried: {note.test_problem}")
+        typer.echo(f"Not verified: {note.test_problem}")
     elif note.test_problem:
-        fail(f"It does not come back whole: {note.test_problem}")
+        fail(f"The backup cannot be restored completely: {note.test_problem}")
     else:
-        typer.echo("Restored to try it: whole, and equal to the database at its moment.")
-        _tell_audit(note.audit_rows, note.audit_problem)
+        typer.echo("Verified by a trial restore: complete, and equal to the database at the time of the backup.")
+        _print_audit_result(note.audit_rows, note.audit_problem)
     if settings.backup_key_file.exists():
         typer.echo(
-            f"Key: {settings.backup_key_file}. Without it the backup is worth nothing; a copy of it belongs elsewhere."
+            f"Key: {settings.backup_key_file}. The backup cannot be opened without it; keep a copy on another computer or on paper."
         )
 
 
 def restore(
     file: Annotated[Path, typer.Argument(help="The backup.", exists=True, dir_okay=False)],
     key: Annotated[
-        Path | None, typer.Option(help="The key that opens it; the one beside the data unless given.")
+        Path | None, typer.Option(help="The key that opens the backup; default: the one in the data folder.")
     ] = None,
     data: _Data = None,
-    only_try: Annotated[
-        bool, typer.Option("--try", help="Only see whether it can be restored; also while Kata runs.")
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Only verify that the backup can be restored; also while Kata runs.")
     ] = False,
+    former_try: Annotated[bool, typer.Option("--try", hidden=True)] = False,
 ) -> None:
-    """Bring the clinic back from a backup. What is there now is put aside, not written over. Kata must not run meanwhile."""
+    """Restore the clinic from a backup. The present data is moved aside, not overwritten. Stop Kata before."""
     from kata.backups import restoring
     from kata.backups.key import BackupError
     from kata.database.engine import DatabaseError
 
-    # What an upgrade of the restored tables says of itself is nobody's concern here.
+    # Without the messages of the database upgrade.
     logging.basicConfig(level=logging.WARNING)
+    if former_try:
+        typer.echo("--try is now called --verify; the next release does not accept --try.", err=True)
     settings = _settings(data=data)
-    opens = key or settings.backup_key_file
+    key_file = key or settings.backup_key_file
     try:
-        if only_try:
-            _tell(restoring.try_and_note(settings, file, opens))
+        if verify or former_try:
+            _print_trial(restoring.try_and_note(settings, file, key_file))
             return
-        restored = restoring.restore(settings, file, opens)
+        restored = restoring.restore(settings, file, key_file)
     except (BackupError, DatabaseError) as error:
         fail(_sentence(error))
     except OSError as error:
         fail(f"{error.strerror}: {error.filename}.")
-    typer.echo(f"The clinic is as it was on {restored.contents.made_at:%Y-%m-%d %H:%M} UTC, in {settings.data}.")
-    typer.echo(f"What was there before: {restored.aside}")
-    typer.echo("Everybody signs in again, with the passwords of that day. Start it: kata serve")
-
-
-def _tell(tried: "Tried") -> None:
-    told = tried.contents
-    if tried.problems:
-        fail(f"It does not come back whole: {'; '.join(tried.problems)}.")
-    rows = sum(table.rows for table in told.tables.values())
     typer.echo(
-        f"Whole: made on {told.made_at:%Y-%m-%d %H:%M} UTC by Kata {told.program}, {len(told.tables)} tables, {rows} rows, "
-        "equal to the database at that moment. Nothing was changed."
+        f"The clinic in {settings.data} is restored to its state of {restored.contents.made_at:%Y-%m-%d %H:%M} UTC."
     )
-    _tell_audit(tried.audit_rows, tried.audit_problem)
+    typer.echo(f"Previous data: {restored.aside}")
+    typer.echo("All users have to sign in again, with their passwords of that day. Start the service: kata serve")
 
 
-def _tell_audit(rows: int | None, problem: str) -> None:
+def _print_trial(tried: "Tried") -> None:
+    contents = tried.contents
+    if tried.problems:
+        fail(f"The backup cannot be restored completely: {'; '.join(tried.problems)}.")
+    rows = sum(table.rows for table in contents.tables.values())
+    typer.echo(
+        f"Complete: made on {contents.made_at:%Y-%m-%d %H:%M} UTC by Kata {contents.program}, {len(contents.tables)} tables, "
+        f"{rows} rows, equal to the database at that time. Nothing was changed."
+    )
+    _print_audit_result(tried.audit_rows, tried.audit_problem)
+
+
+def _print_audit_result(rows: int | None, problem: str) -> None:
     if problem:
-        fail(f"The audit trail in it is NOT WHOLE: {problem} Ask for all of it: kata audit verify")
-    typer.echo("There is no audit trail in it." if rows is None else f"The audit trail in it is whole: {rows} rows.")
+        fail(f"The audit trail in the backup is NOT INTACT: {problem} For all findings: kata audit verify")
+    typer.echo(
+        "The backup contains no audit trail."
+        if rows is None
+        else f"The audit trail in the backup is intact: {rows} rows."
+    )
 
 
 def _settings(**given: Any) -> Settings:
@@ -111,5 +118,5 @@ def _settings(**given: Any) -> Settings:
 
 
 def _sentence(error: Exception) -> str:
-    told = str(error)
-    return f"{told[:1].upper()}{told[1:]}" + ("" if told.endswith(".") else ".")
+    message = str(error)
+    return f"{message[:1].upper()}{message[1:]}" + ("" if message.endswith(".") else ".")

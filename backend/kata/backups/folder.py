@@ -53,7 +53,7 @@ def without_service(settings: Settings) -> Iterator[None]:
     except journal.FolderInUseError as error:
         raise BackupError(
             f"Kata is running on {settings.data}, and nothing is replaced under somebody at work. Stop it (sudo systemctl stop "
-            "kata, or Ctrl-C where it runs), then restore again. To look into a backup meanwhile: kata restore FILE --try"
+            "kata, or Ctrl-C where it runs), then restore again. To look into a backup meanwhile: kata restore FILE --verify"
         ) from error
 
 

@@ -26,7 +26,7 @@ from kata.database.engine import Database, DatabaseError
 from kata.settings import Settings
 
 NOT_TRIED: Final = (
-    "The key is not on this computer, so it could not be tried. Where the key is: kata restore FILE --try --key KEY."
+    "The key is not on this computer, so it could not be tried. Where the key is: kata restore FILE --verify --key KEY."
 )
 _DAYS: Final = 14
 _MONTHS: Final = 12

@@ -130,7 +130,7 @@ class Backups:
             items=rows,
             last_good=good,
             running=bool(self._running and not self._running.done()),
-            next_at=next_at(utc_now(), settings.backup_at, _zone(settings)),
+            next_at=next_at(utc_now(), settings.backup_time, _zone(settings)),
             folder=str(settings.backup_folder),
             same_disk=same_disk(settings),
             key=whereabouts(settings),
@@ -163,7 +163,7 @@ class Backups:
             made = last_made(session)
             tried = [row.at for row in newest(session)[:1]]
         made_at = made.at if made else None
-        return due(utc_now(), self._settings.backup_at, _zone(self._settings), made_at, max(tried, default=None))
+        return due(utc_now(), self._settings.backup_time, _zone(self._settings), made_at, max(tried, default=None))
 
     async def _make(self, kind: Kind) -> None:
         if kind == "asked":
@@ -282,7 +282,7 @@ def _moments(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, d
 
 
 def _zone(settings: Settings) -> ZoneInfo | None:
-    return ZoneInfo(settings.clinic_zone) if settings.clinic_zone else None
+    return ZoneInfo(settings.clinic_time_zone) if settings.clinic_time_zone else None
 
 
 def _environment(settings: Settings) -> Mapping[str, str]:
@@ -290,7 +290,7 @@ def _environment(settings: Settings) -> Mapping[str, str]:
     given = {
         "data": settings.data,
         "database_url": settings.database_url,
-        "backups": settings.backup_folder,
+        "backup_dir": settings.backup_folder,
         "backup_key": settings.backup_key_file,
         "backup_recipients": settings.backup_recipients,
         "audit_anchor": settings.effective_audit_anchor,

@@ -1,7 +1,6 @@
-"""The main job without a browser: teach a motion by hand and pedal, play it back, compare.
+"""Teach a motion by hand and pedal, play it back and compare, without a browser.
 
-Everything is the real thing except the apparatus: the service with its database, the device process, and the simulated
-apparatus behind a pseudo-terminal.
+Service, database and device process are real. The apparatus is simulated behind a pseudo-terminal.
 """
 
 import asyncio
@@ -31,32 +30,32 @@ FAILURES: Final = (
     TaughtError, HandRefusedError, ServiceDriverError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
     LetterheadError, SimulatorError, OSError,
 )  # fmt: skip
-"""Whose message says what is wrong."""
+"""Errors whose message is printed."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What came out."""
+    """The errors of the playback."""
 
     comparison: Comparison
     rate_hz: int
 
     def as_json(self) -> dict[str, Any]:
-        """Peak, RMSE and start error per motor in degrees, with their signs."""
-        kept = {"motor", "peak_deg", "rmse_deg", "start_deg"}
+        """Return peak, RMSE and start error per motor, in degrees with signs."""
+        columns = {"motor", "peak_deg", "rmse_deg", "start_deg"}
         return {
-            "motors": [motor.model_dump(include=kept) for motor in self.comparison.motors],
+            "motors": [motor.model_dump(include=columns) for motor in self.comparison.motors],
             "samples": self.comparison.samples,
             "rate_hz": self.rate_hz,
         }
 
 
 def demonstrate(taught: Path, settings: Settings) -> Result:
-    """Teach the file, play it back, print what came of it.
+    """Teach the file's motion, play it back and print the errors.
 
-    :raises TaughtError: when the file holds no motion.
-    :raises ServiceDriverError: when something does not come about in time, or a stop comes.
-    :raises ProblemError: when the apparatus refuses, because of a limit for example.
+    :raises TaughtError: when the file contains no motion.
+    :raises ServiceDriverError: when a step takes too long or a stop occurs.
+    :raises ProblemError: when the apparatus refuses, for example because of a limit.
     """
     console = Console()
     motion = read_csv(taught)

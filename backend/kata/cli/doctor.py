@@ -303,7 +303,7 @@ def _backups(settings: Settings) -> Iterator[Finding]:
             "Backups' folder",
             "warning",
             f"{settings.backup_folder} is on the database's own disk, and is lost with it.",
-            "Set KATA_BACKUPS to a folder on another disk or computer.",
+            "Set KATA_BACKUP_DIR to a folder on another disk or computer.",
         )
     good_at = _last_good_at(settings)
     if good_at and good_at > utc_now() - _OLDEST:
@@ -318,7 +318,7 @@ def _backups(settings: Settings) -> Iterator[Finding]:
         "Backups",
         "warning",
         f"{told}; the key is {whereabouts(settings)}.",
-        "kata backup makes one and says what is wrong; kata restore FILE --try --key KEY tries one where the key is.",
+        "kata backup makes one and says what is wrong; kata restore FILE --verify --key KEY tries one where the key is.",
     )
 
 

@@ -1,4 +1,4 @@
-"""The ``kata`` command. What a command takes is imported when it is asked for: the whole service is seconds of imports."""
+"""The ``kata`` command. Commands import their modules when they run, because importing the whole service takes seconds."""
 
 import json
 import logging
@@ -22,7 +22,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
-accounts = typer.Typer(no_args_is_help=True, help="Who may sign in.")
+accounts = typer.Typer(no_args_is_help=True, help="Manage who may sign in.")
 app.add_typer(accounts, name="accounts")
 app.command()(backup)
 app.command()(restore)
@@ -40,20 +40,20 @@ def _common(show_version: Annotated[bool, typer.Option("--version", help="Print 
 def serve(
     simulate: Annotated[bool, typer.Option("--simulate", help="Start a simulated apparatus.")] = False,
     station: Annotated[Path | None, typer.Option(help="The station's TOML file.")] = None,
-    host: Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 unless given.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on; 8000 unless given, 0 for any free one.")] = None,
+    host: Annotated[str | None, typer.Option(help="Address to listen on; default: 127.0.0.1.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; default: 8000; 0: any free port.")] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     rate_hz: Annotated[
-        int | None, typer.Option(help="Samples and setpoints a second, instead of the station's.")
+        int | None, typer.Option(help="Samples and setpoints per second, instead of the station's.")
     ] = None,
     reload: Annotated[
-        bool, typer.Option("--reload", help="Start anew when the program changes (for developers).")
+        bool, typer.Option("--reload", help="Restart when the program changes (for developers).")
     ] = False,
 ) -> None:
-    """Serve the clinic: page, API and the apparatus' control."""
+    """Start the service: page, API and control of the apparatus."""
     settings = _settings(station=station, host=host, port=port, data=data, rate_hz=rate_hz, simulate=simulate or None)
     if not settings.simulate and not settings.station:
-        fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
+        fail("No apparatus given. Use --station FILE.toml for a real one, or --simulate for a simulated one.")
     with staying():
         from kata.cli import serve
 
@@ -67,14 +67,14 @@ def serve(
 def demo(
     taught: Annotated[Path, typer.Option(help="The motion to teach: CSV with time_s and the five pose columns.")],
     json_out: Annotated[Path | None, typer.Option("--json", help="Write the errors to this JSON file.")] = None,
-    data: Annotated[Path | None, typer.Option(help="Keep the database here; a new folder unless given.")] = None,
-    rate_hz: Annotated[int | None, typer.Option(help="Samples and setpoints a second.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder for the database; default: a new temporary folder.")] = None,
+    rate_hz: Annotated[int | None, typer.Option(help="Samples and setpoints per second.")] = None,
     seed: Annotated[int | None, typer.Option(help="Vary the simulated mechanics by up to 30 %.")] = None,
 ) -> None:
-    """Teach a motion to a simulated apparatus, play it back, and show the error of every motor."""
+    """Teach a motion to a simulated apparatus, play it back, and print the error of every motor."""
     folder = data or Path(mkdtemp(prefix="kata-demo-"))
     if (folder / "kata.db").exists():
-        fail(f"{folder} holds a database already; the demonstration wants a fresh one.")
+        fail(f"{folder} already contains a database; the demonstration needs a new folder.")
     from kata.cli.demo import FAILURES, demonstrate, write
 
     logging.basicConfig(level=logging.WARNING)
@@ -85,16 +85,16 @@ def demo(
             write(result, json_out)
     except FAILURES as error:
         fail(str(error))
-    typer.echo(f"Patient, recording and session are in {folder / 'kata.db'}")
+    typer.echo(f"Patient, recording and session are stored in {folder / 'kata.db'}")
 
 
 @app.command()
 def seed(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
-    number: Annotated[int, typer.Option("--seed", help="The same number on the same day makes the same clinic.")] = 1,
-    patients: Annotated[int, typer.Option(min=1, max=12, help="How many of them.")] = 12,
+    number: Annotated[int, typer.Option("--seed", help="The same number on the same day creates the same clinic.")] = 1,
+    patients: Annotated[int, typer.Option(min=1, max=12, help="Number of patients.")] = 12,
 ) -> None:
-    """Fill an empty clinic with a dozen invented patients and months of their history. Stop the service first."""
+    """Fill an empty clinic with up to 12 invented patients and months of their history. Stop the service first."""
     from kata.cli.seed import FAILURES, NUMBER, seeded
 
     try:
@@ -117,7 +117,7 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
 @app.command()
 def messages(out: Annotated[Path | None, typer.Option(help="Write them to this file.")] = None) -> None:
     """Print every message of the service: its code and its English template, as JSON."""
-    import kata.api.app  # noqa: F401 - with it every package declares its messages
+    import kata.api.app  # noqa: F401 - imports every package that declares messages
     from kata.messages import CATALOGUE
 
     _write_json({code: CATALOGUE[code].english for code in sorted(CATALOGUE)}, out)
@@ -126,11 +126,11 @@ def messages(out: Annotated[Path | None, typer.Option(help="Write them to this f
 @accounts.command("link")
 def link(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
-    url: Annotated[str, typer.Option(help="Where the clinic's page is.")] = "http://127.0.0.1:8000",
+    url: Annotated[str, typer.Option(help="Address of the clinic's page.")] = "http://127.0.0.1:8000",
 ) -> None:
-    """Print a one-time link that makes an administrator, for a clinic that nobody can sign in to any more.
+    """Print a one-time link that creates an administrator, for a clinic whose users can no longer sign in.
 
-    The service need not be stopped for it. A user name that exists is given the new password, and is an administrator from then on.
+    The service may run meanwhile. If the user name exists, its account gets the new password and becomes an administrator.
     """
     from kata.auth import set_up
     from kata.database.base import utc_now
@@ -139,22 +139,22 @@ def link(
     try:
         secret = set_up.offer(settings.data, utc_now())
     except OSError as error:
-        fail(f"Nothing can be written to {settings.data}: {error.strerror}.")
+        fail(f"Cannot write to {settings.data}: {error.strerror}.")
     console.print(set_up.invitation(url.rstrip("/"), secret), soft_wrap=True)
 
 
 @app.command()
 def doctor(
     station: Annotated[
-        Path | None, typer.Option(help="The station's TOML file; its port is opened for a moment.")
+        Path | None, typer.Option(help="The station's TOML file; the command opens its port for a moment.")
     ] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
-    """Look whether this computer can do the work, and say what to do where not. Status 1 when there is a problem."""
+    """Check whether this computer is fit for the work, and print what to do where it is not. Status 1 when there is a problem."""
     from kata.cli.doctor import as_json, examine
 
-    # What is not granted is said in the lines themselves.
+    # The printed lines already contain what warnings would say.
     logging.basicConfig(level=logging.ERROR)
     findings = examine(_settings(station=station, data=data))
     if json_out:
@@ -178,5 +178,5 @@ def _write_json(content: object, out: Path | None) -> None:
 
 
 def _settings(**typed: Any) -> Settings:
-    """What was typed comes before the environment; what was not, does not."""
+    """Return the settings: given options first, then the environment."""
     return Settings(**{name: value for name, value in typed.items() if value is not None})

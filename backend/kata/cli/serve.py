@@ -1,4 +1,4 @@
-"""``kata serve``: the service on its socket, its errors in words, and the links that the terminal is told."""
+"""``kata serve``: run the service on its socket, print its start errors as sentences, and print its links to the terminal."""
 
 import asyncio
 import os
@@ -32,14 +32,14 @@ from kata.system import malloc
 from kata.system.console import console, fail
 
 _LONGEST_MESSAGE: Final = 64 * 1024
-"""Bytes of a WebSocket message; the page sends nothing but Stop."""
+"""Bytes of a WebSocket message; the page sends only Stop."""
 
 
 def serve(settings: Settings, *, reload: bool) -> None:
-    """Serve until it is told to end. ``reload``: start anew whenever the program changes.
+    """Run the service until it is ended. ``reload``: restart whenever the program changes.
 
-    :raises SystemExit: with a sentence on the terminal, when it cannot start.
-    :raises KeyboardInterrupt: when that is what ended it.
+    :raises SystemExit: when the service cannot start; the terminal shows why.
+    :raises KeyboardInterrupt: when Ctrl-C ended it.
     """
     logs.begin(settings.log_format)
     if reload:
@@ -49,11 +49,11 @@ def serve(settings: Settings, *, reload: bool) -> None:
 
 
 class _Server(uvicorn.Server):
-    """Says where the page is once it really is there, and what was wrong when it is not."""
+    """Prints the page's address when the server is ready."""
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """As uvicorn's own, without raising the signal again at the end: there is more to be ended after the server."""
+        """Handle signals as uvicorn does, but do not raise them again at the end: the services still have to shut down."""
         loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.handle_exit, number, None)
@@ -70,7 +70,7 @@ class _Server(uvicorn.Server):
 
 
 def _print_links(application: Any, url: str) -> None:
-    """To the terminal, never to the log: whoever reads them is let in."""
+    """Print the links to the terminal, never to the log: each link lets its reader in."""
     services: Services = application.state.services
     access = services.access
     for role, secret in access.links.secrets.items():
@@ -80,7 +80,7 @@ def _print_links(application: Any, url: str) -> None:
 
 
 def _address(host: str, port: int, *, encrypted: bool) -> str:
-    """Where the page is, for somebody at this computer."""
+    """Return the page's address as seen from this computer."""
     reached = ip_address(host)
     if reached.is_unspecified:
         shown = "localhost" if encrypted else "127.0.0.1"
@@ -90,7 +90,7 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
 
 
 async def _serve(settings: Settings) -> None:
-    """With the lifespan in our own hands, its errors are ours to put into words."""
+    """Run the lifespan here instead of in uvicorn, so that its errors can be printed as sentences."""
     malloc.give_back()
     application = create_app(settings)
     listening = _listen(settings)
@@ -126,11 +126,11 @@ def _configured(application: Any, settings: Settings, certificate: tls.Certifica
         log_level="warning",
         timeout_graceful_shutdown=2,
         server_header=False,
-        # By itself uvicorn believes every proxy on this computer.
+        # Uvicorn's default trusts every proxy on this computer.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,
         ws_max_size=_LONGEST_MESSAGE,
-        # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
+        # A pulled cable closes no socket, so the operator's browser is pinged all the time.
         ws_ping_interval=live.PING_S,
         ws_ping_timeout=live.PONG_S,
         ssl_context_factory=(lambda config, default: certificate.context) if certificate else None,
@@ -144,14 +144,14 @@ def _listen(settings: Settings) -> socket.socket:
     except OSError as error:
         fail(
             f"Cannot listen on {settings.host}:{settings.port}: {error.strerror}. "
-            "Is Kata running already? Another port: --port 8001."
+            "Is Kata already running? To use another port: --port 8001."
         )
 
 
 def _serve_reloading(settings: Settings) -> None:
-    """The reloader starts processes of its own; they find the settings in the environment."""
+    """Pass the settings through the environment to the processes that the reloader starts."""
     if settings.encrypted or not settings.is_on_loopback:
-        fail("--reload is for developers, without encryption and on this computer alone: leave out --host.")
+        fail("--reload works only without encryption and on this computer: leave out --host.")
     values: dict[str, Any] = settings.model_dump(mode="json", exclude_none=True)
     os.environ.update({f"KATA_{name.upper()}": str(value) for name, value in values.items()})
     uvicorn.run(
@@ -167,7 +167,7 @@ def _serve_reloading(settings: Settings) -> None:
 
 
 def development_app() -> Any:
-    """What the reloader imports."""
+    """Return the application for the reloader."""
     settings = Settings()
     application = create_app(settings)
     started = application.router.lifespan_context

@@ -48,7 +48,7 @@ def _how(
     request: Request, language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en"
 ) -> Print:
     services: ReportServices = request.app.state.services
-    return Print(services.letterhead, language, services.settings.clinic_zone, utc_now())
+    return Print(services.letterhead, language, services.settings.clinic_time_zone, utc_now())
 
 
 ThePrint = Annotated[Print, Depends(_how)]

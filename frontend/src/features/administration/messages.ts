@@ -243,7 +243,7 @@ export const BACKUPS = say(
     never: "None is made by itself: that is switched off.",
     folder: (folder: string) => `They are kept, encrypted, in ${folder}.`,
     sameDisk:
-      "That is the same disk as the database’s, and is lost with it. Choose another one with KATA_BACKUPS.",
+      "That is the same disk as the database’s, and is lost with it. Choose another one with KATA_BACKUP_DIR.",
     keyFile: (file: string) => ` The file is ${file}.`,
     made: "Made",
     tried: "Tried",
@@ -270,7 +270,7 @@ export const BACKUPS = say(
     never: "自動バックアップは停止しています。",
     folder: (folder) => `暗号化して ${folder} に保存しています。`,
     sameDisk:
-      "データベースと同じディスクのため、故障すると一緒に失われます。KATA_BACKUPS で別のディスクを指定してください。",
+      "データベースと同じディスクのため、故障すると一緒に失われます。KATA_BACKUP_DIR で別のディスクを指定してください。",
     keyFile: (file) => `鍵のファイルは ${file} です。`,
     made: "作成",
     tried: "復元の確認",

@@ -57,7 +57,7 @@ export interface paths {
          * Read the metrics in Prometheus format
          * @description Return all metrics.
          *
-         *     Technicians and administrators may read them, and programs that send the token of ``KATA_METRICS_TOKEN``.
+         *     Technicians and administrators may read them, and programs that send the token of ``KATA_METRICS_TOKEN_FILE``.
          */
         get: operations["get_metrics"];
         put?: never;
