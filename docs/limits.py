@@ -73,13 +73,13 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
     ),
     "Login sessions": (
         ("settings.py", "Settings.idle_minutes", "An unused browser is locked."),
-        ("settings.py", "Settings.sign_in_hours", "A login session ends."),
+        ("settings.py", "Settings.login_session_hours", "A login session ends."),
         (
-            "auth/sign_in.py",
+            "auth/login_session.py",
             "Limits.extension",
             "A login session that operates a moving arm is extended by at most this.",
         ),
-        ("auth/sign_in.py", "_FRESH", "A login or reauthentication counts as recent for so long."),
+        ("auth/login_session.py", "_FRESH", "A login or reauthentication counts as recent for so long."),
         (
             "auth/auth_cache.py",
             "Remembered._STOPS_FOR_S",
@@ -107,7 +107,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("audit/deduplication.py", "WINDOW_S", "Equal audit entries within this time are one."),
     ),
     "The clinic": (
-        ("station/overview.py", "SILENT_AFTER_S", "Another station is shown as silent."),
+        ("station/fleet.py", "SILENT_AFTER_S", "Another station is shown as silent."),
         ("api/security_middleware.py", "LARGEST_BODY", "Largest request, in bytes."),
         ("api/security_middleware.py", "LARGEST_FILE", "Largest file to import, in bytes."),
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
@@ -116,7 +116,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
         ("backups/making.py", "_DAYS", "Days for which every backup is kept."),
         ("backups/making.py", "_MONTHS", "Months for which the first backup is kept."),
-        ("settings.py", "Settings.backup_at", "Time of the nightly backup."),
+        ("settings.py", "Settings.backup_time", "Time of the nightly backup."),
     ),
 }
 """File, constant (or class and field), and what the value limits."""
