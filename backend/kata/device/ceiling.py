@@ -1,4 +1,4 @@
-"""How many cycles a second a bus can carry, worked out from the bytes of one cycle. Nothing is gained by trying more."""
+"""How many cycles a second a bus can carry, computed from the bytes of one cycle. A higher rate is refused."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -7,28 +7,29 @@ if TYPE_CHECKING:
 
 BITS_A_BYTE: Final = 10
 _SILENCE_BITS_A_CHARACTER: Final = 11
-"""Of the silence that ends a Modbus frame, as its specification counts."""
+"""Bits in each character of the silence that ends a Modbus frame, according to the specification."""
 
 _DYNAMIXEL_BYTES: Final = 39 + 19 + 5 * 22 + 14 + 51 + 14 + 18
-"""Sync Write of five goals; Sync Read of current, velocity and position; a Read of the status registers, and of the ports: 11 bytes and
-on average 7 that tell its answer from others."""
+"""Sync Write of five goals; Sync Read of current, velocity and position; Read of the status registers and of the ports:
+11 bytes and on average 7 that distinguish its answer from others.
+"""
 _DYNAMIXEL_PORT_BYTES: Final = 2
 _DYNAMIXEL_ANSWERS: Final = 7
 _MODBUS_INPUTS_BYTES: Final = 8 + 6
 _MODBUS_READ_BYTES: Final = 8 + 5
-"""Besides two bytes for each register read."""
+"""Without the two bytes for each register read."""
 _MODBUS_WRITE_BYTES: Final = 13 + 8
 _MODBUS_BOTH_BYTES: Final = 17 + 5
-"""Function 23, besides two bytes for each register read."""
+"""Function 23, without the two bytes for each register read."""
 
 
 def max_cycle_hz(config: "StationConfig") -> float:
-    """Cycles a second at which the line would never be idle."""
+    """Return the cycles a second at which the bus would never be idle."""
     return 1e9 / cycle_time_ns(config)
 
 
 def cycle_time_ns(config: "StationConfig") -> float:
-    """How long the bytes of one cycle, setpoints included, and the silences and delays between them take."""
+    """Return the time of one cycle's bytes, setpoints included, and of the silences and delays between them."""
     byte_ns = BITS_A_BYTE * 1e9 / config.baud
     delay_ns = config.return_delay_us * 1e3
     if config.protocol == "dynamixel":
@@ -38,7 +39,7 @@ def cycle_time_ns(config: "StationConfig") -> float:
     drives, registers = len(config.axes), 2 * config.modbus.block_registers
     exchanges = 1 + drives if config.modbus.function_23 else 1 + 2 * drives
     both = _MODBUS_BOTH_BYTES if config.modbus.function_23 else _MODBUS_READ_BYTES + _MODBUS_WRITE_BYTES
-    # Silence ends the request, and again the answer, before the next request may begin.
+    # A silence ends the request, and another one the answer, before the next request may begin.
     apart_ns = 2 * silence_ns(config) + delay_ns
     verified_registers = max((span.stop - span.start for span in config.modbus.verified_spans), default=0)
     verification = _MODBUS_READ_BYTES + 2 * verified_registers if verified_registers else 0
@@ -47,5 +48,5 @@ def cycle_time_ns(config: "StationConfig") -> float:
 
 
 def silence_ns(config: "StationConfig") -> float:
-    """The silence that ends a Modbus frame."""
+    """Return the silence that ends a Modbus frame."""
     return config.modbus.silence_characters * _SILENCE_BITS_A_CHARACTER * 1e9 / config.baud

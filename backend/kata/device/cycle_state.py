@@ -1,4 +1,4 @@
-"""What is known of the apparatus at the beginning of a cycle, gathered from this cycle's received and earlier ones."""
+"""The state of the apparatus at the beginning of a cycle, built from this cycle's sample and earlier samples."""
 
 import math
 from typing import Final, Literal
@@ -11,102 +11,108 @@ from kata.device.config_rules import OVERTORQUE
 from kata.device.messages import TorqueState
 
 _TORQUE_SETTLING_NS: Final = 50_000_000
-"""A drive's word on its torque counts from this long after the torque was switched."""
+"""A drive's torque report counts only if it is at least this much later than the last torque command."""
 _MAX_TORQUE_REPORT_AGE_MS: Final = 1000.0
-"""A drive's word on its torque counts for this long; its status is read every few cycles."""
+"""Limits the age of a drive's torque report. Each drive's status is read every few cycles."""
 _PEDAL_DEBOUNCE_NS: Final = 20_000_000
-"""A pedal contact that bounces for less than this has not moved."""
+"""A pedal contact that bounces for less than this has not changed."""
 _NO_SAMPLE: Final = BusSample(drives=(), inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
 Limits = tuple[tuple[float, float], ...]
-"""Lowest and highest setpoint of each axis, degrees."""
+"""Lowest and highest setpoint of each axis, in degrees."""
 
 
 class LoopContext(Struct, frozen=True):
-    """What the loop itself knows, besides what the bus said."""
+    """The part of the state that comes from the loop, not from the bus."""
 
     late_ms: float
     service_age_ms: float
     run_id_mismatches: int
-    """How often in a row the service named another run than the one that goes on."""
+    """Number of consecutive heartbeats in which the service named another run than the active one."""
     journal_ok: bool
     limits_deg: Limits
-    """The tightest of mechanism and run."""
+    """The tightest of the mechanism's and the run's limits."""
     rate_hz: int
-    """Setpoints a second: the run's own, without one the station's."""
+    """Setpoints a second: the run's rate, or the station's rate without a run."""
     torque_inherited: bool = False
-    """Torque is neither commanded on nor off: the port has been opened, and a drive may hold an arm."""
+    """True after the port was opened, until torque is commanded on or off: a drive may still hold an arm."""
 
 
 class CycleState(Struct, frozen=True):
-    """What is known at the beginning of a cycle. Tuples have five entries, axis order.
+    """The state at the beginning of a cycle. Tuples have five entries, in axis order.
 
-    What *lasts* is counted from the first bad cycle, and one good one clears it.
+    Durations count from the first bad cycle. One good cycle resets them.
     """
 
     t_ns: int
     context: LoopContext
     bus_ok: bool
     complete: bool
-    """Every drive, its status and the inputs have been seen since the bus is there, every register is verified, and no drive has torque."""
+    """True if every drive, its status and the inputs have been read since the port was opened, every register is
+    verified, and no drive has torque.
+    """
     estop: Contact
     contacts_disagree_ms: float
-    """How long the two antivalent contacts of the emergency stop have said the same."""
+    """How long the two antivalent contacts of the emergency stop have reported the same state."""
     pedal_down: bool | None
-    """None: unknown."""
+    """None if unknown."""
     measured_deg: tuple[float, ...]
-    """The newest known; NaN where a drive never answered."""
+    """The newest known angles; NaN for a drive that has never answered."""
     speed_deg_s: tuple[float, ...]
     torque_nm: tuple[float, ...]
     drive_age_ms: tuple[float, ...]
-    """inf where a drive never answered."""
+    """inf for a drive that has never answered."""
     status_age_ms: tuple[float, ...]
-    """Since the status came, or since the port was opened where none has come; inf without a port."""
+    """Age of the last status. Without a status: time since the port was opened. Without a port: inf."""
     corrupt: tuple[bool, ...]
-    """Since its last sound answer something unsound came at least as often as nothing. Once is not enough: what a busy computer
-    hands over late looks unsound too, and a drive that is switched off is not to be called damaged for that.
+    """True if, since the drive's last valid answer, corrupt answers came at least as often as time-outs. One corrupt
+    answer is not enough: data that a busy computer delivers late also looks corrupt, and a drive that is switched off
+    must not be reported as corrupt.
     """
     measured_t_ns: int | None
-    """When this cycle's angles came; None unless all five did."""
+    """When this cycle's angles arrived; None unless all five arrived."""
     hardware_error: tuple[int, ...]
-    """Of the newest status, or 1 where the newest answer carries the alert bit; 0 for none."""
+    """From the newest status, or 1 if the newest answer has the alert bit; 0 for no error."""
     watchdog_tripped: tuple[bool, ...]
     torque_reported: tuple[bool | None, ...]
-    """What each drive last said of its torque; None while that may be older than the last switching."""
+    """The last torque report of each drive; None if it may be older than the last torque command."""
     torque: tuple[TorqueState, ...]
-    """What is known of each drive's torque, never more reassuring than its own word."""
+    """The known torque state of each drive. It is never more optimistic than the drive's own report."""
     verified: tuple[bool, ...]
-    """Every configured register of the drive has its value, as far as its newest status on this connection tells."""
+    """True if every configured register of the drive has its value, according to its newest status on this connection.
+    """
     mismatch: tuple[str, ...]
-    """The register that has another value; empty where none is known."""
+    """Name of a register with a wrong value; empty if none is known."""
     reset: tuple[bool, ...]
-    """A register had another value, and the drive has not been verified again since."""
+    """True from when a register had a wrong value until the drive is verified again."""
     torque_on: bool
-    """What was last commanded."""
+    """The last torque command."""
     setpoint_deg: tuple[float, ...]
     setpoint_cycles: int
-    """Since it was worked out, not since it was sent. In cycles: time that the loop itself has lost is an overrun."""
+    """Cycles since the setpoint was computed, not since it was sent. It counts cycles because time that the loop loses
+    is a fault of its own (overrun).
+    """
     following_ms: tuple[float, ...]
     """How long each axis has been further from its setpoint than allowed."""
     overtorque_ms: tuple[float, ...]
-    """How long each drive has given more than its rated torque."""
+    """How long each drive has exceeded its rated torque."""
     accelerating_ms: tuple[float, ...]
-    """How long each axis has changed its speed faster than allowed."""
+    """How long each axis has exceeded its acceleration limit."""
     jump_deg: tuple[float, ...]
-    """How much further than it can the axis seems to have moved between its last two answers."""
+    """By how much the apparent movement between the last two answers exceeds the possible movement."""
     frozen_deg: tuple[float, ...]
-    """How far the setpoint has gone while the drive reported the very same position again and again."""
+    """How far the setpoint has moved while the drive reported exactly the same position."""
 
 
 class _Duration:
-    """For how long something has held without a break, for each axis."""
+    """Measures for each axis how long a condition has held without interruption."""
 
     def __init__(self, axes: int) -> None:
         self._since_ns: list[int | None] = [None] * axes
 
     def ms(self, axis: int, t_ns: int, holds: bool) -> float:
-        """Milliseconds up to ``t_ns``; 0 in the first cycle, and when it does not hold."""
+        """Return the milliseconds up to ``t_ns``; 0 in the first cycle and when the condition does not hold."""
         since_ns = self._since_ns[axis]
         if not holds:
             self._since_ns[axis] = None
@@ -117,7 +123,7 @@ class _Duration:
 
 
 class CycleStateBuilder:
-    """Keeps the newest reply of everybody, and says how old it is."""
+    """Keeps the newest answer of every drive and input, and builds the state of each cycle from them."""
 
     def __init__(self, config: StationConfig) -> None:
         self._config = config
@@ -135,7 +141,7 @@ class CycleStateBuilder:
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._opened = False
         self._opened_ns = -math.inf
-        """When the port was opened; -inf without one."""
+        """When the port was opened; -inf without a port."""
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
@@ -145,7 +151,7 @@ class CycleStateBuilder:
         self._setpoint_cycles = 0
 
     def record_command(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...], setpoint_t_ns: int) -> None:
-        """Remember what the drives were told in this cycle, and when that setpoint was worked out."""
+        """Record the commands sent in this cycle and when the setpoint was computed."""
         if torque_on != self._torque_on:
             self._torque_on = torque_on
             self._torque_switched_ns = t_ns
@@ -153,14 +159,16 @@ class CycleStateBuilder:
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
 
     def poll_estop(self, inputs: InputSample) -> None:
-        """What the inputs said between two cycles. An open switch, at which torque was cut, counts whatever it says next."""
+        """Record the inputs read between two cycles. If the switch was open, it counts as open in the next cycle too:
+        torque was cut.
+        """
         self._inputs = inputs
         if inputs.estop_open:
             self._opened = True
             self._torque_switched_ns = inputs.t_ns
 
     def build(self, t_ns: int, sample: BusSample | None, context: LoopContext) -> CycleState:
-        """Take in this cycle's received (None: the bus is not there) and tell what is known at ``t_ns``."""
+        """Add this cycle's sample (None without a port) and return the state at ``t_ns``."""
         received = sample or _NO_SAMPLE
         self._take(t_ns, received, bus_ok=sample is not None)
         inputs = self._inputs
@@ -215,7 +223,7 @@ class CycleStateBuilder:
                 self._timeouts[n] += n in received.timed_out
                 self._corrupt[n] += n in received.corrupt
         if not bus_ok:
-            # A drive that comes back may have been without power: its last status no longer counts.
+            # A drive that comes back may have lost power: its last status no longer counts.
             self._status = [None] * len(self._status)
             self._opened_ns = -math.inf
         elif self._opened_ns == -math.inf:
@@ -254,7 +262,9 @@ class CycleStateBuilder:
         return status.torque_on
 
     def _update_torque(self, t_ns: int, *, bus_ok: bool) -> None:
-        """A drive has torque from the command on until it says itself that it has none; without a recent word it is unknown."""
+        """Update the torque states. A drive has torque from the command until it reports none; without a recent report
+        it is unknown.
+        """
         for n, status in enumerate(self._status):
             reported = self._torque_reported(status)
             recent = status is not None and _age_ms(t_ns, status.t_ns) <= _MAX_TORQUE_REPORT_AGE_MS
@@ -269,7 +279,7 @@ class CycleStateBuilder:
         status, drive = self._status[n], self._drives[n]
         return (status.hardware_error if status else 0) or int(drive is not None and drive.alert)
 
-    # -- one axis each, judged over more than this cycle ------------------------------------------------------------
+    # -- conditions of one axis over several cycles -----------------------------------------------------------------
 
     def _exceeds_following_error(self, n: int) -> bool:
         drive = self._drives[n]
@@ -309,5 +319,7 @@ class CycleStateBuilder:
 
 
 def _age_ms(t_ns: int, then_ns: float) -> float:
-    """A cycle's time is its deadline; what was answered within it is a little younger than that, so of age 0."""
+    """Return the age in milliseconds. A cycle's time is its deadline; answers that arrive within the cycle are later
+    and have age 0.
+    """
     return max(0, t_ns - then_ns) / 1e6

@@ -1,8 +1,8 @@
-"""What stops the apparatus: one row a fault, judged every cycle from that cycle's facts alone.
+"""The fault table and its evaluation: one row for each fault, evaluated every cycle from that cycle's state alone.
 
-A fault is latched when its condition first holds, and counts as cleared while it no longer does. Each row says how to
-stop, because torque off can itself be the harm (the arm drops): category 0 cuts torque in the same cycle, category 1
-ramps down first, category 2 ramps down and holds the arm until somebody acknowledges.
+A fault is latched when its condition first holds, and is cleared when the condition no longer holds. Each row states
+how to stop, because torque off can itself do harm (the arm drops). Category 0 cuts torque in the same cycle. Category 1
+ramps down, then cuts torque. Category 2 ramps down and holds the arm until the operator acknowledges.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -16,7 +16,9 @@ from kata.device.cycle_state import CycleState, Limits
 from kata.messages import Template
 
 MAX_OVERRUN_MS: Final = 250.0
-"""Setpoints this late: the arm has stood still, and the present setpoint is no longer near it in time."""
+"""Limits how late a setpoint may be. After this time the arm has stopped, and the present setpoint is no longer near
+it.
+"""
 _MAX_STEP_SHARE: Final = 1.5
 _STEP_TOLERANCE_DEG: Final = 1.0
 _ROUNDING_DEG: Final = 1e-6
@@ -24,21 +26,25 @@ _MAX_OVERTORQUE_MS: Final = 100.0
 _MAX_OVERACCELERATION_MS: Final = 30.0
 _MAX_JUMP_DEG: Final = 5.0
 MAX_FROZEN_SETPOINT_DEG: Final = 8.0
-"""So far a setpoint may go before the drive has answered to it with a single count of its encoder."""
+"""Limits how far a setpoint may move before the drive reports a change of at least one encoder count."""
 _MAX_SETPOINT_PERIODS: Final = 3
 _MAX_STATUS_AGE_MS: Final = 1000.0
 _MAX_RUN_ID_MISMATCHES: Final = 3
 
 Key = tuple[str, int | None]
-"""A fault's code and axis (0-4) or None."""
+"""Fault code, and axis (0-4) or None."""
 
 Condition = Callable[[CycleState, StationConfig], Iterable[int | None]]
-"""The axes (0-4) for which the fault holds; a single None where it belongs to no axis; nothing where it does not hold."""
+"""Returns the axes (0-4) for which the fault holds; a single None for a fault without an axis; nothing if it does not
+hold.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row of the table. The code of ``message`` is the fault's; its parameter, if it has one, is the motor's number."""
+    """One row of the table. The code of ``message`` is the fault's code. If the message has a parameter, it is the
+    motor number.
+    """
 
     code: str
     category: Literal[0, 1, 2]
@@ -110,7 +116,7 @@ def _contacts_disagree(state: CycleState, config: StationConfig) -> Iterable[Non
 def _position_limit(state: CycleState, config: StationConfig) -> Iterable[int]:
     if not state.torque_on:
         return ()
-    # Half of the tolerance is in the limits of what may be commanded already.
+    # The commanded limits already contain half of the tolerance.
     tolerance = config.limit_tolerance_deg / 2
     measured = zip(state.context.limits_deg, state.measured_deg, strict=True)
     return (n for n, ((low, high), angle) in enumerate(measured) if not low - tolerance <= angle <= high + tolerance)
@@ -170,7 +176,7 @@ def _journal_fault(state: CycleState, config: StationConfig) -> Iterable[None]:
 
 
 def _raised_by_an_act(state: CycleState, config: StationConfig) -> Iterable[None]:
-    """Raised by an act, or before something is sent, and not by a condition; cleared at once."""
+    """Return nothing: code raises this fault itself, by a command or before it sends a setpoint. It is cleared at once."""
     return ()
 
 
@@ -363,13 +369,13 @@ FAULTS: Final = (
         _raised_by_an_act,
     ),
 )
-"""The fault table, most telling first."""
+"""The fault table. The most informative faults come first."""
 
 FAULT_BY_CODE: Final = {fault.code: fault for fault in FAULTS}
 
 
 def largest_step_deg(axis: Axis, rate_hz: int) -> float:
-    """From one setpoint to the next, of so many a second."""
+    """Return the largest allowed change from one setpoint to the next at ``rate_hz`` setpoints a second, in degrees."""
     return _MAX_STEP_SHARE * axis.max_speed_deg_s / rate_hz + _STEP_TOLERANCE_DEG
 
 
@@ -380,10 +386,13 @@ def refused_setpoints(
     config: StationConfig,
     rate_hz: int,
 ) -> list[Key]:
-    """The last look at a setpoint before it is sent: beyond a limit, too far from the last one, or too abrupt.
+    """Check a setpoint before it is sent. Return the faults: beyond a limit, too far from the last setpoint, or too
+    much acceleration.
 
-    ``last_deg``: the one or two that went before, the newest last. ``rate_hz``: setpoints a second. Not a number is
-    further than any limit.
+    :param last_deg: the last one or two setpoints, the newest last.
+    :param rate_hz: setpoints a second.
+
+    NaN violates every limit.
     """
     newest = last_deg[-1]
     found: list[Key] = []

@@ -1,8 +1,8 @@
-"""Between the control thread and the service: commands in, telemetry and journals out.
+"""The link between control thread and service: commands in, telemetry and journals out.
 
-The control thread's side takes and leaves without ever waiting. The I/O thread's side moves small messages between queues
-and the socket to the service, and does nothing that takes long: a Stop waits for nothing. Threads of their own write the
-journals (:mod:`kata.device.journal_set`) and wait for recordings to be checked (:mod:`kata.device.loader`).
+The control thread's methods never wait. The I/O thread moves small messages between the queues and the service's socket
+and does no long work: a Stop waits for nothing. Other threads write the journals (:mod:`kata.device.journal_set`) and
+wait for recordings to be checked (:mod:`kata.device.loader`).
 """
 
 import logging
@@ -55,12 +55,13 @@ log = logging.getLogger(__name__)
 
 _POLL_S: Final = 0.01
 _RECEIVE_BYTES: Final = 1 << 18
-"""Limits how much is received before the other sources are looked at again."""
+"""Limits how much is received before the other sources are served again."""
 _LARGE_READ_BYTES: Final = 1 << 16
-"""So much at once are parts of a Load."""
+"""A read of this size is part of a Load."""
 _PAUSE_AFTER_LARGE_READ_S: Final = 0.001
-"""After so much, to limit the processor's time that a Load takes: the kernel thread that brings the bus's bytes has no priority, and
-this thread has one. A Stop may wait for it."""
+"""Pause after a large read. It limits the processor time that a Load takes: the kernel thread that delivers the bus's
+bytes has no priority, and this thread has one. A Stop may wait for this pause.
+"""
 _MAX_QUEUED_SNAPSHOTS: Final = 20
 _MAX_QUEUED_COMMANDS: Final = 100
 _FINAL_SEND_LIMIT_S: Final = 1.0
@@ -73,16 +74,16 @@ _ALREADY_LOADING: Final = Refusal.of(
 
 @dataclass(frozen=True)
 class QueuedCommand:
-    """A command on its way to the machine; what could be checked outside the control thread has been."""
+    """A command for the state machine. Everything that can be checked outside the control thread has been checked."""
 
     id: int
     command: Command
     trajectory: Trajectory | None = None
-    """Of a Load, as its correction."""
+    """Trajectory and correction belong to a Load."""
     refusal: Refusal | None = None
     correction: Correction | None = None
     stop_requests: int = 0
-    """How many Stop commands had come before it."""
+    """Number of Stop commands received before this command."""
 
 
 class Heartbeats(NamedTuple):
@@ -96,80 +97,84 @@ class Heartbeats(NamedTuple):
 
 @dataclass
 class _Loading:
-    """A Load that has been accepted, and is being received or checked."""
+    """A Load that has been accepted and is being received or checked."""
 
     request: Request
     stop_requests: int
     bytes_left: int = LONGEST_LOAD_BYTES
     complete: bool = False
-    """All of it is with the loader, which will have a result."""
+    """The loader has all parts and will return a result."""
     discarded: bool = False
-    """It has been answered; its result is not wanted."""
+    """The Load has been answered; its result is ignored."""
 
 
 class Loader(Protocol):
-    """What takes Loads and brings references back: :class:`kata.device.loader.ReferenceLoader`."""
+    """Takes Loads and returns references: :class:`kata.device.loader.ReferenceLoader`."""
 
     def send(self, message: Request | LoadPart) -> None:
         """Pass on a Load or a part of it; never waits."""
 
     def results(self) -> Iterator[tuple[int, Reference | Refusal]]:
-        """Take what has come since the last time, each with the id of its Load."""
+        """Return the new results, each with the id of its Load."""
 
 
 class ServiceLink(Protocol):
-    """What the control loop wants of the other side; nothing here ever waits."""
+    """The service as the control loop sees it. No method waits."""
 
     @property
     def stop_requests(self) -> int:
-        """How many Stop commands have come; it only grows. One that :meth:`take_stop` has not returned yet is counted already."""
+        """Number of Stop commands received; it only grows. A Stop that :meth:`take_stop` has not returned yet is
+        counted already.
+        """
 
     @property
     def closing(self) -> bool:
-        """The service is gone, or asked this process to end."""
+        """True if the service is gone or asked this process to end."""
 
     @property
     def heartbeats(self) -> Heartbeats:
-        """How many heartbeats came, and the run that the last one named."""
+        """Number of heartbeats received, and the run that the last one named."""
 
     @property
     def dropped(self) -> int:
-        """Snapshots that a slow service never got."""
+        """Number of snapshots dropped because the service was slow."""
 
     @property
     def journal_ok(self) -> bool:
-        """Everything measured has found its way to the disk so far."""
+        """False if a journal could not be written."""
 
     def take_stop(self) -> StopCode | None:
-        """Why to stop, if a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
+        """Return why to stop if a Stop arrived since the last cycle. It is a flag of its own: no command can be ahead
+        of it.
+        """
 
     def take_command(self) -> QueuedCommand | None:
-        """At most one command a cycle."""
+        """Return at most one command in each cycle."""
 
     def service_age_ms(self, t_ns: int) -> float:
-        """Since the service was last heard; infinite when it is gone."""
+        """Return the milliseconds since the last message of the service; infinite when it is gone."""
 
     def reply(self, reply: Reply) -> None:
         """Answer a command."""
 
     def publish_event(self, event: Event) -> None:
-        """Tell what happened."""
+        """Send an event."""
 
     def publish_snapshot(self, snapshot: Snapshot) -> None:
-        """Tell the present state; one unsent may give way."""
+        """Send the present state. An unsent snapshot may be dropped for it."""
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        """A new journal, which is written until it is finished."""
+        """Open a journal. It is written until it is finished."""
 
     def wake(self) -> None:
-        """At the end of a cycle: what it has left, its sample above all, goes on its way now."""
+        """Wake the other threads at the end of a cycle to send and write what the cycle has left."""
 
 
 class SocketServiceLink:
-    """The queues, and the threads that serve them: the :class:`ServiceLink` of a device process."""
+    """The :class:`ServiceLink` of a device process: the queues and the threads that serve them."""
 
     def __init__(self, config: StationConfig, connection: socket.socket, journals: JournalSet, loader: Loader) -> None:
-        """``loader``: started, and told to call :meth:`wake`, by the caller."""
+        """``loader``: started by the caller, which makes it call :meth:`notify`."""
         self._config = config
         self._socket = connection
         self._journal_set = journals
@@ -178,27 +183,27 @@ class SocketServiceLink:
         self._loading: _Loading | None = None
         self._commands: deque[QueuedCommand] = deque()
         self._stops: deque[StopCode] = deque()
-        """Stop commands that the control thread has not taken."""
+        """Stop commands that the control thread has not taken yet."""
         self._last_received_ns = time.monotonic_ns()
         self._snapshots: deque[Snapshot] = deque()
         self._latest_snapshot: Snapshot | None = None
         self._replies: list[Reply] = []
-        """Of this cycle."""
+        """Replies of this cycle."""
         self._outbound_messages: deque[Reply | Event | JournalClosed] = deque()
         self._finished = threading.Event()
         self._woken = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
         self._receive_buffer = memoryview(bytearray(_RECEIVE_BYTES))
-        """Kept: with locked memory each new one would be 64 pages that the kernel clears at once."""
+        """Allocated once: with locked memory, a new buffer would be 64 pages that the kernel clears at once."""
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
         self.heartbeats: Heartbeats = Heartbeats(0, None)
-        """How many heartbeats came, and the run that the last one named."""
+        """Number of heartbeats received, and the run that the last one named."""
         self.dropped = 0
-        """Snapshots that a slow service never got."""
+        """Number of snapshots dropped because the service was slow."""
         self.stop_requests = 0
-        """How many Stop commands have come."""
+        """Number of Stop commands received."""
 
     def start(self) -> None:
         """Start the threads."""
@@ -206,14 +211,14 @@ class SocketServiceLink:
         self._journal_threads.start()
 
     def finish(self) -> None:
-        """The control thread has ended: let the last journal reach the disk and the last words the service."""
+        """Write the last journal to disk and send the last messages. Call this when the control thread has ended."""
         self._journal_threads.finish()
         self._finished.set()
         self._wake_io()
         self._thread.join()
         os.close(self._woken)
 
-    # -- the control thread's side --------------------------------------------------------------------------------
+    # -- called by the control thread -----------------------------------------------------------------------------
 
     def take_stop(self) -> StopCode | None:
         """See :class:`ServiceLink`."""
@@ -226,10 +231,11 @@ class SocketServiceLink:
     def take_command(self) -> QueuedCommand | None:
         """See :class:`ServiceLink`.
 
-        A Stop may come at any moment in between. The I/O thread first counts it, then leaves it for :meth:`take_stop`, then
-        discards what is queued; what comes later bears the new count. So a command with an old count came before the Stop and is
-        discarded here, if it was taken just before the I/O thread would have done so. One with the new count, while the Stop still
-        waits, came after it and must not be carried out before it: it waits for the next cycle, which takes the Stop first.
+        A Stop may arrive at any moment. The I/O thread first counts it, then queues it for :meth:`take_stop`, then
+        discards the queued commands. Later commands carry the new count. A command with an old count therefore arrived
+        before the Stop: this method discards it if it took the command just before the I/O thread could. A command with
+        the new count, while the Stop still waits, arrived after the Stop and must not run before it: it waits for the
+        next cycle, which takes the Stop first.
         """
         try:
             taken = self._commands.popleft()
@@ -275,17 +281,17 @@ class SocketServiceLink:
     def wake(self) -> None:
         """See :class:`ServiceLink`.
 
-        Replies go now: the service may send a Load on the strength of one, which is judged by this cycle's snapshot.
+        Replies are sent now: after a reply the service may send a Load, which is checked against this cycle's snapshot.
         """
         self._outbound_messages.extend(self._replies)
         self._replies.clear()
         self._wake_io()
         self._journal_threads.wake()
 
-    # -- the other threads' side ----------------------------------------------------------------------------------
+    # -- called by the other threads ------------------------------------------------------------------------------
 
     def notify(self) -> None:
-        """The loader has a result."""
+        """Wake the I/O thread: the loader has a result."""
         self._wake_io()
 
     def _wake_io(self) -> None:
@@ -295,7 +301,7 @@ class SocketServiceLink:
         self._outbound_messages.append(JournalClosed(path=str(journal)))
 
     def _close(self) -> None:
-        """A thread has ended: the control thread must not go on without it."""
+        """End the control thread too: it must not run without this thread."""
         self.closing = True
 
     def _serve(self) -> None:
@@ -342,7 +348,7 @@ class SocketServiceLink:
                 self._last_received_ns = time.monotonic_ns()
                 self._decode(encoded)
         except ValueError as error:
-            log.error("the service cannot be understood any more: %s", error)
+            log.error("invalid data from the service, closing the link: %s", error)
             self.closing = True
         if count >= _LARGE_READ_BYTES:
             time.sleep(_PAUSE_AFTER_LARGE_READ_S)
@@ -351,7 +357,7 @@ class SocketServiceLink:
         try:
             message = self._decoder.decode(encoded)
         except msgspec.MsgspecError as error:
-            log.error("a message that cannot be understood was ignored: %s", error)
+            log.error("ignored an invalid message: %s", error)
             return
         match message:
             case Heartbeat():
@@ -377,11 +383,11 @@ class SocketServiceLink:
             self._commands.append(QueuedCommand(request.id, request.command, stop_requests=self.stop_requests))
 
     def _stop(self, request_id: int, because: StopCode) -> None:
-        """In this order: see :meth:`take_command`."""
+        """Count, queue, discard, in this order: see :meth:`take_command`."""
         self.stop_requests += 1
         self._stops.append(because)
         while self._commands:
-            # The control thread may have taken the last one just now.
+            # The control thread may have just taken the last one.
             with suppress(IndexError):
                 self._refuse(self._commands.popleft().id, STOPPED_MEANWHILE)
         self._discard_load(STOPPED_MEANWHILE)
@@ -393,7 +399,7 @@ class SocketServiceLink:
     # -- loading --------------------------------------------------------------------------------------------------
 
     def _begin_load(self, request: Request, load: Load) -> None:
-        """Refuse what can be refused at once; the control thread has the last word when the recording has been checked."""
+        """Refuse at once what can be refused at once. The control thread decides when the recording has been checked."""
         refusal_in_mode = self._latest_snapshot.refusals.get("load") if self._latest_snapshot else None
         refusal = (
             refusal_in_mode or other_side(load.side, self._config.side) or (_ALREADY_LOADING if self._loading else None)
@@ -421,7 +427,7 @@ class SocketServiceLink:
             return
         self._refuse(loading.request.id, refusal)
         if loading.complete:
-            # The loader is busy with it until its result comes.
+            # The loader works on it until its result comes.
             loading.discarded = True
         else:
             self._loading = None
@@ -445,7 +451,7 @@ class SocketServiceLink:
     def _send(self, outgoing: bytearray) -> None:
         if self.closing and not outgoing and not self._outbound_messages:
             return
-        # Snapshots wait here, and the oldest are dropped, while the service does not read.
+        # While the service does not read, snapshots wait in the queue and the oldest are dropped.
         if len(outgoing) < 1 << 16:
             messages: list[FromDevice] = [
                 self._outbound_messages.popleft() for _ in range(len(self._outbound_messages))

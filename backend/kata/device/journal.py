@@ -1,9 +1,9 @@
-"""What a teaching or a run measured, on disk before anybody else has it.
+"""The journal of a teaching or a run: its samples, on disk before any other program has them.
 
-One file each: a header line of JSON, then records of type, length, payload and CRC-32. It is valid at any byte: what
-stands before the first record that is cut or damaged is good. The CRC begins with the header, so that a disk block that
-once belonged to another journal, and comes back after a power cut, is damaged here. The control thread appends to a ring
-in memory; others write and sync (:mod:`kata.device.journal_set`). The service reads finished files into the database.
+Each journal is one file: a header line of JSON, then records of type, length, payload and CRC-32. The file is valid at
+any length: every record before the first cut or damaged one is good. The CRC includes the header, so a disk block of an
+older journal that reappears after a power cut is detected as damaged. The control thread appends to a ring in memory;
+other threads write and sync (:mod:`kata.device.journal_set`). The service reads finished files into the database.
 """
 
 import fcntl
@@ -35,11 +35,11 @@ PHASE_RETURNING: Final = 4
 PHASE_STOPPING: Final = 5
 PHASE_REVERSING: Final = 6
 PHASE_REDUCED_RANGE: Final = 7
-"""Playing with less range than was asked for at load."""
+"""Playing with a reduced range."""
 
 SUFFIX: Final = ".journal"
 _RING_RECORDS: Final = 6000
-"""A minute at 100 Hz: longer than any disk may keep us waiting."""
+"""A minute at 100 Hz: longer than any disk may delay a write."""
 
 _CLAIM_AGAIN_S: Final = 0.02
 
@@ -62,21 +62,21 @@ _ROW: Final = np.dtype(
 
 
 class JournalError(ValueError):
-    """The file is not a journal, or not one this version can read."""
+    """The file is not a journal, or this version cannot read it."""
 
 
 class FolderInUseError(Exception):
-    """Another process holds the folder of journals; the message says which folder."""
+    """Another process has locked the folder of journals; the message names the folder."""
 
 
 @contextmanager
 def claimed(folder: Path, within_s: float) -> Iterator[None]:
-    """Hold the folder alone: a journal is imported when nobody writes it any more, and one device process is enough.
+    """Lock the folder: a journal is imported only when no process writes it, and only one device process may run.
 
-    The claim goes with the process, however that ends. A device process that has lost its service holds it until its last
-    journal is whole.
+    The lock ends with the process. A device process that has lost its service holds it until its last journal is
+    complete.
 
-    :raises FolderInUseError: when somebody else still holds it after ``within_s``.
+    :raises FolderInUseError: when another process still holds the lock after ``within_s``.
     """
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
@@ -104,13 +104,13 @@ class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format
     station: str
     rate_hz: int
     started_at: datetime
-    """UTC, by the station's wall clock."""
+    """UTC, from the station's wall clock."""
     started_ns: int
-    """The same moment by the monotonic clock, which samples carry."""
+    """The same moment on the monotonic clock that the samples use."""
 
 
 class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
-    """Last record: why it ended. A journal without one ended with its process."""
+    """Last record: why the journal ended. A journal without it ended with its process."""
 
     reason: Literal["finished", "completed", "returned", "stopped", "unloaded"]
     cause_code: str | None = None
@@ -121,7 +121,9 @@ class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Journal:
-    """One journal, read. ``n`` samples: a teaching holds those taken with the pedal down, a run all with torque on."""
+    """One journal as read from disk, with ``n`` samples. A teaching has samples while the pedal was down, a run while
+    torque was on.
+    """
 
     kind: Literal["teaching", "run"]
     id: str
@@ -131,9 +133,9 @@ class Journal:
     started_at: datetime
     started_ns: int
     t_ns: NDArray[np.int64]
-    """(n,) monotonic clock of the device, when the drives answered."""
+    """(n,) when the drives answered, on the device's monotonic clock."""
     take: NDArray[np.uint32]
-    """(n,) from 1: press of the pedal to its release."""
+    """(n,) number of the take, from 1: from a press of the pedal to its release."""
     phase: NDArray[np.uint8]
     """(n,) PHASE_*; 0 in teaching."""
     path_s: NDArray[np.float64]
@@ -144,11 +146,11 @@ class Journal:
     """(n, 5) each, axis order."""
     end: JournalEnd | None
     truncated: bool
-    """Something followed the last good record."""
+    """True if cut or damaged data followed the last good record."""
 
     @property
     def repetition(self) -> Repetition:
-        """A run as something to learn from."""
+        """The samples of a run as input for learning."""
         return Repetition(
             self.path_s,
             self.measured_deg.astype(np.float64),
@@ -158,22 +160,22 @@ class Journal:
 
 
 class JournalDisk:
-    """What a journal asks of the disk; tests put a disk of their own here, and cut its power after any call."""
+    """File operations of a journal. Tests replace them with a disk whose power they can cut after any call."""
 
     def create(self, path: Path) -> int:
-        """A new file, open for appending."""
+        """Create a file and open it for appending."""
         return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o640)
 
     def write(self, file: int, data: bytearray) -> int:
-        """Append some of it, as far as there is room: how many bytes."""
+        """Append as much of the data as fits. Return the number of bytes written."""
         return os.write(file, data)
 
     def sync(self, file: int) -> None:
-        """Wait until what has been written survives a power cut."""
+        """Wait until the written data survives a power cut."""
         os.fdatasync(file)
 
     def sync_folder(self, folder: Path) -> None:
-        """Wait until the names in it survive a power cut."""
+        """Wait until the names in the folder survive a power cut."""
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
             os.fsync(handle)
@@ -181,24 +183,24 @@ class JournalDisk:
             os.close(handle)
 
     def close(self, file: int) -> None:
-        """Done with it."""
+        """Close the file."""
         os.close(file)
 
 
 class JournalWriter:
-    """Appends to one journal. Three threads, a method or two each, none waits for another.
+    """Appends to one journal. Three threads use it, each calls one or two methods, and none waits for another.
 
-    ``sample`` and ``finish`` touch no file; ``write`` fills the page cache, which outlives the process; ``sync`` waits
-    for the disk, which outlives the power.
+    ``append_sample`` and ``finish`` touch no file. ``write`` fills the page cache, which outlives the process. ``sync``
+    waits for the disk, which outlives a power cut.
     """
 
     def __init__(self, folder: Path, header: JournalHeader, files: JournalDisk) -> None:
-        """Name the file and queue its header; nothing touches the disk before the first :meth:`write`."""
+        """Name the file and queue its header. The first :meth:`write` creates the file."""
         self.path = folder / f"{header.kind}-{header.id}{SUFFIX}"
         self.lost = 0
-        """Samples that found the ring full: a fault, never silent."""
+        """Samples lost because the ring was full. A lost sample is a fault."""
         self.failed = False
-        """The disk has refused something, if only once: it tells of a failed sync once only."""
+        """True if the disk has ever refused an operation. The kernel reports a failed sync only once."""
         line = msgspec.json.encode(header) + b"\n"
         self._seed = zlib.crc32(line)
         self._ring: deque[bytes] = deque([line])
@@ -208,7 +210,7 @@ class JournalWriter:
         self._unwritten = bytearray()
         self._unsynced = False
         self._entered = False
-        """Its name in the folder is on the disk."""
+        """True if the file's name in the folder is on the disk."""
         self._complete = False
 
     def append_sample(
@@ -235,9 +237,9 @@ class JournalWriter:
         self._finished = True
 
     def write(self) -> None:
-        """Write what is queued.
+        """Write the queued records.
 
-        :raises OSError: when the disk will not have it; the next call goes on at the very byte.
+        :raises OSError: when the disk refuses them; the next call continues at the same byte.
         """
         finished = self._finished
         for _ in range(len(self._ring)):
@@ -250,10 +252,10 @@ class JournalWriter:
         self._complete = finished
 
     def sync(self) -> bool:
-        """Wait until what is written is on the disk.
+        """Wait until the written records are on the disk.
 
-        :returns: whether the journal is finished, on disk as a whole, and closed.
-        :raises OSError: when the disk will not have it.
+        :returns: True if the journal is finished, complete on disk, and closed.
+        :raises OSError: when the disk refuses.
         """
         if self._file is None:
             return False
@@ -262,7 +264,7 @@ class JournalWriter:
             self._files.sync_folder(self.path.parent)
             self._entered = True
         if self._unsynced:
-            # Before, not after: what is written meanwhile belongs to the next time.
+            # Reset before the sync: records written during it belong to the next sync.
             self._unsynced = False
             try:
                 self._files.sync(self._file)
@@ -270,29 +272,29 @@ class JournalWriter:
                 self._unsynced = True
                 raise
         if complete:
-            with suppress(OSError):  # the handle is gone all the same, and everything is on the disk
+            with suppress(OSError):  # the handle is invalid anyway, and all data is on the disk
                 self._files.close(self._file)
         return complete
 
 
 def read(path: Path) -> Journal:
-    """Read a journal, up to the first record that is cut or damaged.
+    """Read a journal up to the first cut or damaged record.
 
-    :raises JournalError: when its header is not one of ours.
+    :raises JournalError: when its header is not a journal header.
     :raises OSError: when the file cannot be read.
     """
     return parse(path.read_bytes(), path.name)
 
 
 def parse(data: bytes, name: str) -> Journal:
-    """Read a journal's bytes; see :func:`read`.
+    """Parse a journal's bytes; see :func:`read`.
 
-    :raises JournalError: when its header is not one of ours.
+    :raises JournalError: when its header is not a journal header.
     """
     line, newline, body = data.partition(b"\n")
     if not newline:
-        # The header is written with or before everything else: nothing was kept.
-        raise JournalError(f"{name} is not a journal: it ends before its header does")
+        # The header is written before or together with all other records, so no sample was written.
+        raise JournalError(f"{name} is not a journal: its header is incomplete")
     try:
         header = msgspec.json.decode(line, type=JournalHeader)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
@@ -339,9 +341,9 @@ def synthetic_journal(
     torque_nm: NDArray[np.floating],
     end: JournalEnd,
 ) -> Journal:
-    """A journal that no device has written, of a motion that is known already: one take, or one run that only plays.
+    """Return a journal of a known motion without a device: one take, or one run that only plays.
 
-    ``times_s``: (n,), from 0, and the place on the recording's clock; the others (n, 5), axis order.
+    ``times_s``: (n,), from 0, and also the place on the recording's clock; the other arrays are (n, 5), axis order.
     """
     count = len(times_s)
     return Journal(
@@ -370,7 +372,7 @@ def _record(kind: int, payload: bytes, seed: int) -> bytes:
 
 
 def _records(body: bytes, seed: int) -> Iterator[tuple[int, bytes, int]]:
-    """Good records from the start: type, payload and where the record ends."""
+    """Yield the good records from the start: type, payload and end of the record."""
     position = 0
     while position + _FRAME.size <= len(body):
         kind, length = _FRAME.unpack_from(body, position)

@@ -1,8 +1,8 @@
-"""Every journal that is open, on its way from the control thread's ring to the disk.
+"""The open journals and the threads that move their records from the control thread's ring to the disk.
 
-Writing and syncing are two threads' work. What is written outlives the process, so it must happen at once; a sync takes
-as long as the disk likes, and meanwhile nothing written may wait for it. A disk may keep a write waiting, too: neither
-thread does anything else, and a Stop from the service passes both.
+Two threads write and sync. Written data outlives the process, so writing must happen at once. A sync takes as long as
+the disk needs, and no write may wait for it. A disk may also delay a write: neither thread does anything else, and a
+Stop from the service uses neither.
 """
 
 import logging
@@ -21,7 +21,9 @@ _SYNC_NS: Final = 50_000_000
 
 
 def next_sync_ns(began_ns: int, now_ns: int) -> int:
-    """When to sync again: a disk that takes up to 50 ms for it loses at most 100 ms to a power cut."""
+    """Return when to sync next. A disk that takes up to 50 ms for a sync loses at most 100 ms of samples in a power
+    cut.
+    """
     return max(began_ns + _SYNC_NS, now_ns)
 
 
@@ -29,24 +31,24 @@ class JournalSet:
     """The open journals of one folder."""
 
     def __init__(self, folder: Path, files: JournalDisk | None = None) -> None:
-        """``files``: another disk than the computer's."""
+        """``files``: replaces the computer's disk."""
         self._folder = folder
         self._files = files or JournalDisk()
         self._open: list[JournalWriter] = []
 
     def open(self, header: JournalHeader) -> JournalWriter:
-        """A new journal, kept until it is finished. For the control thread: touches no file."""
+        """Open a journal until it is finished. The control thread calls this; it touches no file."""
         writer = JournalWriter(self._folder, header, self._files)
         self._open.append(writer)
         return writer
 
     @property
     def ok(self) -> bool:
-        """The disk has taken everything of every journal that is open."""
+        """True if the disk has accepted all data of every open journal."""
         return not any(writer.failed for writer in self._open)
 
     def write(self) -> None:
-        """Write what the control thread has left."""
+        """Write what the control thread has queued."""
         for writer in list(self._open):
             try:
                 writer.write()
@@ -54,7 +56,7 @@ class JournalSet:
                 self._failed(writer, error)
 
     def sync(self) -> list[Path]:
-        """Sync what is written; which journals are finished and whole on the disk, and closed."""
+        """Sync what is written. Return the journals that are finished, complete on the disk, and closed."""
         closed = []
         for writer in list(self._open):
             try:
@@ -73,12 +75,13 @@ class JournalSet:
 
 
 class JournalThreads:
-    """The thread that writes the journals of a keeper, and the one that syncs them."""
+    """The thread that writes a set of journals and the thread that syncs them."""
 
     def __init__(self, journal_set: JournalSet, on_closed: Callable[[Path], None], on_end: Callable[[], None]) -> None:
-        """
-        :param on_closed: is called with each journal that is finished and on the disk.
-        :param on_end: is called when a thread ends, for whatever reason.
+        """Prepare both threads.
+
+        :param on_closed: called with each journal that is finished and on the disk.
+        :param on_end: called when a thread ends, for any reason.
         """
         self._journal_set = journal_set
         self._on_closed = on_closed
@@ -96,7 +99,7 @@ class JournalThreads:
             thread.start()
 
     def wake(self) -> None:
-        """Have what was left for the journals written now; never waits."""
+        """Wake the writing thread; never waits."""
         os.eventfd_write(self._woken, 1)
 
     def finish(self) -> None:

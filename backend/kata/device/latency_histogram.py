@@ -1,20 +1,20 @@
-"""How late cycles begin, counted in classes that grow with the lateness: a few hundred numbers, whatever happens."""
+"""Histogram of how late cycles begin. Its bins widen with the latency, so it has a few hundred numbers for any load."""
 
 from bisect import bisect_left
 from itertools import accumulate
 from typing import Final
 
 _SHARES: Final = 32
-"""Classes an octave: each is 3 % wide."""
+"""Bins in each octave: each is 3 % wide."""
 _UNIT_BITS: Final = 10
-"""Below 32 units of 1,024 ns a class is one unit."""
+"""Below 32 units of 1,024 ns a bin is one unit wide."""
 _OCTAVES: Final = 16
-"""Up to two seconds; what is later is counted in the last class and known by the maximum."""
+"""Covers up to two seconds. Later cycles are counted in the last bin; the maximum is recorded separately."""
 _LAST: Final = (_OCTAVES + 1) * _SHARES - 1
 
 
 class LatencyHistogram:
-    """Adding costs a fraction of a microsecond, asking for percentiles some ten."""
+    """Adding takes a fraction of a microsecond, percentiles take some ten."""
 
     def __init__(self) -> None:
         self._counts = [0] * (_LAST + 1)
@@ -30,7 +30,9 @@ class LatencyHistogram:
         self._counts[min(place, _LAST)] += 1
 
     def percentiles_ms(self, *percents: float) -> tuple[float, ...]:
-        """For each percentage, what so many of the cycles were not later than; rounded up to the end of a class."""
+        """Return for each percentage the latency that this share of the cycles did not exceed, rounded up to the end of
+        a bin.
+        """
         sums = list(accumulate(self._counts))
         return tuple(self._end_ns(bisect_left(sums, sums[-1] * percent / 100)) / 1e6 for percent in percents)
 

@@ -1,4 +1,4 @@
-"""Limits of one run: what may be commanded and measured of each axis, widened for an arm that is picked up outside them."""
+"""Limits of one run for setpoints and measured angles; wider for an arm that starts outside them."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -6,18 +6,22 @@ from typing import Final
 from kata.device.cycle_state import Limits
 
 SETTLE_S: Final = 1.0
-"""Time for the arm to come within the patient's limits after the approach's path has ended. Then the limits count in any case, and an arm
-outside them is a fault."""
+"""Time for the arm to come within the patient's limits after the approach's path has ended. After that the limits count
+in any case, and an arm outside them is a fault.
+"""
 _INSIDE_SHARE: Final = 0.25
-"""Share of the limit tolerance within which an arm counts as inside: half of the distance that is a fault, so that a drive's lag and noise at
-the moment when the limits tighten are none."""
+"""Share of the limit tolerance within which an arm counts as inside. It is half of the distance that is a fault, so
+that a drive's lag and noise are not a fault when the limits tighten.
+"""
 
 
 class RunLimits:
-    """The tighter of mechanism and patient. During the approach they reach out to the arm, and from there inwards only."""
+    """The tighter of mechanism and patient. During the approach they extend to the arm and then only move inwards."""
 
     def __init__(self, mechanism_deg: Limits, patients_deg: Limits, tolerance_deg: float) -> None:
-        """``patients_deg``: empty for none. ``tolerance_deg``: how far beyond a mechanism's range a measured angle may be."""
+        """``patients_deg``: empty for none. ``tolerance_deg``: how far beyond the mechanism's range a measured angle
+        may be.
+        """
         self.tight_deg = mechanism_deg
         if patients_deg:
             self.tight_deg = tuple(
@@ -34,13 +38,15 @@ class RunLimits:
         return self.now_deg is not self.tight_deg
 
     def widen(self, here_deg: Sequence[float]) -> None:
-        """Reach out to where the arm is picked up."""
+        """Extend the limits to the arm's present angles."""
         self.now_deg = tuple(
             (min(low, angle), max(high, angle)) for (low, high), angle in zip(self.tight_deg, here_deg, strict=True)
         )
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
-        """Take widened limits inwards, to the setpoint or the measured angle, whichever is further out. They never widen again."""
+        """Move widened limits inwards, to the setpoint or the measured angle, whichever is further out. They never
+        widen again.
+        """
         places = zip(self.now_deg, self.tight_deg, setpoint_deg, measured_deg, strict=True)
         self.now_deg = tuple(
             (max(low, min(tight_low, setpoint, angle)), min(high, max(tight_high, setpoint, angle)))

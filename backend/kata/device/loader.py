@@ -1,6 +1,6 @@
-"""Takes a Load to the reference builder and brings back what came of it, in a thread that only waits.
+"""Sends a Load to the reference builder and returns the result, in a thread that only waits.
 
-The I/O thread puts messages in and takes results out, and never waits for either.
+The I/O thread adds messages and takes results. It never waits for either.
 """
 
 import logging
@@ -24,7 +24,7 @@ from kata.device.references import LARGEST_MESSAGE, Packed, Reference, unpack
 log = logging.getLogger(__name__)
 
 LIMIT_S: Final = 30.0
-"""Limits a builder that hangs. 3.8 hours at 100 Hz take it 6 s on two cores of a server."""
+"""Limits a builder that hangs. For 3.8 hours at 100 Hz it needs 6 s on two cores of a server."""
 _BUILDER: Final = (sys.executable, "-m", "kata.device.reference_builder")
 _ANSWER: Final = msgspec.msgpack.Decoder(Packed | Refusal)
 
@@ -38,12 +38,14 @@ Result = Reference | Refusal
 
 
 class ReferenceLoader:
-    """One builder process, started again after it has ended, and the thread that talks to it. One Load at a time."""
+    """One builder process, restarted after the reference builder has ended, and the thread that talks to it. It handles one Load at a
+    time.
+    """
 
     def __init__(self, config: StationConfig, *, command: Sequence[str] = _BUILDER, limit_s: float = LIMIT_S) -> None:
-        """Start the builder; do so before this process asks for real time.
+        """Start the builder. Call this before the process requests real-time scheduling.
 
-        :param command: starts a builder; the descriptor of its socket is added.
+        :param command: starts a builder; the descriptor of its socket is appended.
         :param limit_s: limits how long the builder may take for an answer.
         """
         self._config = config
@@ -55,13 +57,15 @@ class ReferenceLoader:
         self._messages: SimpleQueue[Request | LoadPart | None] = SimpleQueue()
         self._results: deque[tuple[int, Result]] = deque()
         self._newest: Result | None = None
-        """Kept so that the control thread never is the one that gives an hour's memory back."""
+        """Holds a reference to the last result: the control thread must never be the one that frees the memory of an
+        hour of samples.
+        """
         self._ending = False
         self._thread = threading.Thread(target=self._serve, name="loader", daemon=True)
         self._notify: Callable[[], None] = lambda: None
 
     def start(self, notify: Callable[[], None]) -> None:
-        """Start the thread; ``notify`` is called in it after each result."""
+        """Start the thread. It calls ``notify`` after each result."""
         self._notify = notify
         self._thread.start()
 
@@ -75,18 +79,18 @@ class ReferenceLoader:
             self._thread.join()
         self._end_builder()
 
-    # -- the I/O thread's side ------------------------------------------------------------------------------------
+    # -- called by the I/O thread ---------------------------------------------------------------------------------
 
     def send(self, message: Request | LoadPart) -> None:
-        """Pass on a Request with a Load, or a part of it. The last part is answered by a result; never waits."""
+        """Pass on a Request with a Load, or a part of it; never waits. The last part leads to a result."""
         self._messages.put(message)
 
     def results(self) -> Iterator[tuple[int, Result]]:
-        """Take what has come since the last time: request ids, each with its reference or refusal."""
+        """Return the new results: request ids, each with its reference or refusal."""
         while self._results:
             yield self._results.popleft()
 
-    # -- its own thread -------------------------------------------------------------------------------------------
+    # -- in the loader's thread -----------------------------------------------------------------------------------
 
     def _serve(self) -> None:
         while (message := self._messages.get()) is not None and not self._ending:
@@ -99,7 +103,7 @@ class ReferenceLoader:
         try:
             result = self._pass_on(message)
         except Exception:
-            log.exception("the reference builder has failed and is started again")
+            log.exception("the reference builder has failed and is restarted")
             self._end_builder()
             result = _NOT_CHECKED
         if result:
@@ -148,7 +152,7 @@ class _Builder:
         data, descriptors, _, _ = socket.recv_fds(self._socket, LARGEST_MESSAGE, 1)
         try:
             if not data:
-                raise ConnectionError("it has ended")
+                raise ConnectionError("the reference builder has ended")
             answer = _ANSWER.decode(data)
             return answer if isinstance(answer, Refusal) else unpack(answer, descriptors[0])
         finally:

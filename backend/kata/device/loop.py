@@ -1,7 +1,7 @@
-"""The control loop, the only one: wait for the deadline, read, supervise, step, write, publish; a glance at the
-emergency stop halfway to the next.
+"""The control loop: wait for the deadline, read, evaluate faults, step, write, publish; poll the emergency stop halfway
+to the next cycle.
 
-Deadlines are absolute; a missed one is skipped whole and counted. Nothing here waits for anybody: journal, commands
+Deadlines are absolute. A missed deadline is skipped and counted. The loop waits for no other thread: journal, commands
 and telemetry pass through queues to the I/O thread (:mod:`kata.device.ipc`).
 """
 
@@ -34,11 +34,11 @@ log = logging.getLogger(__name__)
 
 SNAPSHOT_HZ: Final = 10
 _RETRY_NS: Final = 250_000_000
-"""Between two attempts to open the port, or to configure a drive."""
+"""Time between two attempts to open the port or to configure a drive."""
 
 
 class ControlLoop:
-    """One apparatus under control."""
+    """Controls one apparatus."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class ControlLoop:
         now_ns: Callable[[], int],
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """``now_ns`` and ``sleep``: the clock, real or stepped."""
+        """``now_ns`` and ``sleep`` are the clock, real or simulated."""
         self._config = config
         self._bus = bus
         self._link = link
@@ -69,13 +69,16 @@ class ControlLoop:
         self._try_configure_at_ns = 0
         self._verified_since_ns: int | None = None
         self._first_stops = now_ns() // 1_000_000
-        """Where the stop counter begins: no later device process repeats a value of an earlier one."""
+        """Start value of the stop counter. It is taken from the clock so that a later device process never repeats a
+        value.
+        """
         self._deadline_ns = now_ns()
         self._deadline_void = False
-        """The port was opened or drives were configured, which takes many cycles; torque was not commanded on."""
+        """True after the port was opened or drives were configured. Both take many cycles; torque was not commanded on.
+        """
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._polls_estop = max_cycle_hz(config) >= 2 * config.cycle_hz
-        """The bus has time to spare."""
+        """True if the bus has enough spare time for the extra poll."""
         self._cycles = 0
         self._overruns = 0
         self._latency = LatencyHistogram()
@@ -83,12 +86,12 @@ class ControlLoop:
         self._heartbeats_seen = 0
         self._run_id_mismatches = 0
         self._sent_deg: list[tuple[float, ...]] = []
-        """The last one or two setpoints since torque is on."""
+        """The last one or two setpoints since torque was switched on."""
         self._published: tuple[object, ...] = ()
         self._published_at_ns = 0
 
     def run(self) -> None:
-        """Until the service is gone and nothing is left to end. Torque is off when it returns."""
+        """Run until the service is gone and every run and teaching has ended. Torque is off on return."""
         self._deadline_ns = self._now_ns()
         try:
             while self.tick():
@@ -97,7 +100,9 @@ class ControlLoop:
             self._torque_off_on_exit()
 
     def tick(self) -> bool:
-        """One cycle at its deadline, a glance halfway, and sleep until the next is due; False as :meth:`cycle` says."""
+        """Run one cycle at its deadline, poll the emergency stop halfway, and sleep until the next deadline. Returns as
+        :meth:`cycle`.
+        """
         if not self._connected:
             self._open()
         now_ns = self._now_ns()
@@ -118,7 +123,7 @@ class ControlLoop:
         return True
 
     def cycle(self, t_ns: int, late_ms: float) -> bool:
-        """One cycle; False when the service is gone and everything has come to its end."""
+        """Run one cycle. Return False when the service is gone and every run and teaching has ended."""
         self._cycles += 1
         sample = self._read()
         state = self._state_builder.build(t_ns, sample, self._loop_context(t_ns, late_ms))
@@ -127,7 +132,7 @@ class ControlLoop:
             self._machine.step(state, evaluate_faults(state, self._config), self._link.take_stop())
             self._execute_command(state)
         except Exception:
-            log.exception("the control program met an error of its own")
+            log.exception("internal error in the control program")
             self._machine.abort(state, [("unexpected_error", None)])
         self._gate_setpoint(state)
         self._write(torque_was_on, state)
@@ -140,9 +145,9 @@ class ControlLoop:
         return not (self._link.closing and self._machine.close())
 
     def poll_estop(self) -> None:
-        """A look at the emergency stop halfway between two cycles: open, torque goes off at once.
+        """Read the emergency stop halfway between two cycles. If it is open, switch torque off at once.
 
-        The stop itself is the next cycle's, as every other.
+        The next cycle latches the stop, as for every other fault.
         """
         if not (self._connected and self._machine.torque_on):
             return
@@ -156,7 +161,7 @@ class ControlLoop:
             self._connection_lost(error)
 
     def _sleep_until(self, t_ns: int) -> bool:
-        """Whether there was any time left."""
+        """Return True if there was time left to sleep."""
         left_ns = t_ns - self._now_ns()
         self._sleep(max(0, left_ns) / 1e9)
         return left_ns > 0
@@ -178,7 +183,7 @@ class ControlLoop:
         )
 
     def _gate_setpoint(self, state: CycleState) -> None:
-        """At every setpoint before it is sent, wherever it came from."""
+        """Check every setpoint before it is sent, whichever mode computed it."""
         machine = self._machine
         if not machine.torque_on:
             self._sent_deg.clear()
@@ -197,7 +202,7 @@ class ControlLoop:
         if self._now_ns() < self._try_open_at_ns:
             return
         self._deadline_void = True
-        # The collector never runs by itself here (see :mod:`kata.system.realtime`); now nothing is due.
+        # Automatic garbage collection is off (see :mod:`kata.system.realtime`); no cycle is due now.
         gc.collect()
         try:
             self._bus.open()
@@ -209,7 +214,7 @@ class ControlLoop:
         log.info("connected to %s", self._config.port)
 
     def _configure(self, state: CycleState) -> None:
-        """Configure the drives that have lost their settings, while every drive that answers says that it has no torque."""
+        """Configure the drives that have lost their settings, if every drive that answers reports no torque."""
         machine = self._machine
         answering = [n for n, age_ms in enumerate(state.drive_age_ms) if age_ms <= self._config.silence_ms]
         wanted = [n for n in answering if state.mismatch[n]]
@@ -228,11 +233,11 @@ class ControlLoop:
         if problem and problem != machine.drive_problem:
             log.warning("a drive cannot be configured: %s", problem)
         machine.drive_problem = problem
-        # The drives are read before they are judged again.
+        # The drives must be read again before their registers are compared again.
         self._try_configure_at_ns = self._now_ns() + _RETRY_NS
 
     def _update_verified_since(self, state: CycleState) -> None:
-        """Keep since when connection and settings are unbroken."""
+        """Update since when the connection and all settings have been unbroken."""
         if not state.bus_ok or any(state.reset):
             self._verified_since_ns = None
         elif self._verified_since_ns is None and all(state.verified):
@@ -273,7 +278,7 @@ class ControlLoop:
             if not machine.torque_on:
                 if machine.torque_inherited:
                     return
-                # Sent until each drive itself says that it has none.
+                # Torque off is sent until each drive itself reports no torque.
                 if torque_was_on or any(reported is not False for reported in state.torque_reported):
                     self._bus.torque_off()
             elif not torque_was_on:
@@ -301,7 +306,8 @@ class ControlLoop:
             return
         refusal = taken.refusal
         if refusal is None and isinstance(taken.command, Guarded):
-            # Counted before a later command was queued: one that was sent without knowledge of the newest Stop does not agree.
+            # The I/O thread counts a Stop before it queues a later command. A command whose sender did not know the
+            # newest Stop carries an older count.
             refusal = out_of_date(taken.command, self._stops, state.t_ns)
         refusal = refusal or self._machine.command(taken.command, taken.trajectory, state, taken.correction)
         self._link.reply(Reply(id=taken.id, refusal=refusal))
@@ -311,7 +317,7 @@ class ControlLoop:
         return self._first_stops + self._link.stop_requests + self._machine.stops_latched
 
     def _publish(self, state: CycleState) -> None:
-        """Ten snapshots a second, and one at once when something that matters has changed."""
+        """Publish ten snapshots a second, and one at once when an important value has changed."""
         machine = self._machine
         estop = self._estop(state)
         summary = (
@@ -335,7 +341,7 @@ class ControlLoop:
         return "released" if stop and any(code == "estop_pressed" for code, _ in stop.keys) else "closed"
 
     def _torque(self, state: CycleState) -> tuple[TorqueState, ...]:
-        """Of each drive; torque that is switched on in this very cycle included."""
+        """Return each drive's torque state, including torque that this cycle switches on."""
         if not self._machine.torque_on:
             return state.torque
         every: list[TorqueState] = ["on"] * len(state.torque)
@@ -384,7 +390,7 @@ class ControlLoop:
         )
 
     def _offline_problem(self, state: CycleState) -> str:
-        """Why the apparatus does not come up; empty where nothing is known to be wrong."""
+        """Return why the apparatus is offline; empty if no problem is known."""
         missing = next((n for n, age_ms in enumerate(state.drive_age_ms) if age_ms > self._config.silence_ms), None)
         if self._connection_problem or missing is None:
             return self._connection_problem or self._machine.drive_problem

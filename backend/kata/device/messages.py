@@ -1,9 +1,9 @@
-"""What goes between the service and the device process, and nothing else does.
+"""The messages between the service and the device process.
 
-In: a :class:`Request` holding one command, answered by a :class:`Reply`; and heartbeats. Out: :class:`Snapshot`
-(the newest whole state, may be skipped), :class:`Event` (numbered, never skipped) and :class:`JournalClosed`.
-Frames on the socket are a 4-byte little-endian length followed by MessagePack. All of them are small: the samples of a Load
-follow its Request as :class:`LoadPart`, between which a Stop or a Heartbeat may go.
+To the device: a :class:`Request` with one command, answered by a :class:`Reply`; and heartbeats. From the device:
+:class:`Snapshot` (the newest complete state, may be skipped), :class:`Event` (numbered, never skipped) and
+:class:`JournalClosed`. A frame on the socket is a 4-byte little-endian length followed by MessagePack. All frames are
+small: the samples of a Load follow its Request as :class:`LoadPart`, and a Stop or a Heartbeat may go between them.
 """
 
 import struct
@@ -17,19 +17,23 @@ from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.method import Method
 
 Mode = Literal["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"]
-"""offline: no bus or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records.
-ready: a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque
-holds, on the path (also after the approach, at its start). playing. returning: slowly back to where the approach
-began; then torque off, the run has ended and the apparatus is idle. stopped: latched, torque off once the stop's ramp
-has ended."""
+"""offline: no bus, or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records. ready:
+a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque holds the
+arm on the path (also after the approach, at its start). playing. returning: slowly back to where the approach began;
+then torque off, the run has ended and the apparatus is idle. stopped: latched, torque off once the stop's ramp has
+ended.
+"""
 
 EstopState = Literal["closed", "pressed", "released", "unknown"]
 """closed: contact closed, may move. pressed: contact open. released: closed again but not acknowledged. unknown: no
-reply from the input for longer than the station's ``silence_ms``, or none yet; counts as pressed."""
+reply from the input for longer than allowed, or none yet; counts as pressed.
+"""
 
 TorqueState = Literal["on", "off", "unknown"]
-"""What is known of a drive's torque. off: the drive itself has said so since torque was last switched and the port was opened. unknown:
-nothing recent enough says either; the drive may hold the arm. Of all drives together: on if one has torque, else unknown if one may."""
+"""The known torque state of a drive. off: the drive itself has reported it since torque was last switched and the port
+was opened. unknown: no recent report; the drive may hold the arm. For all drives together: on if one has torque, else
+unknown if one may have.
+"""
 
 PedalState = Literal["up", "down", "stuck", "unknown"]
 """stuck: was down when teaching began and has not been up since; records nothing."""
@@ -71,13 +75,13 @@ class _Message(msgspec.Struct, frozen=True, kw_only=True, tag_field="type"):
 
 
 class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
-    """A command not accepted: a stable code, a sentence for the therapist, and what to do next."""
+    """A refused command: a stable code, a sentence for the therapist, and the next step."""
 
     code: str
     message: str
     next_step: str
     message_key: MessageKey | None = None
-    """Code and parameters of the sentence; None for one that has none."""
+    """Code and parameters of the sentence; None if it has no code."""
     next_step_key: MessageKey | None = None
 
     @classmethod
@@ -96,15 +100,17 @@ class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
 
 
 class _Guarded(_Message, frozen=True, kw_only=True):
-    """Base of every command that can start motion, release an arm or reset a stop: it is void after a Stop and after a while.
+    """Base of every command that can start motion, release an arm or reset a stop. A Stop or the expiry voids it.
 
-    The defaults are refused: a sender that knows nothing of stops starts nothing.
+    The defaults are refused: a sender without the stop counter can start nothing.
     """
 
     stops: int = -1
-    """:attr:`Snapshot.stops` as the sender last saw it. Another value is refused: a stop has come in between."""
+    """:attr:`Snapshot.stops` as the sender last saw it. Another value is refused, because a stop has happened in
+    between.
+    """
     expires_ns: int = 0
-    """``time.monotonic_ns`` after which the command is refused; service and device process read the same clock."""
+    """``time.monotonic_ns`` after which the command is refused. Service and device process read the same clock."""
 
 
 class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
@@ -112,18 +118,19 @@ class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
 
     teaching_id: str
     side: Side = CANONICAL_SIDE
-    """Whose shoulder: refused unless the apparatus stands for it."""
+    """The patient's side: refused unless the apparatus is set up for it."""
 
 
 class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching"):
-    """End teaching; the journal is closed and handed over."""
+    """End teaching; the journal is finished and handed over."""
 
 
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
-    """Check a recording against the limits and make it the one to be played: a new run. From idle.
+    """Check a recording against the limits and load it as a new run. From idle.
 
-    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. A Load that is being checked
-    is refused with ``stopped_meanwhile`` by a Stop, Teach or Unload that comes in between, and another Load meanwhile with ``busy``.
+    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. A Stop, Teach or
+    Unload that arrives during the check refuses the Load with ``stopped_meanwhile``; another Load during the check is
+    refused with ``busy``.
     """
 
     run_id: str
@@ -131,25 +138,27 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     times_s: bytes
     angles_deg: bytes
     side: Side = CANONICAL_SIDE
-    """Of the recording: refused unless the apparatus stands for it."""
+    """The recording's side: refused unless the apparatus is set up for it."""
     load_level: int = LOAD_LEVELS
-    """1 (turns back at the lightest touch) to 25 (at the motors' rated torque): the patient's."""
+    """The patient's level: from 1 (the lightest touch takes the arm back) to 25 (the motors' rated torque)."""
     limits_deg: tuple[tuple[float, float], ...] = ()
-    """The patient's and the session's: lowest and highest angle of each axis, or none at all."""
+    """Limits of the patient and the session: lowest and highest angle of each axis, or empty."""
     method: Method = "smooth"
-    """How it is played. The run's setpoints and samples go at the station's ``rate_hz``; at 10 Hz in ``paper``."""
+    """How the recording is played. Setpoints and samples have the station's ``rate_hz``; 10 Hz with ``paper``."""
     correction_deg: bytes = b""
-    """What was learned of this recording on this station, for ``learned`` only: ``(m, 5)``, little-endian float64 in C order, one
-    row every ``correction_step_s`` from its start to its end. Empty: nothing yet, which plays as ``smooth``."""
+    """The correction learned for this recording on this station, for ``learned`` only: ``(m, 5)``, little-endian
+    float64 in C order, one row every ``correction_step_s`` from start to end. Empty: no correction yet, which plays as
+    ``smooth``.
+    """
     correction_step_s: float = 0.0
     repetition_s: float = 0.0
-    """After so much of the recording the same comes again; 0: it is played once."""
+    """Time on the recording after which the motion repeats; 0 if it is played once."""
     max_speed_deg_s: float | None = None
-    """The patient's speed limit for every axis, approach and return included; None: the station's limits alone."""
+    """The patient's speed limit for every axis, also for approach and return; None: the station's limits alone."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
-    """Forget the loaded recording: the run ends unplayed. From ready."""
+    """Unload the recording: the run ends unplayed. From ready."""
 
 
 class Approach(_Guarded, frozen=True, kw_only=True, tag="approach"):
@@ -157,7 +166,7 @@ class Approach(_Guarded, frozen=True, kw_only=True, tag="approach"):
 
 
 class Play(_Guarded, frozen=True, kw_only=True, tag="play"):
-    """Play on from where the path stands. From paused."""
+    """Play from the present place on the path. From paused."""
 
 
 class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
@@ -165,11 +174,13 @@ class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
 
 
 class Less(_Message, frozen=True, kw_only=True, tag="less"):
-    """A step less range, towards the middle; it comes back slowly. From playing, and from paused for when it goes on."""
+    """Reduce the range by one step, towards the middle; it recovers slowly. From playing, and from paused for the next
+    play.
+    """
 
 
 class Return(_Guarded, frozen=True, kw_only=True, tag="return"):
-    """Slowly back to where the approach began, then torque off: the run ends. From paused."""
+    """Return slowly to where the approach began, then torque off: the run ends. From paused."""
 
 
 StopCode = Literal["operator_stop", "browser_lost"]
@@ -177,17 +188,17 @@ StopCode = Literal["operator_stop", "browser_lost"]
 
 
 class Stop(_Message, frozen=True, kw_only=True, tag="stop"):
-    """Controlled stop: ramp down, torque off, latch. Always accepted; jumps every queue."""
+    """Controlled stop: ramp down, torque off, latch. Always accepted; overtakes every queue."""
 
     because: StopCode = "operator_stop"
 
 
 class ReleaseTorque(_Guarded, frozen=True, kw_only=True, tag="release_torque"):
-    """The arm is supported: switch off the torque that the drives had when the port was opened. From stopped."""
+    """Switch off the torque that the drives had when the port was opened; the operator supports the arm. From stopped."""
 
 
 class Acknowledge(_Guarded, frozen=True, kw_only=True, tag="acknowledge"):
-    """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
+    """Reset a stop, after its causes have cleared. Never starts motion."""
 
 
 Guarded = Approach | Play | Return | ReleaseTorque | Acknowledge
@@ -210,14 +221,14 @@ Command = (
 
 
 def stamped(command: Command, stops: int, expires_ns: int) -> Command:
-    """Return a guarded command with the stop counter that its sender has seen and its expiry; others as they are."""
+    """Return a guarded command with its sender's stop counter and its expiry; other commands unchanged."""
     if isinstance(command, Guarded):
         return msgspec.structs.replace(command, stops=stops, expires_ns=expires_ns)
     return command
 
 
 class Request(_Message, frozen=True, kw_only=True, tag="request"):
-    """A command, and the number that its reply will carry."""
+    """A command with the number that its reply carries."""
 
     id: int
     command: Command
@@ -225,24 +236,26 @@ class Request(_Message, frozen=True, kw_only=True, tag="request"):
 
 SampleField = Literal["times_s", "angles_deg", "correction_deg"]
 SAMPLE_FIELDS: Final[tuple[SampleField, ...]] = get_args(SampleField)
-"""The fields of a Load that are empty in its Request on the socket; parts carry what they hold."""
+"""The fields of a Load that are empty in its Request on the socket; parts carry their data."""
 
 
 class LoadPart(_Message, frozen=True, kw_only=True, tag="load_part"):
-    """A piece of one of the :data:`SAMPLE_FIELDS` of the Load with this request id; each field comes in order."""
+    """A piece of one of the :data:`SAMPLE_FIELDS` of the Load with this request id; the pieces of a field arrive in
+    order.
+    """
 
     id: int
     field: SampleField
     data: bytes
     last: bool
-    """The Load is complete."""
+    """True if this part completes the Load."""
 
 
 class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
     """The service is alive. Sent at least every 50 ms."""
 
     run_id: str | None = None
-    """The run or teaching that it believes to be going on, "" for none; None says nothing."""
+    """The run or teaching that the service expects, "" for none; None says nothing."""
 
 
 # -- telemetry ----------------------------------------------------------------------------------------------------
@@ -265,11 +278,11 @@ class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
     torque_nm: float
     torque: TorqueState
     age_ms: float | None
-    """Since the drive last answered; None when it never has."""
+    """Time since the drive last answered; None if it never has."""
 
 
 class StopCause(_Message, frozen=True, kw_only=True, tag="cause"):
-    """One row of the fault table, as it happened."""
+    """One latched row of the fault table."""
 
     code: str
     category: Literal[0, 1, 2]
@@ -277,9 +290,9 @@ class StopCause(_Message, frozen=True, kw_only=True, tag="cause"):
     next_step: str
     axis: int | None = None
     cleared: bool
+    """The condition no longer holds; a stop can be acknowledged when every cause is cleared."""
     message_key: MessageKey | None = None
     next_step_key: MessageKey | None = None
-    """Its condition no longer holds; acknowledging needs every cause cleared."""
 
 
 class StopState(_Message, frozen=True, kw_only=True, tag="stop_state"):
@@ -287,30 +300,30 @@ class StopState(_Message, frozen=True, kw_only=True, tag="stop_state"):
 
     causes: tuple[StopCause, ...]
     at_ns: int
-    """time.monotonic_ns of the device when it began."""
+    """time.monotonic_ns of the device when the stop began."""
 
 
 class RunState(_Message, frozen=True, kw_only=True, tag="run"):
-    """The loaded recording and how far along it the path stands."""
+    """The loaded recording and the place on its path."""
 
     run_id: str
     recording_id: str
     position_s: float
     duration_s: float
     left_s: float
-    """What is left of the present movement: of the approach while approaching, of the path otherwise."""
+    """Time left of the present movement: of the approach while approaching, of the path otherwise."""
     at_start: bool
     load_level: int
     reversals: int
-    """How often the arm met resistance and was taken back."""
+    """Number of times that the arm met resistance and was taken back."""
     reversing: bool
-    """It is being taken back just now, or waits there."""
+    """True while the arm is taken back or waits there."""
     range_percent: float
-    """How much of its range is played: below 100 after somebody has asked for less."""
+    """Share of the range that is played: below 100 after a request to reduce the range."""
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
-    """The teaching that goes on, and its present or last take."""
+    """The active teaching and its present or last take."""
 
     teaching_id: str
     takes: int
@@ -321,40 +334,41 @@ class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
 
 
 class LoopState(_Message, frozen=True, kw_only=True, tag="loop"):
-    """Health of the control loop, since it started."""
+    """Health of the control loop since it started."""
 
     cycle_hz: int
     rate_hz: int
     cycles: int
     overruns: int
-    """Cycles missed because the one before ended late."""
+    """Cycles that were skipped because the one before ended late."""
     lateness_p50_ms: float
-    """Of how late cycles began; so many in a hundred began no later."""
+    """Percentile of how late cycles began."""
     lateness_p99_ms: float
     lateness_p999_ms: float
     lateness_max_ms: float
     bus_errors: int
     drive_errors: tuple[int, ...]
-    """Of each axis: cycles in which its drive was asked and no sound answer came."""
+    """For each axis: cycles in which its drive was polled and sent no valid answer."""
     telemetry_dropped: int
     real_time: bool
     """SCHED_FIFO was granted."""
     memory_locked: bool
-    """No page of the process can be taken to a disk."""
+    """No page of the process can be moved to a disk."""
 
 
 class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
-    """The newest whole state of one station."""
+    """The newest complete state of one station."""
 
     t_ns: int
     mode: Mode
     torque: TorqueState
     """Of all drives together."""
     stops: int
-    """Stops so far: each Stop command and each latched stop counts one. Guarded commands carry it."""
+    """Number of stops: each Stop command and each latched stop counts one. Guarded commands carry it."""
     verified_since_ns: int | None
-    """``time.monotonic_ns`` since which the port has been open and every drive has had its configuration without a break; None while
-    it is not so. An emergency stop test from before counts no more."""
+    """``time.monotonic_ns`` since which the port has been open and every drive has had its configuration without a
+    break; None otherwise. An emergency stop test from before no longer counts.
+    """
     estop: EstopState
     pedal: PedalState
     axes: tuple[AxisState, ...]
@@ -362,7 +376,7 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
     run: RunState | None
     teaching: TeachingState | None
     refusals: dict[CommandName, Refusal]
-    """Why each command that is not allowed now is not; one that is absent is allowed."""
+    """The reason for each command that is refused now; a command that is absent is allowed."""
     loop: LoopState
 
 
@@ -391,7 +405,7 @@ FromDevice = Reply | Snapshot | Event | JournalClosed
 
 _LENGTH: Final = struct.Struct("<I")
 _LONGEST: Final = 1024 * 1024
-"""Limits what a damaged length makes the receiver wait for. The longest message is a part of a Load."""
+"""Limits how long a damaged length makes the receiver wait. The longest message is a part of a Load."""
 _PART_BYTES: Final = 64 * 1024
 """Limits how long a Stop waits behind a part of a Load: well under a millisecond."""
 LONGEST_LOAD_BYTES: Final = 64 * 1024 * 1024
@@ -399,12 +413,12 @@ LONGEST_LOAD_BYTES: Final = 64 * 1024 * 1024
 
 
 def frame(message: ToDevice | FromDevice) -> bytes:
-    """Encode a message as it goes on the socket, a Load with all of its parts."""
+    """Return the bytes of a message on the socket; for a Load with all of its parts."""
     return b"".join(frames_of(message))
 
 
 def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
-    """Encode a message as small frames. Only a Load has more than one, and others may be sent between them."""
+    """Yield a message as small frames. Only a Load has more than one; other messages may be sent between them."""
     if isinstance(message, Request) and isinstance(message.command, Load):
         yield from map(_framed, parts_of(message.id, message.command))
     else:
@@ -412,7 +426,7 @@ def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
 
 
 def parts_of(number: int, load: Load) -> Iterator[Request | LoadPart]:
-    """Take a Load apart: its Request without samples, then these. ``number``: the request's id."""
+    """Split a Load: yield its Request without samples, then the parts. ``number``: the request's id."""
     yield Request(id=number, command=msgspec.structs.replace(load, **dict.fromkeys(SAMPLE_FIELDS, b"")))
     for field in SAMPLE_FIELDS:
         data = getattr(load, field)
@@ -422,9 +436,9 @@ def parts_of(number: int, load: Load) -> Iterator[Request | LoadPart]:
 
 
 def frames(incoming: bytearray) -> Iterator[bytes]:
-    """Take whole messages off the front of what has come.
+    """Yield the complete messages and remove them from the received bytes.
 
-    :raises ValueError: when what came cannot be ours.
+    :raises ValueError: when the bytes cannot be a message.
     """
     while len(incoming) >= _LENGTH.size:
         (length,) = _LENGTH.unpack_from(incoming)

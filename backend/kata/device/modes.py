@@ -1,7 +1,7 @@
-"""The modes of the apparatus: what is allowed when, and one step for each.
+"""The modes of the apparatus: which commands each mode allows, and one step for each mode.
 
-The machine knows neither bus nor clock. Each cycle it is given the facts, the faults that hold and at most one
-command, and says what the drives are to do.
+The state machine knows neither bus nor clock. Each cycle it gets the state, the faults that hold and at most one
+command, and sets what the drives must do.
 """
 
 import logging
@@ -101,13 +101,14 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("returning", "stopped"): "stop or fault",
     ("stopped", "idle"): "acknowledge, once every cause has cleared",
 }
-"""Every way from one mode to another, and what takes it; docs/reference/state-machine.md is drawn from it."""
+"""Every allowed transition between modes and its trigger. docs/reference/state-machine.md is generated from this table.
+"""
 
 _SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
-"""They may hold when the apparatus is switched on: everything else is known then."""
+"""These may hold when the apparatus is switched on; everything else is known then."""
 
 _MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
-"""A category 1 stop that has not come to a stand by then cuts the torque all the same."""
+"""Limits the ramp of a category 1 stop. After this time the torque is cut even if the arm still moves."""
 
 _PHASES: Final[dict[Mode, int]] = {
     "approaching": journal.PHASE_APPROACHING,
@@ -119,13 +120,13 @@ _PHASES: Final[dict[Mode, int]] = {
 
 
 class IllegalTransitionError(Exception):
-    """A defect: a step wanted to go where the table of transitions has no way."""
+    """A defect: a step tried a transition that is not in the table."""
 
 
 class StateMachine:
     """Modes, runs and teachings of one apparatus.
 
-    After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are what the drives are to do.
+    After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are the commands for the drives.
     """
 
     def __init__(
@@ -139,7 +140,7 @@ class StateMachine:
         self._emit_event = emit
         self._event_numbers = count(1)
         self._t_ns: int
-        """This cycle's; each begins with :meth:`step`."""
+        """Time of this cycle; :meth:`step` sets it."""
         self._run: Run | None = None
         self._teaching: Teaching | None = None
         self._movement: Movement | None = None
@@ -147,26 +148,28 @@ class StateMachine:
         self.stop: LatchedStop | None = None
         self.torque_on = False
         self.torque_inherited = True
-        """Torque is neither commanded on nor off: a drive may hold an arm since before the port was opened."""
+        """True while torque is neither commanded on nor off: a drive may have held an arm since before the port was
+        opened.
+        """
         self.drive_problem = ""
-        """Why a drive cannot be configured; empty while none is known."""
+        """Why a drive cannot be configured; empty if no problem is known."""
         self.stops_latched = 0
-        """How often a stop was latched."""
+        """Number of latched stops."""
         self.setpoint_deg: tuple[float, ...]
-        """Without torque, where the arm is."""
+        """Without torque: the measured angles."""
         self.setpoint_t_ns: int
-        """When the setpoint was worked out."""
+        """When the setpoint was computed."""
         self._pending_faults: list[Key] = []
-        """Faults that a step has found by itself; they count in the next cycle."""
+        """Faults that a step detected itself; the next cycle latches them."""
         self._period_s = 1.0 / config.cycle_hz
         self._cycles_on_path: int
-        """Cycles since torque is on, or since the paper's way of playing began."""
+        """Cycles since torque was switched on, or since play began with the zero-order hold."""
         self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
     def step(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
-        """Let one cycle pass: faults first, then the mode's own step."""
+        """Run one cycle: first the faults, then the step of the mode."""
         self._t_ns = state.t_ns
         self._update_torque_inherited(state)
         if not self.torque_on:
@@ -178,15 +181,20 @@ class StateMachine:
         self._STEPS[self.mode](self, state)
 
     def _update_torque_inherited(self, state: CycleState) -> None:
-        """After a loss of the port torque is left as it is, until every drive says that it has none or the switch is pressed."""
+        """After a loss of the port, leave torque as it is until every drive reports no torque or the emergency stop is
+        pressed.
+        """
         if not state.bus_ok:
             self.torque_inherited = True
         elif state.estop == "open" or all(reported is False for reported in state.torque_reported):
             self.torque_inherited = False
 
     def _leave_offline(self, state: CycleState, holding: list[Key]) -> None:
-        """Everything must have been seen to be good, but for the switch, which stops at once; or a drive holds an arm."""
-        # Each drive that answers has said what it has: the stop then names all that hold the arm, and none that was only not asked yet.
+        """Enter idle when everything has been read and is good (the emergency stop may be pressed, it stops at once),
+        or when a drive holds an arm.
+        """
+        # Wait until each drive that answers has reported its torque: the stop must name every drive that holds the arm,
+        # and no drive that was only not read yet.
         answers = zip(state.drive_age_ms, state.torque_reported, strict=True)
         asked = all(age_ms > self._config.silence_ms or reported is not None for age_ms, reported in answers)
         arm_held = self.torque_inherited and asked and any(state.torque_reported)
@@ -194,7 +202,7 @@ class StateMachine:
             self._enter("idle")
 
     def _supervise(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
-        """Latch what holds; a Stop counts where there is something to stop."""
+        """Latch the faults that hold. A Stop counts if there is something to stop."""
         raised, self._pending_faults = self._pending_faults if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
             raised.append((stop_requested, None))
@@ -263,7 +271,9 @@ class StateMachine:
             self._enter("paused")
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
-        """Answer resistance over the patient's level: back along the path where the recording plays, else a stop that holds the arm."""
+        """React to resistance above the patient's level: while playing, take the arm back along the path; otherwise
+        stop and hold the arm.
+        """
         axis = run.detect_resistance(state)
         if axis is None:
             return
@@ -276,14 +286,16 @@ class StateMachine:
         self._pending_faults.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
 
     def _yield(self, run: Run, movement: Movement, state: CycleState) -> None:
-        """Let a setpoint yield that would go on pushing against the patient: held after resistance, or taken back from it."""
+        """Let the setpoint yield where it would push against the patient: while held after resistance, or while taken
+        back from it.
+        """
         if self.mode == "stopped" and self.stop and self.stop.category == 2:
             run.yield_to_push(state)
         elif self.mode == "playing" and run.resisting_axis is not None and movement.speed_override <= 0.0:
             run.yield_to_push(state, only_to_reversal=True)
 
     def _step_without_torque(self, state: CycleState) -> None:
-        """Torque is off, nothing happens."""
+        """Do nothing: torque is off."""
 
     _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
         "offline": _step_without_torque,
@@ -300,7 +312,7 @@ class StateMachine:
     # -- commands -------------------------------------------------------------------------------------------------
 
     def refusal(self, name: CommandName, state: CycleState) -> Refusal | None:
-        """Why a command would not be accepted now; None when it would."""
+        """Return why the command would be refused now; None if it would be accepted."""
         refusal = not_in_this_mode(name, self.mode)
         if refusal:
             return refusal
@@ -324,14 +336,14 @@ class StateMachine:
         return None
 
     def refusals(self, state: CycleState) -> dict[CommandName, Refusal]:
-        """Every command that is not allowed now, and why."""
+        """Return every command that is refused now, with the reason."""
         found = {name: self.refusal(name, state) for name in COMMAND_NAMES}
         return {name: refusal for name, refusal in found.items() if refusal}
 
     def command(
         self, command: Command, trajectory: Trajectory | None, state: CycleState, correction: Correction | None = None
     ) -> Refusal | None:
-        """Carry out a command other than Stop, or refuse it. ``trajectory`` and ``correction`` belong to Load."""
+        """Execute a command other than Stop, or refuse it. ``trajectory`` and ``correction`` belong to Load."""
         refusal = self.refusal(_COMMAND_OF[type(command)], state)
         if refusal is None and isinstance(command, Teach | Load):
             refusal = other_side(command.side, self._config.side)
@@ -363,7 +375,7 @@ class StateMachine:
                 self._run.resisting_axis = None
                 self._movement.direction, self._movement.ramp_s = 1, RAMP_S
                 if self._run.zero_order_hold:
-                    # The first sample with the next cycle, and another every tenth of a second.
+                    # The first sample goes out with the next cycle, the others every 0.1 s.
                     self._movement.speed_override, self._cycles_on_path = 1.0, -1
                 self._enter("playing")
             case Pause():
@@ -386,7 +398,7 @@ class StateMachine:
         return None
 
     def close(self) -> bool:
-        """End what has no torque on it, because the service is gone; True when nothing is left."""
+        """End the teaching or run if torque is off, because the service is gone. Return True when nothing is left."""
         if self.torque_on:
             return False
         self._end_teaching()
@@ -395,7 +407,7 @@ class StateMachine:
         return True
 
     def abort(self, state: CycleState, causes: list[Key]) -> None:
-        """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
+        """Cut torque at once because of an internal error, within a cycle that :meth:`step` has begun."""
         stop = self.stop or self._latch(state)
         for cause in stop.update(stop.holding, causes):
             self._emit("fault", _fault_event_text(cause))
@@ -404,10 +416,10 @@ class StateMachine:
             self._end_teaching()
             self._enter("stopped")
 
-    # -- as the snapshot tells it ---------------------------------------------------------------------------------
+    # -- snapshot -------------------------------------------------------------------------------------------------
 
     def pedal(self, state: CycleState) -> PedalState:
-        """The pedal as it counts."""
+        """Return the debounced pedal state."""
         if state.pedal_down is None:
             return "unknown"
         if state.pedal_down and self._teaching and not self._teaching.pedal_was_up:
@@ -415,24 +427,24 @@ class StateMachine:
         return "down" if state.pedal_down else "up"
 
     def run_state(self) -> RunState | None:
-        """The loaded recording and the place on its path."""
+        """Return the loaded run and its place on the path."""
         run = self._run
         if run is None:
             return None
         return run.state(self._movement, at_start=self.mode == "paused" and run.position_s == 0.0)
 
     def teaching_state(self) -> TeachingState | None:
-        """Takes so far."""
+        """Return the active teaching and its takes."""
         return self._teaching.state() if self._teaching else None
 
     @property
     def active_id(self) -> str:
-        """The run or teaching that goes on, "" for none."""
+        """Id of the active run or teaching; "" for none."""
         return self._run.load.run_id if self._run else self._teaching.teaching_id if self._teaching else ""
 
     @property
     def limits_deg(self) -> Limits:
-        """The tightest of mechanism and run, for each axis."""
+        """The tightest of the mechanism's and the run's limits, for each axis."""
         return self._run.limits_deg if self._run else self._mechanism_deg
 
     @property
@@ -442,7 +454,7 @@ class StateMachine:
 
     @property
     def setpoint_due(self) -> bool:
-        """With torque on: a setpoint is sent and a sample recorded in this cycle."""
+        """True if this cycle sends a setpoint and records a sample. Only valid with torque on."""
         assert self._run is not None
         return self._cycles_on_path % self._run.cycles_per_setpoint == 0
 
@@ -453,15 +465,15 @@ class StateMachine:
 
     @property
     def journal_ok(self) -> bool:
-        """Nothing measured has been lost on the way to the disk."""
+        """False if a sample was lost on its way to the disk."""
         open_now = (self._run and self._run.journal, self._teaching and self._teaching.journal)
         return not any(writer.lost for writer in open_now if writer)
 
     def emit(self, code: str, message: str) -> None:
-        """Emit an event of the loop's, in the numbering of all."""
+        """Emit an event of the loop, numbered with all others."""
         self._emit(code, message)
 
-    # -- parts ----------------------------------------------------------------------------------------------------
+    # -- helpers --------------------------------------------------------------------------------------------------
 
     def _latch(self, state: CycleState) -> LatchedStop:
         self.stop = LatchedStop(state.t_ns)
@@ -476,7 +488,8 @@ class StateMachine:
         assert run.return_to_deg is not None
         speed_deg_s = run.approach_speed_deg_s
         if run.zero_order_hold:
-            # The paper goes to the start when it plays; until then the arm is held, within the patient's limits.
+            # The paper's method moves to the start only when it plays; until then the arm is held within the patient's
+            # limits.
             self._movement = run.movement_along(approach.Approach(here, run.return_to_deg, speed_deg_s), direction=1)
         else:
             start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
@@ -498,7 +511,7 @@ class StateMachine:
         self._enter("returning")
 
     def _follow_path(self, state: CycleState) -> None:
-        """Record what the last setpoint came to, and go on along the path."""
+        """Record the sample for the last setpoint and compute the next one along the path."""
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
         on_recording = movement.path is run.trajectory
@@ -517,7 +530,7 @@ class StateMachine:
         run.tighten(self.setpoint_deg, state.measured_deg)
 
     def _phase(self, run: Run) -> int:
-        """What a sample is part of. Played with less range, or taken back, it is not what was asked for."""
+        """Return the journal phase of a sample. Samples with a reduced range or while taken back have their own phases."""
         if self.mode == "playing" and run.resisting_axis is not None:
             return journal.PHASE_REVERSING
         if self.mode == "playing" and not run.range_override.is_full:
@@ -589,6 +602,6 @@ class StateMachine:
 
 
 def _fault_event_text(cause: StopCause) -> Text:
-    """Return the text of the event that a cause of a stop was latched."""
+    """Return the text of the event for a latched cause."""
     fault = with_key(cause.message, cause.message_key)
     return texts.FAULT_EVENT(fault=fault, fault_code=cause.code, category=cause.category)

@@ -1,4 +1,4 @@
-"""Going along a path at a pace that never changes abruptly."""
+"""Movement along a path with a speed override that changes smoothly."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, Protocol
@@ -9,53 +9,54 @@ from kata.motion.linkage import Floats
 from kata.motion.path import Motion
 
 RAMP_S: Final = 0.2
-"""From standing to the path's own pace, and back: starting, pausing, turning round, and a category 1 stop."""
+"""Time from rest to the path's own speed and back: start, pause, reversal and category 1 stop."""
 CREEP: Final = 0.1
-"""The pace at which an end is met: slowing down must not come to a stand just before it."""
+"""The speed override at which a path's end is reached: slowing down must not stop just before the end."""
 
 
 def longest_step(left: Floats | float, second_difference: Floats | float) -> Floats:
-    """The longest step towards what is left that can still be slowed down from, each step shorter than the last by ``second_difference`` at most.
+    """Return the longest step towards the rest of the way from which the arm can still slow down. Each step is shorter
+    than the one before by ``second_difference`` at most.
 
-    Both in the same unit, of any shape.
+    Both parameters have the same unit and any shape.
     """
     step: Floats = np.sqrt(second_difference * (second_difference / 4 + 2 * left)) - second_difference / 2
     return step
 
 
 class Path(Protocol):
-    """Angles ``(5,)`` in degrees for any time from 0 to its duration, and how they change."""
+    """Angles ``(5,)`` in degrees for any time from 0 to the duration, and their derivatives."""
 
     @property
     def duration_s(self) -> float:
-        """Time at its end."""
+        """Time at the end of the path."""
 
     def motion_at(self, time_s: float) -> Motion:
-        """Angles, speed and acceleration at a time, along the path's own clock."""
+        """Return angles, speed and acceleration at a time on the path's own clock."""
 
 
 @dataclass
 class Movement:
-    """A place on a path and the pace along it: 0 stands, 1 is the path's own speed, -1 goes back as fast."""
+    """A place on a path and the speed override: 0 is rest, 1 is the path's own speed, -1 is the same speed backwards."""
 
     path: Path
     position_s: float = 0.0
     speed_override: float = 0.0
     direction: Literal[-1, 0, 1] = 1
-    """Where it is to go: on, back, or to a stand."""
+    """Target direction: 1 forwards, -1 backwards, 0 slow down to rest."""
     reverse_to_s: float = 0.0
-    """Where going back ends."""
+    """Where a backward movement ends."""
     ramp_s: float = RAMP_S
-    """From standing to full pace, and back."""
+    """Time from rest to full speed and back."""
     shortest_ramp_s: float = 0.0
-    """What the axes' acceleration leaves of :attr:`ramp_s`: changes of pace take no less."""
+    """Lower limit of :attr:`ramp_s` that the axes' acceleration allows."""
     creep: float = CREEP
-    """The pace at which the path's end is met."""
+    """The speed override at which the path's end is reached."""
     override_rate: float = 0.0
-    """How the pace changes at present, a second."""
+    """Present change of the speed override, in 1/s."""
 
     def advance(self, dt_s: float) -> None:
-        """Let ``dt_s`` pass. Slows down in time for the path's end: a recording may break off in full motion."""
+        """Let ``dt_s`` pass. Slow down in time for the path's end: a recording may end in full motion."""
         change = dt_s / max(self.ramp_s, self.shortest_ramp_s)
         wanted = 0.0
         if self.direction:
@@ -67,11 +68,11 @@ class Movement:
         self.position_s = min(max(self.position_s + self.speed_override * dt_s, self._lowest_s), self.path.duration_s)
 
     def place_s(self, lead_s: float) -> float:
-        """Where on the path it will be ``lead_s`` from now."""
+        """Return the place on the path ``lead_s`` from now."""
         return self.position_s + self.speed_override * lead_s
 
     def motion(self, lead_s: float) -> Motion:
-        """Where the arm should be ``lead_s`` from now, and how it should move there by everybody's clock."""
+        """Return where the arm should be ``lead_s`` from now, with speed and acceleration in real time."""
         angles, speed, acceleration = self.path.motion_at(self.place_s(lead_s))
         return Motion(
             angles, self.speed_override * speed, self.speed_override**2 * acceleration + self.override_rate * speed
@@ -79,12 +80,12 @@ class Movement:
 
     @property
     def ended(self) -> bool:
-        """The end of its course is reached."""
+        """True if the end in the present direction is reached."""
         return self.direction != 0 and self._left_s <= 0.0
 
     @property
     def at_rest(self) -> bool:
-        """It has slowed down to a stand."""
+        """True if the movement has slowed down to rest."""
         return self.direction == 0 and self.speed_override == 0.0
 
     @property

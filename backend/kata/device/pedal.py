@@ -1,6 +1,7 @@
-"""A pedal that is a keyboard to the computer, as the RI-PF1BK (Section 2.1 of the paper), through the kernel's evdev interface.
+"""A pedal that the computer sees as a keyboard, such as the RI-PF1BK (Section 2.1 of the paper), read through the
+kernel's evdev interface.
 
-The kernel tells changes only, and that the pedal is unplugged; a pedal that is not there is unknown, which counts as up.
+The kernel reports changes and disconnection only. The state of a missing pedal is unknown, which counts as up.
 """
 
 import contextlib
@@ -27,19 +28,19 @@ _LOOK_AGAIN_NS: Final = 1_000_000_000
 
 
 class UsbPedal:
-    """Asked once a cycle; never waits."""
+    """Reads the pedal once a cycle; never waits."""
 
     def __init__(self, path: Path, now_ns: Callable[[], int]) -> None:
-        """``path``: /dev/input/by-id/...-event-kbd. Opened, and opened again, when it is there."""
+        """``path``: /dev/input/by-id/...-event-kbd. The device is opened when it appears, also after a disconnection."""
         self._path = path
         self._now_ns = now_ns
         self._file: int | None = None
         self._look_at_ns = 0
         self._down: set[int] | None = None
-        """Keys that are held; None: not known."""
+        """Keys that are held; None if unknown."""
 
     def down(self) -> bool | None:
-        """Whether any of its keys is held; None when nobody knows."""
+        """Return True if any key is held; None if unknown."""
         if self._file is None and not self._open():
             return None
         try:
@@ -54,7 +55,7 @@ class UsbPedal:
         return None if self._down is None else bool(self._down)
 
     def close(self) -> None:
-        """Let others have it again."""
+        """Release the device."""
         if self._file is not None:
             os.close(self._file)
         self._file = self._down = None
@@ -62,7 +63,7 @@ class UsbPedal:
     def _take(self, kind: int, code: int, value: int) -> None:
         if kind == _EV_KEY:
             held = self._down or set()
-            # 2 is the keyboard's own repetition.
+            # Value 2 is the keyboard's own key repeat.
             self._down = held | {code} if value else held - {code}
         elif kind == _EV_SYN and code == _SYN_DROPPED:
             self._down = self._held()
@@ -76,7 +77,7 @@ class UsbPedal:
             self._file = os.open(self._path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError:
             return False
-        # What the foot does is not to be typed anywhere.
+        # The pedal's key presses must not reach other programs.
         with contextlib.suppress(OSError):
             fcntl.ioctl(self._file, _EVIOCGRAB, 1)
         self._down = self._held()
@@ -84,7 +85,7 @@ class UsbPedal:
         return True
 
     def _held(self) -> set[int] | None:
-        """The keys that are held now, as the kernel knows."""
+        """Return the keys that the kernel reports as held now."""
         keys = bytearray(_KEY_BYTES)
         try:
             fcntl.ioctl(self._file or 0, _EVIOCGKEY, keys)

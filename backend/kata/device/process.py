@@ -1,4 +1,4 @@
-"""The device process: sets itself up for real time, runs the control loop, ends with torque off."""
+"""The device process: requests real-time scheduling, runs the control loop, and ends with torque off."""
 
 import argparse
 import logging
@@ -22,11 +22,11 @@ from kata.system import realtime
 log = logging.getLogger(__name__)
 
 _CLAIM_LIMIT_S: Final = 10.0
-"""For the process before this one to come to its end."""
+"""Limits how long to wait for the previous device process to end."""
 
 
 def main() -> int:
-    """Entry of ``python -m kata.device``."""
+    """Run ``python -m kata.device``. Return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m kata.device", description=__doc__)
     parser.add_argument("--station", type=Path, required=True, help="the station's TOML file")
     parser.add_argument("--journal", type=Path, required=True, help="folder for journals")
@@ -45,7 +45,7 @@ def main() -> int:
         return 2
     try:
         with claimed(arguments.journal, _CLAIM_LIMIT_S):
-            # Started first: it inherits nothing of what is done for real time.
+            # The builder starts first, so it does not inherit the real-time settings.
             loader = ReferenceLoader(config)
             connection = socket.socket(fileno=arguments.socket)
             link = SocketServiceLink(config, connection, JournalSet(arguments.journal), loader)
@@ -62,11 +62,11 @@ def _run(config: StationConfig, link: SocketServiceLink, loader: ReferenceLoader
         link.closing = True
 
     signal.signal(signal.SIGTERM, end)
-    # Ctrl-C in a terminal reaches the whole group; ending is the service's to decide.
+    # Ctrl-C in a terminal reaches the whole process group; the service decides when this process ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     realtime.settle()
     memory_locked = wants_real_time and realtime.lock_memory()
-    # The other threads inherit it.
+    # The other threads inherit this priority.
     scheduled = wants_real_time and realtime.schedule(realtime.IO_PRIORITY)
     control = threading.Thread(target=_control, args=(config, link, scheduled, memory_locked), name="control")
     loader.start(link.notify)

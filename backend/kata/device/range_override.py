@@ -1,4 +1,4 @@
-"""Less range, asked for while a recording plays, and its slow way back: a comfort zone."""
+"""Range override: reduces the range while a recording plays, and slowly restores it."""
 
 import math
 from dataclasses import dataclass
@@ -12,63 +12,66 @@ from kata.motion.path import Motion
 from kata.motion.trajectory import Trajectory
 
 REDUCTION_STEP: Final = 0.1
-"""Of the range, each time that somebody asks for less."""
+"""Share of the range that one request removes."""
 MIN_SHARE: Final = 0.2
 RECOVERY_DEG: Final = 2.5
-"""Of the motor that goes farthest, in each repetition: as much as a warm-up widens by."""
+"""The range that comes back in each repetition, measured at the motor with the largest range: the same step as in a
+warm-up.
+"""
 _MAX_RATE_S: Final = 0.25
-"""Of the range in a second: a step takes under a second, 60 deg from the middle it is 15 deg/s."""
+"""Limits the change of range, in shares a second. One step takes under 1 s; at 60 deg from the middle this is 15 deg/s.
+"""
 _MAX_ACCELERATION_S2: Final = 1.0
-"""Of the range in a second, each second: 60 deg from the middle it is 60 deg/s^2."""
+"""Limits the acceleration of the range, in shares a second squared. At 60 deg from the middle this is 60 deg/s^2."""
 
 
 @dataclass
 class RangeOverride:
-    """How much of a recording's range is played, around the middle of what each motor goes through.
+    """The share of a recording's range that is played, around the middle of each motor's range.
 
-    It changes with the pace of the path: where the arm is held, it stays held. Back it goes after a whole repetition without
-    another wish for less, and only on the way forward.
+    The share changes with the movement along the path: an arm that is held stays where it is. The range recovers after
+    a whole repetition without another request, and only during forward movement.
     """
 
     trajectory: Trajectory
     repetition_s: float
-    """Of the path: after so much of it the same comes again."""
+    """Time on the path after which the motion repeats."""
     max_speed_deg_s: Floats
-    """``(5,)``: what a motor does at its limit is not made faster by this."""
+    """``(5,)``: a motor at its speed limit does not become faster through the override."""
     share: float = 1.0
-    """1 is what was asked for at load."""
+    """1 is the range of the load."""
 
     def __post_init__(self) -> None:
         self._wanted = self.share
         self._rate_s = 0.0
         self._since_s = math.inf
-        """Of the path, since somebody asked for less."""
+        """Time on the path since the last request."""
         self._recovery_s = (
             RECOVERY_DEG / max(float(np.max(self.trajectory.reach_deg)), RECOVERY_DEG) / self.repetition_s
         )
 
     @property
     def at_minimum(self) -> bool:
-        """There is no less."""
+        """True if the range cannot be reduced further."""
         return self._wanted == MIN_SHARE
 
     @property
     def is_full(self) -> bool:
-        """The range is the one that was asked for at load."""
+        """True if the whole range of the load is played."""
         return self.share == 1.0
 
     def reduce(self) -> None:
-        """A step less than what is wanted now."""
+        """Reduce the target range by one step."""
         wanted = self._wanted - REDUCTION_STEP
-        # What would be left for half a step is taken with this one.
+        # If only half a step would be left, remove it too.
         self._wanted = MIN_SHARE if wanted < MIN_SHARE + REDUCTION_STEP / 2 else wanted
         self._since_s = 0.0
 
     def apply(self, motion: Motion, speed_override: float, dt_s: float) -> Motion:
-        """Let ``dt_s`` pass at a pace, and give the path's motion with what is left of its range.
+        """Let ``dt_s`` pass and return the path's motion with the present range.
 
-        :param motion: of the path itself, by everybody's clock.
-        :param pace: below 0 while the arm is taken back.
+        :param motion: of the path itself, in real time.
+        :param speed_override: below 0 while the arm is taken back.
         """
         passed_s = abs(speed_override) * dt_s
         forward_s = max(speed_override, 0.0) * dt_s
@@ -90,7 +93,7 @@ class RangeOverride:
         )
 
     def _approach(self, passed_s: float, fastest_s: float) -> None:
-        """Towards what is wanted, no faster than it can still be slowed down from."""
+        """Move the share towards its target, at a rate from which it can still be slowed down."""
         if passed_s == 0.0:
             return
         second_difference = _MAX_ACCELERATION_S2 * passed_s**2
@@ -102,7 +105,7 @@ class RangeOverride:
         self._rate_s = change / passed_s
 
     def _max_rate_s(self, motion: Motion, from_middle_deg: Floats) -> float:
-        """How fast the range may change without making any motor faster than its limit."""
+        """Return how fast the range may change without any motor exceeding its speed limit."""
         room = np.maximum(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0)
         away = np.abs(from_middle_deg)
         fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_S), where=away > 0)

@@ -1,7 +1,7 @@
-"""The reference builder: a process of its own that builds and checks references for the device process.
+"""The reference builder: a process that builds and checks references for the device process.
 
-What takes a second, or fails in a way that nobody has thought of, happens here: the device process only passes a Load on, and
-takes what came of it. The builder ends when the device process closes the socket or dies.
+Work that takes a second, or that may fail in an unforeseen way, runs here. The device process only passes a Load on and
+takes the result. The builder ends when the device process closes the socket or dies.
 """
 
 import logging
@@ -14,17 +14,19 @@ from typing import Final
 from kata.system import scheduling
 
 _NICENESS: Final = 5
-"""Behind the service, and yet a quarter of a processor beside one busy process of it: somebody waits for the Load."""
+"""Below the service's priority, but still a quarter of a processor beside one busy process of it: a therapist waits for
+the Load.
+"""
 
 
 def main() -> int:
-    """Entry of ``python -m kata.device.reference_builder SOCKET``, a file descriptor of a SOCK_SEQPACKET socket."""
+    """Run ``python -m kata.device.reference_builder SOCKET``, a file descriptor of a SOCK_SEQPACKET socket."""
     _step_back()
-    # Imported now: a builder that is started again must not import with the priority that it inherited.
+    # Imported after the priority has changed: a restarted builder must not import with the priority that it inherited.
     from kata.device.references import serve
 
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s builder %(levelname)s %(message)s")
-    # Ctrl-C in a terminal reaches the whole group; the device process decides when to end.
+    # Ctrl-C in a terminal reaches the whole process group; the device process decides when the builder ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with socket.socket(fileno=int(sys.argv[1])) as connection:
         serve(connection)
@@ -32,7 +34,7 @@ def main() -> int:
 
 
 def _step_back() -> None:
-    """Take ordinary scheduling, behind the service, and a single thread for the linear algebra, whose equations are banded."""
+    """Take ordinary scheduling below the service, and one thread for linear algebra, because the equations are banded."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     os.nice(_NICENESS)
     scheduling.ask_for(scheduling.LONG_NS)

@@ -1,7 +1,7 @@
-"""What a run follows: a recording's trajectory and its correction, checked, and how both cross to another process.
+"""References for runs: a checked trajectory with its correction, and how both cross to another process.
 
-The reference builder builds and packs them (:func:`serve`, :mod:`kata.device.reference_builder`), the device process unpacks
-them (:mod:`kata.device.loader`).
+The reference builder builds and packs them (:func:`serve`, :mod:`kata.device.reference_builder`). The device process
+unpacks them (:mod:`kata.device.loader`).
 """
 
 import ctypes
@@ -29,9 +29,11 @@ from kata.motion.trajectory import AxisLimits, Held, Trajectory, TrajectoryError
 log = logging.getLogger(__name__)
 
 LARGEST_MESSAGE: Final = 1 << 18
-"""Bytes between device process and builder: more than a part of a Load or a station's configuration has."""
+"""Limits a message between device process and builder, in bytes: more than a part of a Load or a station's
+configuration needs.
+"""
 _CORRECTION: Final = "correction"
-"""Name of the correction's array among a trajectory's."""
+"""Name of the correction among the trajectory's arrays."""
 _READ_ONLY, _SHARED = 1, 1
 """PROT_READ and MAP_SHARED."""
 _FAILED: Final = ctypes.c_void_p(-1).value
@@ -45,23 +47,23 @@ _libc.munmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t]
 
 @dataclass(frozen=True)
 class Reference:
-    """What a Load comes to."""
+    """The reference of a Load."""
 
     trajectory: Trajectory
     correction: Correction | None = None
 
 
 class _UnusableError(ValueError):
-    """The recording cannot be played in this way; the message says why."""
+    """The recording cannot be played with this method; the message says why."""
 
 
 # -- building -----------------------------------------------------------------------------------------------------
 
 
 def build(load: Load, config: StationConfig) -> Reference | Refusal:
-    """Build the reference of a Load and check all of it against the station's and the patient's limits.
+    """Build the reference of a Load and check it against the station's and the patient's limits.
 
-    Takes 1.4 s for an hour at 100 Hz. Numbers at the end of the float range may raise any arithmetic error.
+    An hour at 100 Hz takes 1.4 s. Values at the end of the float range may raise any arithmetic error.
     """
     try:
         trajectory = _trajectory(load, config)
@@ -77,7 +79,7 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
 
 
 def unplayable(why: str) -> Refusal:
-    """Refuse a recording that must not be played. ``why``: a clause without a full stop."""
+    """Return the refusal of a recording that must not be played. ``why``: a clause without a full stop."""
     return Refusal.of(
         code="unplayable",
         message=texts.RECORDING_NOT_PLAYABLE(reason=why),
@@ -104,7 +106,7 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
 
 
 def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajectory) -> None:
-    """Refuse what leaves the patient's range, or is faster than the patient's limit.
+    """Refuse a trajectory that leaves the patient's range or exceeds the patient's speed limit.
 
     :raises TrajectoryError: naming motor, time, value and limit.
     """
@@ -128,7 +130,7 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
 
 
 def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
-    """What was learned, whole and bounded, or nothing."""
+    """Return the checked correction, or None if the Load has none."""
     if not load.correction_deg:
         return None
     if load.method != "learned":
@@ -137,7 +139,7 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
         raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_CUT())
     angles = np.frombuffer(load.correction_deg, dtype="<f8").reshape(-1, N_AXES)
     step_s = load.correction_step_s
-    # Its last row lies within a step of the recording's end. What is no number is within no limit.
+    # The last row lies within one step of the recording's end. NaN fails every limit.
     lasts_s = trajectory.duration_s
     if not (0 < step_s <= lasts_s and len(angles) >= 2 and abs((len(angles) - 1) * step_s - lasts_s) <= step_s):
         raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LENGTH())
@@ -146,7 +148,7 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
     return Correction(step_s, angles)
 
 
-# -- from one process to another ----------------------------------------------------------------------------------
+# -- transfer between processes -----------------------------------------------------------------------------------
 
 
 class Packed(msgspec.Struct, frozen=True, tag_field="type", tag="packed"):
@@ -159,9 +161,10 @@ class Packed(msgspec.Struct, frozen=True, tag_field="type", tag="packed"):
 
 
 def pack(found: Reference) -> tuple[Packed, int]:
-    """Put a reference's numbers into shared memory: how they lie there, and its file descriptor, to be closed by the caller.
+    """Write a reference's numbers into shared memory. Return their layout and the file descriptor; the caller closes
+    it.
 
-    :raises OSError: when there is no memory for them.
+    :raises OSError: when there is not enough memory.
     """
     arrays = found.trajectory.parts()
     if found.correction:

@@ -1,4 +1,4 @@
-"""Which commands are not accepted when, and in which words that is said."""
+"""The rules that refuse commands, and their messages."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -43,13 +43,13 @@ _MODES: Final[tuple[tuple[Mode, Text, Text], ...]] = (
 _IN_MODE: Final[dict[Mode, Refusal]] = {
     mode: Refusal.of(code=f"is_{mode}", message=message, next_step=next_step) for mode, message, next_step in _MODES
 }
-"""The reason against a command that does not belong to the mode."""
+"""The refusal of a command that the mode does not allow."""
 STOPPED_MEANWHILE: Final = Refusal.of(
     code="stopped_meanwhile",
     message=texts.STOPPED_MEANWHILE(),
     next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
 )
-"""The command was sent before its sender knew of the newest stop."""
+"""The sender of the command did not know the newest stop."""
 
 _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
     "acknowledge": Refusal.of(code="not_stopped", message=texts.NOT_STOPPED(), next_step=texts.NOTHING_TO_DO()),
@@ -58,7 +58,7 @@ _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
 
 
 def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
-    """A command belongs to certain modes; what goes on in any other is the reason against it."""
+    """Refuse a command that the mode does not allow."""
     if name == "stop" or mode in _ALLOWED_IN[name]:
         return None
     if name in _NOTHING_TO_DO:
@@ -67,7 +67,7 @@ def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
 
 
 def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | None:
-    """A stop is acknowledged when it has come to its end, a held arm included, and none of its causes holds any more."""
+    """Refuse to acknowledge a stop before it has ended (a held arm counts as ended) and all of its causes have cleared."""
     if still_stopping:
         return Refusal.of(code="still_stopping", message=texts.STILL_STOPPING(), next_step=texts.WAIT_A_MOMENT())
     for cause in stop.causes():
@@ -83,7 +83,7 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
 
 
 def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
-    """A command is void after a stop that its sender has not seen, and after its expiry. ``stops``: the present counter."""
+    """Refuse a command whose sender has not seen the newest stop, or that has expired. ``stops``: the present counter."""
     if command.stops != stops:
         return STOPPED_MEANWHILE
     if t_ns > command.expires_ns:
@@ -96,7 +96,9 @@ def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
 
 
 def not_verified(state: CycleState, problem: str) -> Refusal | None:
-    """A stop is acknowledged when every drive is known to have its settings. ``problem``: why one cannot be configured."""
+    """Refuse to acknowledge a stop before every drive's settings are verified. ``problem``: why a drive cannot be
+    configured.
+    """
     if all(state.verified):
         return None
     if problem:
@@ -107,7 +109,7 @@ def not_verified(state: CycleState, problem: str) -> Refusal | None:
 
 
 def no_torque_found(state: CycleState) -> Refusal | None:
-    """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
+    """Refuse to release torque unless a reachable drive holds the arm from before the connection."""
     if not state.bus_ok:
         return _IN_MODE["offline"]
     if state.context.torque_inherited and any(state != "off" for state in state.torque):
@@ -116,7 +118,9 @@ def no_torque_found(state: CycleState) -> Refusal | None:
 
 
 def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
-    """On the other shoulder motors 3 and 4 turn the other way: what lifts one arm would pull the other down."""
+    """Refuse what is for the other shoulder: motors 3 and 4 turn the other way there, so a lift would become a pull
+    downwards.
+    """
     if wanted == stands_for:
         return None
     return Refusal.of(
@@ -127,7 +131,7 @@ def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
 
 
 def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
-    """Less and less comes to an end."""
+    """Refuse to reduce a range that is at its minimum."""
     if not range_override.at_minimum:
         return None
     return Refusal.of(
@@ -138,7 +142,7 @@ def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
 
 
 def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
-    """Torque is not switched on where the first measurement would be a fault."""
+    """Refuse to switch torque on if the first measurement would be a fault."""
     tolerance = config.limit_tolerance_deg
     for motor, (axis, angle) in enumerate(zip(config.axes, state.measured_deg, strict=True), start=1):
         if not axis.min_deg - tolerance <= angle <= axis.max_deg + tolerance:
@@ -151,7 +155,7 @@ def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
 
 
 def too_far_from_start(state: CycleState, start_deg: Sequence[float]) -> Refusal | None:
-    """Nobody goes in a single step further than what a frozen drive is known by. ``start_deg``: where that step would lead."""
+    """Refuse a first step longer than the distance that shows a frozen drive. ``start_deg``: target of that step."""
     for motor, (start, angle) in enumerate(zip(start_deg, state.measured_deg, strict=True), start=1):
         if abs(start - angle) > MAX_FROZEN_SETPOINT_DEG:
             return Refusal.of(

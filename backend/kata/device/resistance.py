@@ -79,8 +79,8 @@ class ResistanceMonitor:
 def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
     """Return True if a torque acts in the direction in which the drive pushes the arm.
 
-    A moving axis pushes along its path. An axis that stands, or is slower than :data:`SLOW_DEG_S`, also pushes towards its setpoint; when the arm is
-    on the setpoint, an integral part alone can push, and the torque's own direction counts.
+    A moving axis pushes along its path. An axis at rest, or slower than :data:`SLOW_DEG_S`, also pushes towards its
+    setpoint. If the arm is at the setpoint, the integral part alone can push, and the torque's own direction counts.
     """
     if torque_nm * speed_deg_s > 0:
         return True
@@ -88,10 +88,10 @@ def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
 
 
 class YieldOffset:
-    """How far each setpoint is taken off its path because the patient pushes there, ``(5,)`` in degrees."""
+    """The offset of each setpoint from its path because the patient pushes there, ``(5,)`` in degrees."""
 
     def __init__(self, thresholds_nm: Sequence[float], rate_hz: int, resume_deg_s: float) -> None:
-        """``resume_deg_s``: the fastest that the patient may be moved at."""
+        """``resume_deg_s``: highest allowed speed of the patient's arm."""
         self._thresholds_nm = np.array(thresholds_nm)
         self._share = min(1.0, 1.0 / rate_hz / _TO_MEASURED_S)
         self._retreat_deg_nm = min(_RETREAT_DEG_NM, _RETREAT_DEG_S_NM / rate_hz)

@@ -1,4 +1,4 @@
-"""A run: one recording on its way from load to end, what was measured of it, and where the patient resisted."""
+"""A run: one recording from load to end, its samples, and the resistance that the patient gave."""
 
 import math
 from collections.abc import Sequence
@@ -23,15 +23,19 @@ from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 
 _USED_SHARE: Final = 0.98
-"""Of the highest acceleration: reference and what is added to it together take no more."""
+"""Share of an axis' highest acceleration that reference and feed-forward together may use."""
 FEED_FORWARD_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
-"""Of what an axis may be bent: what is added to the reference takes this much at most, and no more than the reference leaves."""
+"""Share of an axis' acceleration limit that the feed-forward may use at most. It also never uses more than the
+reference leaves.
+"""
 _STEP_SHARE: Final = 0.8
-"""Of what the longest step leaves above an axis' highest speed: that is judged over a tenth of a second, and may be more in between."""
+"""Share of the step limit above an axis' highest speed that the feed-forward may use. The speed fault is averaged over
+0.1 s; single steps may exceed it.
+"""
 _SAME_PLACE_S: Final = 1.0
-"""Resistance this close on the recording's clock is in the same place."""
+"""Two places of resistance closer than this on the recording's clock count as the same place."""
 _FULL_TORQUE_SHARE: Final = 0.98
-"""The highest level is the drive's own limit, which it reports a little below."""
+"""The highest level is the drive's own torque limit. The drive reports slightly less than that limit."""
 
 
 @dataclass
@@ -44,31 +48,32 @@ class Run:
     config: StationConfig
     correction: Correction | None = None
     return_to_deg: Floats | None = None
-    """Where the arm is taken back to: where the approach began, or the patient's limit nearest to that."""
+    """Where the arm returns to: the place where the approach began, or the nearest angle within the patient's limits.
+    """
     position_s: float = 0.0
     played_to_end: bool = False
     resisted_at_s: list[float] = field(default_factory=list)
-    """Where strokes were broken off, on the recording's clock."""
+    """Places on the recording's clock at which the arm was taken back."""
     resisting_axis: int | None = None
-    """Whose resistance the arm is being taken back from. None once the recording plays on."""
+    """The axis whose resistance takes the arm back now; None once the recording plays again."""
     reference_deg: Floats = field(init=False)
-    """Where the arm was last to be; its setpoint may be ahead of that. With torque on."""
+    """Target of the arm at the last setpoint; the setpoint may be ahead of it. Only valid with torque on."""
     _feed_forward_deg: Floats = field(init=False)
     _feed_forward_change_deg: Floats = field(init=False)
-    """With the last setpoint."""
+    """Change of the feed-forward with the last setpoint."""
     _speed_deg_s: Floats = field(init=False)
-    """Of the reference, over the last setpoint's time."""
+    """Speed of the reference over the last setpoint period."""
     _reversal_torque_nm: float = 0.0
-    """Torque with which the resisting axis pushed."""
+    """Torque of the resisting axis when the arm was taken back."""
 
     def __post_init__(self) -> None:
         self.config = self.config.with_speed_limit(self.load.max_speed_deg_s)
         self.zero_order_hold = self.load.method == "paper"
-        """Nothing is led ahead, and where the arm stands it is told nothing new."""
+        """No feed-forward, and no new setpoints while the arm is at rest."""
         self.rate_hz = rate_hz(self.load.method, self.config.rate_hz)
         """Setpoints and samples a second."""
         self.cycles_per_setpoint = self.config.cycle_hz // self.rate_hz
-        """So many cycles."""
+        """Cycles for each setpoint."""
         # A setpoint holds until the next one: it aims at the middle of that time.
         self._lead_s = 0.0 if self.zero_order_hold else 0.5 / self.rate_hz + self.config.setpoint_delay_s
         self._servo_model = self.config.lag
@@ -99,25 +104,29 @@ class Run:
 
     @property
     def approach_speed_deg_s(self) -> float:
-        """Highest speed of approach and return: the station's, or the patient's limit where that is lower."""
+        """Highest speed of approach and return: the station's limit, or the patient's limit if that is lower."""
         return min(self.config.approach_speed_deg_s, self.load.max_speed_deg_s or math.inf)
 
     # -- limits ---------------------------------------------------------------------------------------------------
 
     @property
     def limits_deg(self) -> Limits:
-        """What may be commanded: the tighter of mechanism and patient, during the approach as far as the arm is outside."""
+        """Limits of the setpoints: the tighter of mechanism and patient; wider during the approach if the arm is
+        outside.
+        """
         return self._limits.now_deg
 
     def begin(self, here_deg: Floats) -> None:
-        """Begin an approach at ``here_deg``, ``(5,)``; the return will end there, or at the limit nearest to it."""
+        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angle within the
+        limits.
+        """
         self.start_path(here_deg)
         self.return_to_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)
         self._limits.widen(here_deg.tolist())
         self._update_bounds()
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
-        """Take limits that were widened for the approach inwards. To be called in every cycle with torque."""
+        """Tighten limits that were widened for the approach. Call this in every cycle with torque."""
         if self._limits.widened:
             self._limits.tighten(setpoint_deg, measured_deg)
             self._update_bounds()
@@ -134,13 +143,13 @@ class Run:
     # -- setpoints ------------------------------------------------------------------------------------------------
 
     def movement_along(self, path: Path, direction: Literal[0, 1]) -> Movement:
-        """Return a movement along a path whose changes of pace no axis finds too abrupt."""
-        # At its end the reference stands still within one setpoint's time.
+        """Return a movement along a path whose changes of speed stay within every axis' acceleration."""
+        # At the end of the path the reference stops within one setpoint period.
         creep = min(CREEP, 1.0 / (self._shortest_ramp_s * self.rate_hz))
         return Movement(path, direction=direction, shortest_ramp_s=self._shortest_ramp_s, creep=creep)
 
     def start_path(self, here_deg: Floats) -> None:
-        """Another path begins where the last setpoint was."""
+        """Start another path at the last setpoint."""
         self.reference_deg = here_deg
         self._reference_change_deg = np.zeros(len(here_deg))
         self._feed_forward_deg = np.zeros(len(here_deg))
@@ -149,10 +158,11 @@ class Run:
         self._yield_offset.offset_deg = np.zeros(len(here_deg))
 
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
-        """What the drives are to be told now: the reference, and ahead of it as much as they will lag behind.
+        """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
 
-        The reference is left as it is, for the last look to refuse; what is added stays within the limits and never jumps. An arm that comes
-        from outside the patient's limits is different: its setpoint is ahead of the reference, and never goes back outwards.
+        The reference is not clipped: the setpoint gate refuses it if it is beyond a limit. The feed-forward stays
+        within the limits and never jumps. An arm that comes from outside the patient's limits is different: its
+        setpoint is ahead of the reference and never moves outwards again.
         """
         before_deg = self.reference_deg
         wanted = np.zeros(len(before_deg))
@@ -181,7 +191,7 @@ class Run:
         return tuple(_clip(self.reference_deg + self._feed_forward_deg, lowest, highest).tolist())
 
     def _advance_reference(self, movement: Movement) -> Floats:
-        """Move the reference on along the path. Return how far ahead of it the drives' lag wants the setpoint, ``(5,)``."""
+        """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""
         motion = movement.motion(self._lead_s)
         if movement.path is self.trajectory:
             motion = self.range_override.apply(motion, movement.speed_override, 1.0 / self.rate_hz)
@@ -190,15 +200,16 @@ class Run:
             return np.zeros(len(motion.angles_deg))
         wanted = self._servo_model.ahead(motion)
         if self.correction and movement.path is self.trajectory:
-            # Learned at the path's own pace and range; where the arm stands or goes back, something else would be right.
+            # The correction was learned at the path's own speed and range. It does not fit an arm that is at rest or is
+            # taken back.
             wanted = wanted + max(movement.speed_override, 0.0) * self.range_override.share * self.correction.at(
                 movement.place_s(self._lead_s)
             )
         return wanted
 
     def _update_feed_forward(self, wanted_deg: Floats, second_difference: Floats) -> None:
-        """Towards what is wanted: never bent by more than ``second_difference``, no further in a step than the last look leaves it, and no faster than
-        it can still be slowed down from.
+        """Move the feed-forward towards its target. ``second_difference`` limits its change of step; the step never
+        exceeds what the setpoint gate allows, nor what can still be slowed down.
         """
         left = wanted_deg - self._feed_forward_deg
         fastest = np.minimum(self._feed_forward_step_deg, longest_step(np.abs(left), second_difference))
@@ -212,14 +223,14 @@ class Run:
     # -- resistance -----------------------------------------------------------------------------------------------
 
     def detect_resistance(self, state: CycleState) -> int | None:
-        """Return the axis whose drive has pushed with the patient's level for a tenth of a second, else None.
+        """Return the axis whose drive has pushed with the patient's level for 0.1 s, else None.
 
-        To be asked in every cycle with torque; the direction of a moving axis is that of the last setpoints' reference.
+        Call this in every cycle with torque. The direction of a moving axis is that of the reference.
         """
         return self._monitor.resisting_axis(state, self._speed_deg_s.tolist())
 
     def reverse(self, axis: int, movement: Movement, state: CycleState) -> None:
-        """Take the arm back along the path it came."""
+        """Take the arm back along its path."""
         self.resisted_at_s.append(movement.position_s)
         self.resisting_axis = axis
         self._reversal_torque_nm = state.torque_nm[axis]
@@ -229,7 +240,9 @@ class Run:
         movement.reverse_to_s = max(0.0, movement.position_s - self.config.reversal_s)
 
     def yield_to_push(self, state: CycleState, *, only_to_reversal: bool = False) -> None:
-        """Let the next setpoint yield to every push above the level; ``only_to_reversal``: to the one that was met last."""
+        """Let the next setpoint yield to every push above the level; with ``only_to_reversal`` only to the push that
+        caused the last reversal.
+        """
         torque_nm = np.array(state.torque_nm)
         if only_to_reversal:
             others = np.arange(len(torque_nm)) != self.resisting_axis
@@ -238,14 +251,14 @@ class Run:
 
     @property
     def resisted_again(self) -> bool:
-        """The last resistance was where there had been one before."""
+        """True if the last resistance was at the place of an earlier one."""
         *earlier, last = self.resisted_at_s
         return any(abs(last - place) <= _SAME_PLACE_S for place in earlier)
 
-    # -- as others see it -----------------------------------------------------------------------------------------
+    # -- journal and snapshot -------------------------------------------------------------------------------------
 
     def record(self, t_ns: int, state: CycleState, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
-        """Keep what the last setpoint came to: what was measured at ``t_ns``."""
+        """Write the sample for the last setpoint, measured at ``t_ns``, to the journal."""
         self.journal.append_sample(
             t_ns,
             take=0,
@@ -257,7 +270,7 @@ class Run:
         )
 
     def state(self, movement: Movement | None, *, at_start: bool) -> RunState:
-        """As the snapshot tells it."""
+        """Return the run for the snapshot."""
         duration = self.trajectory.duration_s
         left = duration - self.position_s
         if movement and movement.path is not self.trajectory:
@@ -277,6 +290,6 @@ class Run:
 
 
 def _clip(values: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """As np.clip would, in a fifth of its time."""
+    """Clip the values. It takes a fifth of the time of np.clip."""
     bounded: Floats = np.minimum(np.maximum(values, lowest), highest)
     return bounded

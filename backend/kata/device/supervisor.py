@@ -1,4 +1,4 @@
-"""Supervision: the facts of a cycle in, the faults that hold out; and the stop they latch."""
+"""Evaluates the fault table for each cycle and latches stops."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -10,20 +10,20 @@ from kata.device.messages import StopCause, StopState
 
 
 def evaluate_faults(state: CycleState, config: StationConfig) -> list[Key]:
-    """Every fault that holds in this cycle, in the table's order."""
+    """Return every fault that holds in this cycle, in table order."""
     return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(state, config)]
 
 
 @dataclass
 class LatchedStop:
-    """A stop from its first cause until it is acknowledged: the first cause stays first, later ones are appended."""
+    """A stop from its first cause until it is acknowledged. The first cause stays first; later causes are appended."""
 
     at_ns: int
     keys: list[Key] = field(default_factory=list)
     holding: frozenset[Key] = frozenset()
 
     def update(self, holding: Iterable[Key], raised: Iterable[Key]) -> list[StopCause]:
-        """Take in the faults that hold now, and what was raised by an act; returns what is new."""
+        """Add the faults that hold now and the faults that code raised itself. Return the new causes."""
         self.holding = frozenset(holding)
         new = [key for key in (*holding, *raised) if key not in self.keys]
         self.keys += new
@@ -31,15 +31,15 @@ class LatchedStop:
 
     @property
     def category(self) -> int:
-        """The strictest of the causes."""
+        """The strictest category of all causes (0 is the strictest)."""
         return min(FAULT_BY_CODE[code].category for code, _ in self.keys)
 
     def causes(self) -> tuple[StopCause, ...]:
-        """As the snapshot tells them."""
+        """Return the causes for the snapshot."""
         return tuple(self._cause(FAULT_BY_CODE[code], axis) for code, axis in self.keys)
 
     def state(self) -> StopState:
-        """As the snapshot tells it."""
+        """Return the stop for the snapshot."""
         return StopState(causes=self.causes(), at_ns=self.at_ns)
 
     def _cause(self, fault: Fault, axis: int | None) -> StopCause:

@@ -1,4 +1,4 @@
-"""A teaching: the pedal begins and ends takes, and what is measured while it is down goes to the journal."""
+"""A teaching: the pedal starts and ends takes; samples go to the journal while it is down."""
 
 from dataclasses import dataclass, field
 
@@ -9,24 +9,24 @@ from kata.device.messages import TeachingState
 
 @dataclass
 class Teaching:
-    """One teaching from its begin to its end."""
+    """One teaching from start to end."""
 
     teaching_id: str
     journal: JournalWriter
     every: int
-    """A sample is kept every so many cycles."""
+    """Cycles for each sample."""
     pedal_was_up: bool = False
-    """Recording needs a press: a pedal held down since before teaching began records nothing."""
+    """Recording needs a press: a pedal that was down when teaching began records nothing."""
     takes: int = 0
     samples: int = 0
     take_began_ns: int | None = None
     """None while the pedal is up."""
     take_s: float = 0.0
     cycles: int = field(init=False)
-    """Of this take."""
+    """Cycles of the present take."""
 
     def step(self, state: CycleState) -> None:
-        """Let one cycle pass."""
+        """Run one cycle."""
         if state.pedal_down is not True:
             self.pedal_was_up = self.pedal_was_up or state.pedal_down is False
             self.take_began_ns = None
@@ -52,16 +52,16 @@ class Teaching:
         self.cycles += 1
 
     def end(self) -> None:
-        """No more samples."""
+        """Finish the journal."""
         self.journal.finish(JournalEnd(reason="finished"))
 
     @property
     def recording(self) -> bool:
-        """A take goes on."""
+        """True during a take."""
         return self.take_began_ns is not None
 
     def state(self) -> TeachingState:
-        """As the snapshot tells it."""
+        """Return the teaching for the snapshot."""
         return TeachingState(
             teaching_id=self.teaching_id,
             takes=self.takes,

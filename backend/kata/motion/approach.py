@@ -1,11 +1,11 @@
-"""Getting from where the arm is to where a motion begins, without a jump: minimum-jerk movements.
+"""Approach: minimum-jerk movements from the arm's position to the start of a motion, without a jump.
 
-The paper starts playback wherever the arm is, and excepts the start from its errors (Section 4); this is what
-replaces the jump.
+The paper starts playback wherever the arm is, and excludes the start from its errors (Section 4). The approach replaces
+that jump.
 
-The arm comes to a start always from the same side. Which flank of a gear's play the motor leans on, and which way friction holds
-it, is what the last movement left; a motion that begins with the one or the other differs by as much. Machine tools
-position from one side for the same reason.
+The arm always reaches a start from the same side. The last movement determines on which flank of a gear's play the
+motor leans and which way friction acts; a motion that begins from either side differs by as much. Machine tools use
+unidirectional positioning for the same reason.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,9 @@ _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement over its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""
 _SHORTEST_S = 0.5
 _RUN_UP_S = 1.0
-"""Taken for the last way to the start, so that it ends within an encoder's count of the start: in half of that, motor 5 stops short by up to three."""
+"""Time for the last part of the way to the start, so that it ends within one encoder count of the start. In half of
+that time motor 5 stops short by up to three counts.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Approach:
     goal_deg: Floats
     speed_deg_s: float
     at_least_s: float = _SHORTEST_S
-    """Even a short way is gentle."""
+    """Lower limit of the duration: a short way is gentle too."""
 
     @cached_property
     def duration_s(self) -> float:
@@ -44,11 +46,11 @@ class Approach:
         return max(self.at_least_s, _PEAK_OVER_MEAN * farthest / self.speed_deg_s)
 
     def at(self, time_s: float) -> Floats:
-        """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
+        """Return the angles ``(5,)`` in degrees at ``time_s``; constant before the start and after the end."""
         return self.motion_at(time_s).angles_deg
 
     def motion_at(self, time_s: float) -> Motion:
-        """Angles and how they change; before the start and after the end it stands still."""
+        """Return angles, speed and acceleration; at rest before the start and after the end."""
         t = min(max(time_s / self.duration_s, 0.0), 1.0)
         way = self.goal_deg - self.start_deg
         return Motion(
@@ -60,17 +62,17 @@ class Approach:
 
 @dataclass(frozen=True)
 class OneAfterAnother:
-    """Movements that each begin where the one before ends, with a moment's standing between."""
+    """A sequence of movements: each begins where the one before ends, with a moment at rest between them."""
 
     movements: Sequence[Approach]
 
     @property
     def duration_s(self) -> float:
-        """Time to the end of the last."""
+        """Time at the end of the last movement."""
         return sum(movement.duration_s for movement in self.movements)
 
     def motion_at(self, time_s: float) -> Motion:
-        """Angles and how they change; before the start and after the end it stands still."""
+        """Return angles, speed and acceleration; at rest before the start and after the end."""
         *earlier, last = self.movements
         for movement in earlier:
             if time_s < movement.duration_s:
@@ -80,11 +82,12 @@ class OneAfterAnother:
 
 
 def from_its_side(here_deg: Floats, start_deg: Floats, leaves_deg: Floats, speed_deg_s: float) -> OneAfterAnother:
-    """From where the arm is to where a recording begins: every axis comes from the side to which it will leave. ``(5,)`` each.
+    """Return the way from the arm's position to a recording's start: every axis arrives from the side to which it will
+    leave. ``(5,)`` each.
 
-    That side was taught, whatever the limits are; behind the start there may be no room.
+    That side was taught, so it is allowed by any limits; beyond the start there may be no room.
 
-    :param leaves_deg: how each axis leaves the start, as the trajectory has it.
+    :param departure_deg: how each axis leaves the start; see :class:`~kata.motion.trajectory.Trajectory`.
     """
     aside = start_deg + leaves_deg
     return OneAfterAnother([Approach(here_deg, aside, speed_deg_s), Approach(aside, start_deg, speed_deg_s, _RUN_UP_S)])

@@ -28,20 +28,22 @@ POSE_COLUMNS: Final = (
 """Names of a pose's five angles, in axis order; also the column names of a taught-motion CSV."""
 
 POSE_RANGE_DEG: Final = ((-20.0, 20.0), (-20.0, 20.0), (0.0, 120.0), (-20.0, 190.0), (-90.0, 40.0))
-"""The apparatus' range of motion for each angle of a pose (Table 2). Axis 4 serves motions 3 and 5; the wider counts."""
+"""The apparatus' range of motion for each angle of a pose (Table 2). Axis 4 serves motions 3 and 5; it has the wider
+range.
+"""
 
 Side = Literal["left", "right"]
 """The shoulder that is treated."""
 
 CANONICAL_SIDE: Final[Side] = "right"
-"""The side that the apparatus serves unturned.
+"""The side of the apparatus when it is not turned.
 
-Ours: which one it is the paper leaves to its references [12, 13]. Its frame is a right shoulder's, though: X points
-forward, Z up, and the arm lifted sideways lies along -Y (Section 2.1), which is to the patient's right.
+This is our choice: the paper refers to its references [12, 13] for it. Its coordinates are those of a right shoulder: X
+points forward, Z up, and the arm lifted sideways lies along -Y (Section 2.1), which is to the patient's right.
 """
 
 APPARATUS_SIGNS: Final[dict[Side, tuple[int, ...]]] = {"right": (1, 1, 1, 1, 1), "left": (1, -1, -1, -1, 1)}
-"""How each angle of a pose looks to the apparatus that serves this side (:mod:`kata.motion.sides` derives it)."""
+"""The sign of each angle of a pose as seen by the apparatus on this side (:mod:`kata.motion.sides` derives it)."""
 
 
 @dataclass(frozen=True)

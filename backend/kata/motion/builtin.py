@@ -1,6 +1,6 @@
-"""Motions that come with the program: the paper's six basic motions and one arbitrary one (Section 4).
+"""The built-in motions: the paper's six basic motions and an arbitrary one (Section 4).
 
-Each starts and ends with the arm hanging at rest. They go gently to most of the range, none faster than
+Each starts and ends with the arm hanging at rest. They use most of the range, and none is faster than
 :data:`SPEED_DEG_S`.
 """
 
@@ -34,7 +34,7 @@ _ARBITRARY: Final = (
 
 
 def built_in_motions() -> tuple[Taught, ...]:
-    """The seven motions, in the paper's order."""
+    """Return the seven motions, in the paper's order."""
     named = [
         (texts.BUILTIN_MOTION(number=motion.number, motion=motion.name), points)
         for motion, points in zip(BASIC_MOTIONS, _WAYPOINTS, strict=True)
@@ -46,7 +46,7 @@ def built_in_motions() -> tuple[Taught, ...]:
 
 
 def _through(name: str, points: tuple[tuple[float, ...], ...]) -> Taught:
-    """Minimum-jerk from rest through the waypoints and back to rest, sampled at 100 Hz."""
+    """Return a minimum-jerk motion from rest through the waypoints and back to rest, sampled at 100 Hz."""
     stops = np.array([_REST, *points, _REST], dtype=np.float64)
     poses = [stops[0]]
     for start, goal in pairwise(stops):

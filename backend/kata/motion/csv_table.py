@@ -1,4 +1,4 @@
-"""A table of numbers from a CSV file: quick where it is right, and line by line where it is not."""
+"""Tables of numbers from CSV files: fast parsing for correct files, line by line for the error messages."""
 
 import csv
 import io
@@ -18,13 +18,13 @@ from kata.motion.linkage import Floats
 
 SEPARATORS: Final = (",", ";", "\t")
 MOST_COMPLAINTS: Final = 20
-"""More at once help nobody to mend a file."""
+"""Limits the complaints about one file. More would not help to correct it."""
 _CHUNK: Final = 8192
 
 
 @dataclass(frozen=True)
 class Complaint:
-    """What is wrong in one place."""
+    """A problem at one place of the file."""
 
     line: int
     column: str
@@ -32,7 +32,7 @@ class Complaint:
 
     @property
     def text(self) -> Text:
-        """Return what is wrong, with the place."""
+        """Return the problem with its place."""
         return texts.COLUMN_AT_LINE(line=self.line, column=self.column, problem=self.what)
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ class Complaint:
 
 
 class TableError(ValueError):
-    """The file cannot be used. The message tells the first thing that is wrong; ``complaints`` those that have a place."""
+    """The file cannot be used. The message names the first problem; ``complaints`` lists those that have a place."""
 
     def __init__(self, message: str, complaints: Sequence[Complaint] = ()) -> None:
         super().__init__(message)
@@ -49,19 +49,19 @@ class TableError(ValueError):
 
 @dataclass(frozen=True)
 class Table:
-    """The columns that were asked for, ``values`` is ``(n, k)`` in the order of ``columns``; ``lines`` is ``(n,)``, from 1."""
+    """The requested columns: ``values`` is ``(n, k)`` in the order of ``columns``; ``lines`` is ``(n,)``, from 1."""
 
     columns: tuple[str, ...]
     others: tuple[str, ...]
-    """Columns that were left alone."""
+    """Ignored columns."""
     separator: str
     values: Floats
     lines: NDArray[np.int64]
 
     def complain(self, wrong: Iterable[tuple[int, int, str]]) -> None:
-        """Refuse the table for what is found in it: row, column of ``values``, and what is wrong there.
+        """Refuse the table if there are problems: row, column of ``values``, and text of each.
 
-        :raises TableError: when anything is.
+        :raises TableError: when there is a problem.
         """
         found = [
             Complaint(int(self.lines[row]), self.columns[column], what)
@@ -72,9 +72,9 @@ class Table:
 
 
 def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
-    """Read the columns of the first layout of which the header names them all; they may stand in any order among others.
+    """Read the columns of the first layout whose names are all in the header, in any order and among others.
 
-    :raises TableError: naming line and column of what is wrong: a missing column, a cell too many, no finite number.
+    :raises TableError: naming line and column of the problem: a missing column, a cell too many, no finite number.
     """
     text = text.removeprefix("\ufeff")
     separator = max(SEPARATORS, key=text.partition("\n")[0].count)
@@ -84,7 +84,7 @@ def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
         wanted = _layout(header, layouts)
         table = _Rows(header, wanted)
         body_at = text.find("\n")
-        # Python reads 1_000 as a number. Nobody else does.
+        # Python reads 1_000 as a number; other programs do not.
         careful = body_at >= 0 and "_" in text[body_at:]
         values, lines = table.read(_numbered(reader), careful=careful)
     except csv.Error as error:
@@ -104,7 +104,7 @@ def _layout(header: list[str], layouts: Sequence[tuple[str, ...]]) -> tuple[str,
         if all(column in header for column in layout):
             _twice(header, layout)
             return layout
-    # The one of which most is there is what was meant.
+    # The layout with the most columns present is the one that was meant.
     layout = max(layouts, key=lambda names: sum(name in header for name in names))
     missing = [column for column in layout if column not in header]
     units = [
@@ -128,7 +128,9 @@ def _twice(header: list[str], layout: tuple[str, ...]) -> None:
 
 
 def _in_another_unit(name: str, column: str) -> bool:
-    """``time_ms`` for ``time_s``, ``shoulder_flexion_rad`` or ``Shoulder_flexion (rad)`` for ``shoulder_flexion``."""
+    """Return True for ``time_ms`` instead of ``time_s``, ``shoulder_flexion_rad`` or ``Shoulder_flexion (rad)`` instead
+    of ``shoulder_flexion``.
+    """
     stem = column.removesuffix("_s").removesuffix("_deg")
     rest = name.lower().removeprefix(stem)
     return len(rest) < len(name) and rest.strip("_ ()[]") in {
@@ -151,7 +153,7 @@ class _Rows:
         self._complaints: list[Complaint] = []
 
     def read(self, numbered: Iterator[tuple[int, list[str]]], *, careful: bool) -> tuple[Floats, NDArray[np.int64]]:
-        """All of it; chunk by chunk, so that an hour's cells need not all be there as text."""
+        """Read all rows in chunks, so that an hour of cells need not be in memory as text."""
         values: list[Floats] = []
         lines: list[NDArray[np.int64]] = []
         while chunk := [row for row, _ in zip(numbered, range(_CHUNK), strict=False)]:
@@ -168,7 +170,7 @@ class _Rows:
         return np.concatenate(values), np.concatenate(lines)
 
     def _quickly(self, rows: list[list[str]]) -> Floats | None:
-        """None where anything about them is not as it should be."""
+        """Return None if any row is not correct."""
         if max(map(len, rows)) > self._width:
             return None
         try:

@@ -1,10 +1,10 @@
-"""What a therapist does to a motion. Every function gives a new motion and leaves the old one alone.
+"""Edits of a motion. Every function returns a new motion and leaves the old one unchanged.
 
-Nothing is limited in silence: what a function makes is checked as a recording is (:meth:`kata.motion.trajectory.Trajectory.check`)
+Nothing is clipped silently: the result is checked like a recording (:meth:`kata.motion.trajectory.Trajectory.check`)
 before it may be played, and refused with motor and time.
 
-Where a motion is cut or joined it stands: it is brought to a stand, and set going again, by its pace along the path, so that
-the path stays the one that was taught; from one place to another it goes by minimum jerk (:mod:`kata.motion.approach`).
+At cuts and joins the motion comes to rest. It slows down and starts again along the taught path, so that the path does
+not change. Between two places it moves by minimum jerk (:mod:`kata.motion.approach`).
 """
 
 from collections.abc import Collection
@@ -24,28 +24,28 @@ from kata.motion.taught import MIN_DURATION_S
 SPEED_PERCENT: Final = (10.0, 150.0)
 RANGE_PERCENT: Final = (10.0, 100.0)
 LONGEST_S: Final = 3600.0
-"""Nothing made here lasts longer: a session's time, and 17 MB on the way to the device."""
+"""Limits the duration of a result: a session's time, and 17 MB on the way to the device."""
 JOIN_SPEED_DEG_S: Final = 15.0
-"""From the end of one motion to the start of the next: as slow as a station's approach to a recording's start."""
+"""Speed from the end of one motion to the start of the next: as slow as a station's approach."""
 STRETCH_SPEED_DEG_S: Final = 3.0
-"""At the end of ROM: what continuous-passive-motion machines do (0.2 to 3.8 deg/s)."""
+"""Speed at the end of the range: that of continuous-passive-motion machines (0.2 to 3.8 deg/s)."""
 
 _STEP_S: Final = 0.01
 _INSTANT_S: Final = 1e-3
-"""Samples that are closer are one: an encoder's count between them would be a speed."""
+"""Samples closer than this are one: an encoder count between them would be a speed."""
 _SAME_DEG: Final = 1e-3
-"""A hundredth of an encoder's count is no way to go."""
+"""A hundredth of an encoder count is not a distance."""
 _SPARSE_S: Final = 0.1
-"""Samples further apart get others between them: the paper's 10 Hz, slowed down, would count as samples missing."""
+"""Samples further apart get samples between them: the paper's 10 Hz, slowed down, would look like missing samples."""
 _EASE_S: Final = 0.4
-"""From full pace to a stand, and back: 100 deg/s end in 375 deg/s^2."""
+"""Time from full speed to rest and back: 100 deg/s become 375 deg/s^2."""
 _GOES_DEG_S: Final = 2.0
-"""A motion whose end is slower than this stands there; one count of an encoder within that time is 1.8 deg/s."""
+"""A motion that is slower than this at its end is at rest there; one encoder count within that time is 1.8 deg/s."""
 _GOES_S: Final = 0.05
 
 
 class EditError(ValueError):
-    """It cannot be done to this motion; the message says why."""
+    """The edit is not possible for this motion; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Motion:
     times_s: Floats
     angles_deg: Floats
     done: tuple[str, ...] = ()
-    """What was done to the recording, in order and in words."""
+    """Descriptions of the edits, in order."""
 
     @property
     def duration_s(self) -> float:
@@ -63,16 +63,16 @@ class Motion:
         return float(self.times_s[-1])
 
     def at(self, times_s: Floats) -> Floats:
-        """Angles ``(k, 5)`` at times ``(k,)``: never outside the range of the two neighbouring samples."""
+        """Return the angles ``(k, 5)`` at times ``(k,)``, never outside the range of the two neighbouring samples."""
         angles: Floats = PchipInterpolator(self.times_s, self.angles_deg)(times_s)
         return angles
 
 
-# -- one motion -----------------------------------------------------------------------------------------------------
+# -- edits of one motion --------------------------------------------------------------------------------------------
 
 
 def trim(motion: Motion, start_s: float, end_s: float) -> Motion:
-    """Only what is between two times. Where that begins or ends in full motion, playing sets it going and brings it to a stand.
+    """Return the part between two times. If it begins or ends in full motion, playback starts and slows down there.
 
     :raises EditError: when the times are not within the motion, or leave less than half a second.
     """
@@ -84,9 +84,9 @@ def trim(motion: Motion, start_s: float, end_s: float) -> Motion:
 
 
 def at_speed(motion: Motion, percent: float) -> Motion:
-    """The same path, slower or faster: 10 to 150 % of the speed that was taught.
+    """Return the same path at 10 to 150 % of the taught speed.
 
-    :raises EditError: when the speed is out of that.
+    :raises EditError: when the speed is outside that range.
     """
     _within(percent, SPEED_PERCENT, texts.SPEED_PERCENT_REFUSED)
     if percent == 100.0:
@@ -95,7 +95,7 @@ def at_speed(motion: Motion, percent: float) -> Motion:
 
 
 def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Motion:
-    """Less range, towards the middle of what each of the given axes (1 to 5) goes through; never more than it was.
+    """Reduce the range of the given axes (1 to 5) towards the middle of each; never extend it.
 
     :raises EditError: when ``percent`` is not 0 to 100.
     """
@@ -112,7 +112,7 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
 
 
 def less(motion: Motion, deg: float) -> Motion:
-    """The axis that goes farthest goes ``deg`` less in all, the others less in proportion.
+    """Reduce the range of the axis with the largest range by ``deg``, the others in proportion.
 
     :raises EditError: when nothing would be left.
     """
@@ -123,9 +123,9 @@ def less(motion: Motion, deg: float) -> Motion:
 
 
 def isolated(motion: Motion, axes: Collection[int]) -> Motion:
-    """Only these axes (1 to 5) move, as they did; the others stay at the angle they started from.
+    """Move only these axes (1 to 5); the others stay at their start angle.
 
-    :raises EditError: when no axis is named, or one that is not there.
+    :raises EditError: when no axis or an unknown axis is named.
     """
     if not axes or not set(axes) <= set(AXES):
         raise EditError(texts.NO_MOTOR_LEFT(first=AXES[0], last=AXES[-1]))
@@ -136,7 +136,7 @@ def isolated(motion: Motion, axes: Collection[int]) -> Motion:
 
 
 def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
-    """Stand at one point for a while. Nearer than 0.2 s to the start or end it is there.
+    """Hold one point for a time. A point closer than 0.2 s to the start or end moves there.
 
     :raises EditError: when the point is not within the motion, or the time is below 0.
     """
@@ -153,9 +153,10 @@ def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
 
 
 def eased(motion: Motion, *, start: bool = True, end: bool = True) -> Motion:
-    """Beginning and ending at rest: where it does not, the pace along its path grows from 0, or falls to it.
+    """Make the motion begin and end at rest: at an end in full motion, the speed along its path rises from 0 or falls
+    to it.
 
-    The path does not change, no angle is added. Each end that is eased takes 0.2 s more.
+    The path does not change, no angle is added. Each changed end takes 0.2 s more.
     """
     if start and _goes(motion):
         motion = _set_going(motion)
@@ -164,16 +165,16 @@ def eased(motion: Motion, *, start: bool = True, end: bool = True) -> Motion:
     return motion
 
 
-# -- many of one motion ---------------------------------------------------------------------------------------------
+# -- repetitions ----------------------------------------------------------------------------------------------------
 
 
 def repeated(
     motion: Motion, repetitions: int, pause_s: float = 0.0, join_speed_deg_s: float = JOIN_SPEED_DEG_S
 ) -> Motion:
-    """The motion again and again, with a pause at each end that it turns at.
+    """Repeat the motion, with a pause at each end at which it turns.
 
-    Where it ends elsewhere than it starts, it goes back by minimum jerk, and pauses there too. After the last repetition there
-    is nothing.
+    If it ends elsewhere than it starts, it moves back by minimum jerk and pauses there too. Nothing follows the last
+    repetition.
 
     :raises EditError: when there are no repetitions, the pause is below 0, or it would last more than an hour.
     """
@@ -201,9 +202,11 @@ def warm_up(
     pause_s: float = 0.0,
     join_speed_deg_s: float = JOIN_SPEED_DEG_S,
 ) -> Motion:
-    """Repetitions that begin with ``less_deg`` less range and widen it by ``step_deg`` each, the last one the whole.
+    """Return repetitions that begin with ``less_deg`` less range and widen by ``step_deg`` each; the last one has the
+    whole range.
 
-    :raises EditError: when ``step_deg`` is not above 0, less is more than there is, or it would last more than an hour.
+    :raises EditError: when ``step_deg`` is not above 0, the range is not large enough, or it would last more than an
+        hour.
     """
     if not step_deg > 0 or not pause_s >= 0:
         raise EditError(texts.WARM_UP_REFUSED(step_deg=step_deg, pause_s=pause_s))
@@ -225,11 +228,12 @@ def stretch(
     hold_s: float = 0.0,
     speed_deg_s: float = STRETCH_SPEED_DEG_S,
 ) -> Motion:
-    """At the end of ROM of the axis that goes farthest: back along the path, slowly up to the end again and on beyond it, hold.
+    """Stretch at the end of the range of the axis with the largest range: back along the path, slowly to the end and
+    beyond it, hold.
 
-    Then back to the end, and the motion goes on.
+    Then the motion returns to the end and continues.
 
-    :raises EditError: when the axis does not go through ``back_deg`` on its way to the end, or a number makes no sense.
+    :raises EditError: when the axis does not move through ``back_deg`` on its way to the end, or a number is not valid.
     """
     if not (further_deg >= 0 and back_deg > 0 and hold_s >= 0 and speed_deg_s > 0):
         raise EditError(texts.STRETCH_REFUSED(further_deg=further_deg, back_deg=back_deg, hold_s=hold_s))
@@ -256,12 +260,12 @@ def stretch(
     return line.motion((*motion.done, tried))
 
 
-# -- as it is asked for ---------------------------------------------------------------------------------------------
+# -- playback settings ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class PlaybackSettings:
-    """How a recording is to be played; unless given, as it was taught, once."""
+    """How a recording is to be played; the default is as taught, once."""
 
     speed_percent: float = 100.0
     repetitions: int = 1
@@ -273,44 +277,45 @@ AS_TAUGHT: Final = PlaybackSettings()
 
 
 def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
-    """Range, then speed, then repetitions: the pauses are not slowed down. The same recording and wishes give the same motion.
+    """Apply range, then speed, then repetitions: the pauses are not slowed down. The result depends only on recording
+    and settings.
 
-    :raises EditError: when something is out of what it may be.
+    :raises EditError: when a value is outside its range.
     """
     _within(asked.range_percent, RANGE_PERCENT, texts.RANGE_PERCENT_REFUSED)
     once = at_speed(scaled(motion, asked.range_percent), asked.speed_percent)
     return repeated(once, asked.repetitions, asked.pause_s)
 
 
-# -- putting together -----------------------------------------------------------------------------------------------
+# -- joining --------------------------------------------------------------------------------------------------------
 
 
 class Line:
-    """Pieces put one behind the other, each beginning where the one before it ended."""
+    """Builds a motion from pieces, each of which begins where the one before it ended."""
 
     def __init__(self, join_speed_deg_s: float = JOIN_SPEED_DEG_S) -> None:
         self._join_speed_deg_s = join_speed_deg_s
         self._times: list[Floats] = []
         self._angles: list[Floats] = []
         self._pause_s = 0.0
-        """What the repetition that was put on last wants at its ends."""
+        """Pause that the last added repetition needs at its ends."""
         self.duration_s = 0.0
 
     def add(self, motion: Motion) -> None:
-        """What begins where the line has ended."""
+        """Append a motion that begins where the last piece ended."""
         new = slice(1 if self._times else 0, None)
         self._times.append(motion.times_s[new] + self.duration_s)
         self._angles.append(motion.angles_deg[new])
         self.duration_s += motion.duration_s
 
     def stand(self, seconds: float, angles_deg: Floats) -> None:
-        """Stay there."""
+        """Stay at these angles for a time."""
         if seconds > _INSTANT_S:
             times = np.linspace(0.0, seconds, int(np.ceil(seconds / _SPARSE_S)) + 1)
             self.add(Motion(times, np.repeat(angles_deg[None, :], len(times), axis=0)))
 
     def go_to(self, angles_deg: Floats) -> None:
-        """By minimum jerk, at the line's speed; nothing where it is there already."""
+        """Move to these angles by minimum jerk; nothing if they are reached already."""
         here = self._angles[-1][-1]
         if _same_place(here, angles_deg):
             return
@@ -319,7 +324,9 @@ class Line:
         self.add(Motion(times, np.array([way.at(float(time_s)) for time_s in times])))
 
     def join(self, motion: Motion, pause_s: float) -> None:
-        """One more repetition: the pause of the last, to its start, its own pause if that was elsewhere, and the motion."""
+        """Append a repetition: the pause of the last one, the way to its start, its own pause if that was elsewhere,
+        and the motion.
+        """
         if self._times:
             here, start = self._angles[-1][-1], motion.angles_deg[0]
             self.stand(self._pause_s, here)
@@ -330,12 +337,12 @@ class Line:
         self._pause_s = pause_s
 
     def motion(self, done: tuple[str, ...]) -> Motion:
-        """All of it."""
+        """Return the whole motion."""
         return Motion(np.concatenate(self._times), np.concatenate(self._angles), done)
 
 
 def _part(motion: Motion, start_s: float, end_s: float) -> Motion:
-    """Between two times, counted from the first of them."""
+    """Return the part between two times, counted from the first of them."""
     within = (motion.times_s > start_s + _INSTANT_S) & (motion.times_s < end_s - _INSTANT_S)
     ends = motion.at(np.array([start_s, end_s]))
     times = np.concatenate([[start_s], motion.times_s[within], [end_s]]) - start_s
@@ -343,7 +350,7 @@ def _part(motion: Motion, start_s: float, end_s: float) -> Motion:
 
 
 def _halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
-    """Before and after a time; None where that is next to nothing, which then belongs to the other half."""
+    """Return the parts before and after a time; None for a part that is almost empty, which then belongs to the other."""
     if at_s < _EASE_S / 2:
         return None, motion
     if at_s > motion.duration_s - _EASE_S / 2:
@@ -352,14 +359,16 @@ def _halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
 
 
 def _goes(motion: Motion) -> bool:
-    """It begins in full motion."""
+    """Return True if the motion begins in full motion."""
     soon_s = min(_GOES_S, motion.duration_s)
     way = np.abs(np.diff(motion.at(np.array([0.0, soon_s])), axis=0))
     return bool(np.max(way) > _GOES_DEG_S * soon_s)
 
 
 def _set_going(motion: Motion) -> Motion:
-    """The pace along the path grows as 3 x^2 - 2 x^3 from 0 to 1: acceleration begins and ends with nothing."""
+    """Start from rest: the speed along the path grows as 3 x^2 - 2 x^3 from 0 to 1, so acceleration begins and ends at
+    0.
+    """
     ease_s = min(_EASE_S, 2 * motion.duration_s)
     x = np.linspace(0.0, 1.0, int(np.ceil(ease_s / _STEP_S)) + 1)
     place_s = ease_s * (x**3 - x**4 / 2)
@@ -376,7 +385,7 @@ def _reversed(motion: Motion) -> Motion:
 
 
 def _filled(motion: Motion) -> Motion:
-    """With samples between those that lie far apart."""
+    """Add samples between those that are far apart."""
     parts = np.ceil(np.diff(motion.times_s) / _SPARSE_S - 1e-9).astype(int)
     if np.all(parts <= 1):
         return motion
@@ -393,7 +402,7 @@ def _same_place(one_deg: Floats, other_deg: Floats) -> bool:
 
 
 def _reach_deg(motion: Motion) -> float:
-    """What the axis that goes farthest goes through."""
+    """Return the range of the axis with the largest range."""
     return float(np.max(np.ptp(motion.angles_deg, axis=0)))
 
 

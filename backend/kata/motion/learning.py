@@ -1,14 +1,14 @@
-"""Learning a recording by repeating it: what was still missing last time is added the next (iterative learning control).
+"""Iterative learning control: each repetition of a recording corrects the remaining error of the one before.
 
     c_{k+1} = Q[ (1 - leak) c_k + gain (1 + a1 D + a2 D^2) Q e_k ],        e_k = reference - measured,
 
-on a grid of the recording's own clock, D being the derivative. The bracket before the error undoes the drives' lag, so that a
-correction comes when it is needed and not a lag later; Q is a low-pass without a shift in time, above which the drives
-follow too little to learn from; the leak forgets what is no longer confirmed. Bristow, Tharayil and Alleyne 2006, IEEE
-Control Systems 26(3), Eq. 9 and the section on plant inversion.
+on a grid of the recording's own clock; D is the derivative. The bracket before the error inverts the drives' lag, so
+that a correction is not late by one lag. Q is a low-pass filter without phase shift; above its cut-off the drives
+follow too little to learn from. The leak forgets corrections that are no longer confirmed. Bristow, Tharayil and
+Alleyne 2006, IEEE Control Systems 26(3), Eq. 9 and the section on plant inversion.
 
-What the patient did is not to be learned: nothing changes where the arm was stopped, paused or taken back, where a motor
-worked hard, or near a limit.
+The patient's own movement must not be learned: the correction does not change where the arm was stopped, paused or
+taken back, where a motor was heavily loaded, or near a limit.
 """
 
 from dataclasses import dataclass
@@ -24,34 +24,36 @@ from kata.motion.smoothing import smoothed
 from kata.motion.trajectory import Trajectory
 
 LARGEST_DEG: Final = 3.0
-"""No correction is larger. Drives that need more are not the ones that were identified."""
+"""Limits each correction. Drives that need more are not the ones that were identified."""
 STEP_S: Final = 0.02
 _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
 _AROUND_S: Final = 1.0
-"""So far around a disturbance nothing is learned: the arm has to find back."""
+"""Nothing is learned this close to a disturbance: the arm needs time to come back to its path."""
 _FADE_S: Final = 0.5
-"""From nothing learned to all of it."""
+"""Transition from no learning to full learning."""
 _NEAR_DEG: Final = 1.0
-"""A setpoint so near a limit may have been held back by it."""
+"""A setpoint this close to a limit may have been held back by the limit."""
 _SHARE_OF_THRESHOLD: Final = 0.5
-"""Of the torque at which the patient's resistance turns the arm back; above it there may have been some."""
+"""Share of the torque at which the patient's resistance takes the arm back; above it the patient may have resisted."""
 _RESISTS_S: Final = 0.1
-"""A push shorter than this is none: the drives' own trembling is averaged out over so long."""
+"""Torque is averaged over this time: shorter pushes come from the drives' own vibration."""
 _LONGEST_GAP_S: Final = 0.1
-"""Further from any sample nothing is known of the error."""
+"""Further than this from any sample the error is unknown."""
 
 
 @dataclass(frozen=True)
 class Correction:
-    """What is added to a recording's setpoints: ``angles_deg`` is ``(m, 5)``, one row every ``step_s`` from 0."""
+    """The correction added to a recording's setpoints: ``angles_deg`` is ``(m, 5)``, one row every ``step_s`` from 0."""
 
     step_s: float
     angles_deg: Floats
 
     def at(self, time_s: float) -> Floats:
-        """The correction ``(5,)`` at a time, straight between two rows; before the first and after the last as there."""
+        """Return the correction ``(5,)`` at a time, linear between two rows, constant before the first and after the
+        last.
+        """
         place = min(max(time_s / self.step_s, 0.0), len(self.angles_deg) - 1.0)
         row = min(int(place), len(self.angles_deg) - 2)
         share = place - row
@@ -67,10 +69,10 @@ def learn(
     threshold_nm: Floats,
     limits_deg: Floats,
 ) -> Correction:
-    """The correction for the next repetition.
+    """Return the correction for the next repetition.
 
-    :param before: the one that this repetition was played with; None for the first.
-    :param threshold_nm: ``(5,)``: where the patient's resistance would have turned the arm back.
+    :param before: the correction that this repetition was played with; None for the first.
+    :param threshold_nm: ``(5,)``: the torque at which the patient's resistance takes the arm back.
     :param limits_deg: ``(5, 2)``: lowest and highest setpoint of each axis.
     :raises ValueError: when nothing was played, or the correction is not as long as the recording.
     """
@@ -109,7 +111,9 @@ def learn(
 
 
 def _from_first_to_last(repetition: Repetition) -> Repetition:
-    """Waiting at the start, and what comes after the end, are no disturbances."""
+    """Return the samples from the first to the last playing one: waiting at the start and samples after the end are no
+    disturbances.
+    """
     playing = np.flatnonzero(repetition.playing)
     during = slice(playing[0], playing[-1] + 1) if len(playing) else slice(0)
     return Repetition(
@@ -121,12 +125,14 @@ def _from_first_to_last(repetition: Repetition) -> Repetition:
 
 
 def rows(duration_s: float) -> int:
-    """How many rows the correction of a recording has; never fewer than two."""
+    """Return the number of rows of a recording's correction; at least two."""
     return max(2, int(duration_s / STEP_S) + 1)
 
 
 def _distance(grid: Floats, places: Floats) -> Floats:
-    """From each place of the grid to the nearest of some others, in any order; infinite where there are none."""
+    """Return the distance from each place of the grid to the nearest of ``places``, in any order; infinite if there are
+    none.
+    """
     if len(places) == 0:
         return np.full(len(grid), np.inf)
     ordered = np.sort(places)

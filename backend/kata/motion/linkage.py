@@ -29,20 +29,20 @@ from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, Side
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Vector = tuple[Floats, Floats, Floats]
-"""x, y, z as arrays of their own: a million rows are faster so than as ``(n, 3)``."""
+"""x, y, z as separate arrays: for a million rows this is faster than ``(n, 3)``."""
 MotorRanges = tuple[tuple[float, float], tuple[float, float]]
 """Lowest and highest theta1, theta2, degrees."""
 
 WITHIN_DEG: Final = 45.0
-"""How far from the middle phi and psi are looked for. Table 2 needs 20; beyond some 50 singular poses begin."""
+"""Limits phi and psi of the search, from the middle. Table 2 needs 20; beyond some 50 singular poses begin."""
 _CLOSED_DEG: Final = 1e-7
-"""A pose found must give its motor angles back to this; it tells the assembled branch from the other."""
+"""Tolerance of the motor angles of a found pose; it distinguishes the assembled branch from the other."""
 _OUTLINE_RAYS: Final = 180
 _OUTLINE_STEP_DEG: Final = 0.1
 
 
 class OutOfReachError(ValueError):
-    """The links cannot close here. ``index`` is the first such row; ``motor`` is 1 or 2, None for both together."""
+    """The links cannot close. ``index`` is the first such row; ``motor`` is 1 or 2, None for both together."""
 
     def __init__(self, message: str, index: int, motor: int | None = None) -> None:
         super().__init__(f"{message} (row {index})")
@@ -64,30 +64,30 @@ class _Leg(NamedTuple):
     cosine: tuple[int, float]
 
     def board(self, phi: Floats, psi: Floats) -> Vector:
-        """OQi."""
+        """Return OQi."""
         out = self.oq_mm * np.sin(psi + self.w_rad)
         return out * np.cos(phi), out * np.sin(phi), self.oq_mm * np.cos(psi + self.w_rad)
 
     def crank(self, theta: Floats) -> Vector:
-        """OPi."""
+        """Return OPi."""
         point = [np.full_like(theta, along) for along in self.oo_mm]
         for (axis, sign), part in ((self.sine, np.sin(theta)), (self.cosine, np.cos(theta))):
             point[axis] += sign * self.op_mm * part
         return point[0], point[1], point[2]
 
     def close(self, phi: Floats, psi: Floats) -> Floats:
-        """Theta in radians on the + branch, continuous over the whole region; not a number where it is out of reach."""
+        """Return theta in radians on the + branch, continuous over the whole region; NaN where it is out of reach."""
         x, y, z = self.board(phi, psi)
         v = (self.oo_mm[0] - x, self.oo_mm[1] - y, self.oo_mm[2] - z)
         a = self.sine[1] * v[self.sine[0]]
         b = self.cosine[1] * v[self.cosine[0]]
         c = (v[0] ** 2 + v[1] ** 2 + v[2] ** 2 + self.op_mm**2 - self.qp_mm**2) / (2 * self.op_mm)
         angle: Floats = np.arctan2(a, b) + np.arccos(-c / np.hypot(a, b))
-        # One continuous representative over the whole region; atan2 alone may differ by a turn.
+        # atan2 alone may differ by a turn; this is one continuous representative over the whole region.
         return np.where(angle > np.pi, angle - 2 * np.pi, angle)
 
     def gradient(self, phi: Floats, psi: Floats, theta: Floats) -> tuple[Floats, Floats]:
-        """d(theta)/d(phi) and d(theta)/d(psi): the rod keeps its length, so both its ends move alike along it."""
+        """Return d(theta)/d(phi) and d(theta)/d(psi): the rod keeps its length, so both its ends move equally along it."""
         x, y, z = self.board(phi, psi)
         rod = np.stack(self.crank(theta)) - np.stack([x, y, z])
         up = self.oq_mm * np.cos(psi + self.w_rad)
@@ -100,7 +100,7 @@ class _Leg(NamedTuple):
         return np.sum(rod * by_phi, axis=0) / lever, np.sum(rod * by_psi, axis=0) / lever
 
     def reach(self, point: Vector) -> float | Floats:
-        """The part of OP along OQ's direction when the rod joins them: (|OP|^2 + |OQ|^2 - |PQ|^2) / 2 |OQ|."""
+        """Return the part of OP along OQ's direction when the rod joins them: (|OP|^2 + |OQ|^2 - |PQ|^2) / 2 |OQ|."""
         x, y, z = point
         return (x * x + y * y + z * z + self.oq_mm**2 - self.qp_mm**2) / (2 * self.oq_mm)
 
@@ -109,11 +109,11 @@ class _Leg(NamedTuple):
 class Linkage:
     """Lengths in mm, offsets in degrees.
 
-    Phi and psi are counted as the body is, on both sides; a turned apparatus sees psi the other way round
+    Phi and psi are the body's angles on both sides; a turned apparatus sees psi with the opposite sign
     (:mod:`kata.motion.sides`).
 
-    The paper does not publish them; these are ours, checked by a sweep of phi and psi over +-24 deg.
-    The ball joints' swing limit (+-30 deg, Table 1) is not modelled: how their housings point is not published either.
+    The paper does not publish the dimensions; these are ours, checked by a sweep of phi and psi over +-24 deg. The ball
+    joints' swing limit (+-30 deg, Table 1) is not modelled: the orientation of their housings is not published either.
     """
 
     oq1_mm: float = 96.0
@@ -135,7 +135,7 @@ class Linkage:
         )
 
     def inverse_deg(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-        """Motor angles theta1, theta2 that hold the scapula at phi, psi.
+        """Return the motor angles theta1, theta2 that hold the scapula at phi, psi.
 
         :param scapula_deg: shape ``(..., 2)``, columns phi (yaw, motion 1) and psi (roll, motion 2).
         :returns: shape ``(..., 2)``, columns theta1 and theta2, degrees.
@@ -155,7 +155,7 @@ class Linkage:
         return theta
 
     def forward_deg(self, theta_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-        """Scapula's phi, psi at which the linkage stands when its motors stand at theta1, theta2.
+        """Return the scapula's phi, psi for motor angles theta1, theta2.
 
         :param theta_deg: shape ``(..., 2)``, columns theta1 and theta2.
         :returns: shape ``(..., 2)``, columns phi and psi, degrees, both within ``WITHIN_DEG``; the only such pose.
@@ -165,7 +165,7 @@ class Linkage:
         with np.errstate(invalid="ignore"):
             seen = np.degrees(self._standing(np.radians(theta[..., 0]), np.radians(theta[..., 1])))
         scapula = seen * _scapula_signs(side)
-        # The far side of a dead point closes too, with other motor angles on the assembled branch: not this linkage.
+        # The far side of a dead point closes too, but with other motor angles on the assembled branch.
         back = self._closed_deg(scapula, side)
         closed = (np.abs(back - theta) < _CLOSED_DEG) & (np.abs(scapula) < WITHIN_DEG + _CLOSED_DEG)
         lost = ~np.all(closed, axis=-1)
@@ -175,7 +175,7 @@ class Linkage:
         return scapula
 
     def jacobian(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-        """d(theta1, theta2) / d(phi, psi), how fast the motors turn for a moving scapula.
+        """Return d(theta1, theta2) / d(phi, psi): how fast the motors turn for a moving scapula.
 
         :param scapula_deg: shape ``(..., 2)``.
         :returns: shape ``(..., 2, 2)``, rows theta1 and theta2, columns phi and psi; no unit.
@@ -188,7 +188,7 @@ class Linkage:
         return np.stack(rows, axis=-2) * _scapula_signs(side)
 
     def reachable(self, scapula_deg: ArrayLike, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Bools:
-        """Whether the links close at each pose, within ``WITHIN_DEG`` and with both motors inside their ranges.
+        """Return for each pose whether the links close within ``WITHIN_DEG`` and both motors are inside their ranges.
 
         :param scapula_deg: shape ``(..., 2)``.
         :param motor_ranges_deg: of a station's motors 1 and 2, ends included.
@@ -201,16 +201,17 @@ class Linkage:
         return np.asarray(np.all(inside, axis=-1))
 
     def outline_deg(self, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Floats:
-        """Outline of the reachable region as seen from the scapula's middle position, for display and limits.
+        """Return the outline of the reachable region as seen from the scapula's middle position, for display and
+        limits.
 
-        Along each ray from (0, 0) it is the last of a grid of poses before the first that cannot be reached, so that
-        all on the way there can.
+        Along each ray from (0, 0) it is the last pose of a grid before the first unreachable one, so that every pose on
+        the way is reachable.
 
-        :returns: shape ``(180, 2)``, phi and psi in degrees, against the clock from +phi; ``(0, 2)`` when the middle
+        :returns: shape ``(180, 2)``, phi and psi in degrees, counter-clockwise from +phi; ``(0, 2)`` when the middle
             itself is out of reach.
         """
         bearing = np.linspace(0.0, 2 * np.pi, _OUTLINE_RAYS, endpoint=False)
-        # The corner of the square is the farthest that anything is looked for.
+        # The corner of the square is the farthest point of the search.
         radius = np.arange(0.0, np.sqrt(2) * WITHIN_DEG + _OUTLINE_STEP_DEG, _OUTLINE_STEP_DEG)
         direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         reached = self.reachable(radius[:, np.newaxis, np.newaxis] * direction, motor_ranges_deg, side)
@@ -221,8 +222,10 @@ class Linkage:
         return outline
 
     def _standing(self, theta1: Floats, theta2: Floats) -> Floats:
-        """Scapula (..., 2), radians, where both legs close, by either branch; somewhere, when they do not."""
-        # The simulator never asks for it, and would be ready most of a second later for the import.
+        """Return the scapula (..., 2), radians, where both legs close on either branch; arbitrary where they do not
+        close.
+        """
+        # The simulator never needs it, and the import would delay its start by most of a second.
         from scipy.optimize.elementwise import find_root
 
         one, two = self._legs
@@ -230,7 +233,7 @@ class Linkage:
         reach1, reach2 = one.reach(p1), two.reach(p2)
 
         def leg2_psi(phi: Floats, x: Floats, y: Floats, z: Floats, reach: Floats) -> Floats:
-            """P2 . OQ2 / |OQ2| = reach, solved for psi; at the end of leg 2's stroke it stays there."""
+            """Solve P2 . OQ2 / |OQ2| = reach for psi; at the end of leg 2's stroke psi stays there."""
             out = x * np.cos(phi) + y * np.sin(phi)
             stroke = np.arccos(np.clip(reach / np.hypot(out, z), -1.0, 1.0))
             psi: Floats = np.arctan2(out, z) - stroke - two.w_rad
@@ -242,14 +245,14 @@ class Linkage:
             gap: Floats = (x * qx + y * qy + z * qz) / one.oq_mm - reach
             return gap
 
-        # A little more than is asked for: at its very end a root may lie on either side of the bracket's bound.
+        # A little more than needed: at the very end a root may lie on either side of the bracket's bound.
         end = np.radians(WITHIN_DEG + 1.0)
         found = find_root(leg1_open_mm, (-end, end), args=(*p1, reach1, *p2, reach2))
         phi = np.asarray(found.x)
         return np.stack([phi, leg2_psi(phi, *p2, np.asarray(reach2))], axis=-1)
 
     def _closed_deg(self, scapula: Floats, side: Side) -> Floats:
-        """Theta (..., 2), not a number where a leg does not close."""
+        """Return theta (..., 2), NaN where a leg does not close."""
         phi, psi = _seen_rad(scapula, side)
         with np.errstate(invalid="ignore"):
             return np.degrees(np.stack([leg.close(phi, psi) for leg in self._legs], axis=-1))
@@ -260,13 +263,13 @@ def _scapula_signs(side: Side) -> Floats:
 
 
 def _seen_rad(scapula_deg: Floats, side: Side) -> tuple[Floats, Floats]:
-    """Phi and psi as the apparatus sees them, radians."""
+    """Return phi and psi as the apparatus sees them, radians."""
     phi_sign, psi_sign = _scapula_signs(side)
     return np.radians(phi_sign * scapula_deg[..., 0]), np.radians(psi_sign * scapula_deg[..., 1])
 
 
 def _first(bad: Bools, rows: Floats) -> tuple[int, Floats]:
-    """Index of the first bad row, counted through, and what stands in it."""
+    """Return the flat index of the first bad row, and its content."""
     index = int(np.argmax(np.ravel(bad)))
     row: Floats = np.reshape(rows, (-1, 2))[index]
     return index, row
@@ -276,9 +279,9 @@ LINKAGE: Final = Linkage()
 
 
 def motor_angles_deg(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-    """Motor angles theta for poses, both shape ``(..., 5)`` in degrees and axis order.
+    """Return the motor angles theta of poses, both shape ``(..., 5)`` in degrees and axis order.
 
-    Motors 3-5 turn with the body and are counted as the body is, on both sides; 1 and 2 move through the linkage.
+    Motors 3-5 turn with the body and have the body's sign on both sides; 1 and 2 move through the linkage.
 
     :raises OutOfReachError: where the scapula's links cannot close.
     """
@@ -287,7 +290,7 @@ def motor_angles_deg(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats
 
 
 def pose_deg(theta_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-    """The poses that these motor angles hold: the inverse of :func:`motor_angles_deg`; both ``(..., 5)``, degrees.
+    """Return the poses of motor angles: the inverse of :func:`motor_angles_deg`; both ``(..., 5)``, degrees.
 
     :raises OutOfReachError: where no pose of the scapula has these angles of motors 1 and 2.
     """

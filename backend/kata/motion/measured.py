@@ -1,4 +1,4 @@
-"""What a run was measured to be, for whoever learns from it: without scipy, so that what only reads journals starts quickly."""
+"""The samples of a run as input for learning. Without scipy, so that programs that only read journals start quickly."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from kata.motion.linkage import Floats
 
 @dataclass(frozen=True)
 class Repetition:
-    """One run that was played to its end, as it was measured: ``k`` samples in the order in which they came.
+    """The samples of one run that was played to its end, ``k`` of them in the order of their arrival.
 
-    ``path_s`` ``(k,)`` is the place on the recording's clock; ``playing`` ``(k,)`` is False where the arm was paused, stopped or
-    taken back.
+    ``path_s`` ``(k,)`` is the place on the recording's clock; ``playing`` ``(k,)`` is False where the arm was paused,
+    stopped or taken back.
     """
 
     path_s: Floats

@@ -1,4 +1,4 @@
-"""What every path tells of itself. Without scipy: the simulated apparatus follows paths, and starts in a third of the time."""
+"""The motion along a path. Without scipy: the simulated apparatus follows paths and starts in a third of the time."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from kata.motion.linkage import Floats
 
 
 class Motion(NamedTuple):
-    """Where a path is at one time, and how it moves there: ``(5,)`` each, in deg, deg/s and deg/s2."""
+    """Angles, speed and acceleration of a path at one time: ``(5,)`` each, in deg, deg/s and deg/s2."""
 
     angles_deg: Floats
     speed_deg_s: Floats

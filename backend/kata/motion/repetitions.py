@@ -1,4 +1,4 @@
-"""Where on its path each repetition of a motion ends, known without making them all."""
+"""When each repetition of a motion ends, computed without making all repetitions."""
 
 from dataclasses import dataclass, replace
 
@@ -8,7 +8,7 @@ from kata.motion.edit import LONGEST_S, EditError, Motion, PlaybackSettings, eas
 
 @dataclass(frozen=True)
 class Pace:
-    """Repetitions end at ``first_s``, and then every ``period_s``: pauses and the way back lie between them."""
+    """Repetitions end at ``first_s``, and then every ``period_s``; pauses and the way back lie between them."""
 
     first_s: float
     period_s: float
@@ -16,11 +16,11 @@ class Pace:
 
     @property
     def duration_s(self) -> float:
-        """Of all of them: after the last there is nothing."""
+        """Time at the end of the last repetition."""
         return self.first_s + (self.repetitions - 1) * self.period_s
 
     def done(self, reached_s: float) -> int:
-        """How many have ended where the path has been followed so far."""
+        """Return how many repetitions end at or before a place on the path."""
         if reached_s < self.first_s:
             return 0
         if self.repetitions == 1:
@@ -29,7 +29,7 @@ class Pace:
 
 
 def pace(motion: Motion, asked: PlaybackSettings) -> Pace:
-    """Of a recording that is played as it is asked for.
+    """Return when the repetitions of a recording with these settings end.
 
     :raises EditError: when it cannot be played like that, or would last longer than an hour.
     """
@@ -38,7 +38,7 @@ def pace(motion: Motion, asked: PlaybackSettings) -> Pace:
     once = with_settings(motion, replace(asked, repetitions=1))
     if asked.repetitions == 1:
         return Pace(once.duration_s, 0.0, 1)
-    # What is repeated is brought to a stand at its ends first.
+    # A repeated motion is slowed down to rest at its ends first.
     first_s = eased(once).duration_s
     twice_s = with_settings(motion, replace(asked, repetitions=2)).duration_s
     found = Pace(first_s, twice_s - first_s, asked.repetitions)
@@ -47,7 +47,9 @@ def pace(motion: Motion, asked: PlaybackSettings) -> Pace:
 
 
 def pace_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> Pace:
-    """Of a recording of which all has been made already: ``whole`` is what :func:`~kata.motion.edit.with_settings` made of it."""
+    """Return when the repetitions end if the whole motion has been made already: ``whole`` is the result of
+    :func:`~kata.motion.edit.with_settings`.
+    """
     if asked.repetitions == 1:
         return Pace(whole.duration_s, 0.0, 1)
     first_s = eased(with_settings(motion, replace(asked, repetitions=1))).duration_s

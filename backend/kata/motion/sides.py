@@ -34,10 +34,10 @@ from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 
 
 def mirrored_deg(angles_deg: ArrayLike, from_side: Side, to_side: Side) -> Floats:
-    """The motor angles that give the other shoulder the pose which these give this one.
+    """Return the motor angles that give the other shoulder the same pose.
 
-    Limits are not the same afterwards: the linkage is not symmetric in psi. What comes out is checked as any recording
-    is (:meth:`kata.motion.trajectory.Trajectory.check`).
+    The linkage is not symmetric in psi, so the limits differ on the other side. The result is checked like any
+    recording (:meth:`kata.motion.trajectory.Trajectory.check`).
 
     :param angles_deg: shape ``(..., 5)``, as taught on ``from_side``.
     :returns: shape ``(..., 5)``, for ``to_side``.

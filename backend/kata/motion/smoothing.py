@@ -21,28 +21,28 @@ import numpy as np
 from kata.motion.linkage import Floats
 
 CUTOFF_HZ: Final = 6.0
-"""Where smoothing halves what was recorded, at 100 Hz.
+"""Cut-off of the smoothing at 100 Hz: half of the amplitude is left there.
 
-Of a movement it must leave everything: arms are led at 1 Hz and slower, of which it takes 0.1 %. Of an encoder's steps
-of 360 / 4096 deg (0.025 deg rms, evenly spread up to 50 Hz) it leaves 0.17 deg/s in the first derivative and 7 deg/s2 in
-the second. What lag compensation makes of that (0.1 s and 0.003 s2: 0.02 deg each) stays below the steps themselves; at
-12 Hz it would be more than a whole one.
+Movement must be kept: arms are led at 1 Hz and slower, of which smoothing removes 0.1 %. Of an encoder's steps of 360 /
+4096 deg (0.025 deg rms, evenly spread up to 50 Hz) it leaves 0.17 deg/s in the first derivative and 7 deg/s2 in the
+second. The lag compensation turns this into 0.02 deg each (0.1 s and 0.003 s2), less than a step; with 12 Hz it would
+be more than a step.
 """
 CUTOFF_PER_RATE: Final = 0.4
-"""The cut-off of a slower recording, as a share of its rate: at 10 Hz there are too few samples a period to take 6 Hz from."""
+"""The cut-off of a slower recording, as a share of its rate: at 10 Hz there are too few samples a period for 6 Hz."""
 LARGEST_RMSE_DEG: Final = 0.2
-"""Smoothing may not round off what was taught: where it would by more than this, it smoothes less."""
+"""Limits the difference between smoothed and taught motion: if it would be larger, the cut-off rises."""
 _LESS: Final = 1.25
 _HIGHEST_PER_RATE: Final = 10.0
-"""With a cut-off so far above its rate nothing of a recording is smoothed at all."""
+"""With a cut-off this far above its rate a recording is not smoothed at all."""
 
 
 def smoothed(times_s: Floats, angles_deg: Floats, cutoff_hz: float) -> Floats:
-    """The smoothing spline at its samples; the natural cubic spline through these is the curve itself.
+    """Return the smoothing spline at its samples; the natural cubic spline through these is the curve itself.
 
     :param times_s: ``(n,)``, increasing.
-    :param angles_deg: ``(n, k)``; each column by itself.
-    :param cutoff_hz: the frequency of which half is left.
+    :param angles_deg: ``(n, k)``; each column separately.
+    :param cutoff_hz: the frequency at which half of the amplitude is left.
     """
     # Imported here: the device process imports this module and never smoothes.
     from scipy.linalg import solveh_banded
@@ -71,9 +71,10 @@ def smoothed(times_s: Floats, angles_deg: Floats, cutoff_hz: float) -> Floats:
 
 
 def smoothed_recording(times_s: Floats, angles_deg: Floats) -> Floats:
-    """As :func:`smoothed`, with the cut-off that a recording's rate allows, or a higher one that keeps what was taught.
+    """Return :func:`smoothed` with the cut-off that a recording's rate allows, or a higher one that keeps the taught
+    motion.
 
-    No column's RMSE against what was recorded exceeds :data:`LARGEST_RMSE_DEG`.
+    No column's RMSE against the recording exceeds :data:`LARGEST_RMSE_DEG`.
     """
     rate_hz = 1 / float(np.median(np.diff(times_s)))
     cutoff_hz = min(CUTOFF_HZ, CUTOFF_PER_RATE * rate_hz)
@@ -86,6 +87,6 @@ def smoothed_recording(times_s: Floats, angles_deg: Floats) -> Floats:
 
 
 def rmse(one_deg: Floats, other_deg: Floats) -> Floats:
-    """Root mean square difference of each column, ``(k,)``."""
+    """Return the root mean square difference of each column, ``(k,)``."""
     difference: Floats = np.sqrt(np.mean((one_deg - other_deg) ** 2, axis=0))
     return difference

@@ -21,23 +21,26 @@ from scipy.interpolate import PchipInterpolator
 from kata.motion.linkage import Floats
 
 HIGHEST_HZ: Final = 10.0
-"""Nothing above is the movement's (2015: 10 or 20 Hz; an arm that is led by a hand or motors stays below 10)."""
+"""Higher frequencies do not belong to the movement (2015: 10 or 20 Hz; an arm that a hand or motors move stays below
+10).
+"""
 LEAST_SHARE: Final = 0.05
-"""What is below this share of the largest amplitude is not counted, so that noise does not lengthen the arc."""
+"""Amplitudes below this share of the largest are ignored, so that noise does not lengthen the arc."""
 _PADDING: Final = 4
-"""Zeros added make the signal 2^4 times as long: the arc is drawn finely enough, whatever the length of the signal."""
+"""Zeros make the signal 2^4 times as long: the arc is then fine enough for signals of any length."""
 _RATE_HZ: Final = 100.0
 _SHORTEST_S: Final = 0.5
 
 
 def spectral_arc_length(speed: ArrayLike, rate_hz: float) -> float:
-    """SPARC of a speed profile ``(n,)`` in any unit, sampled at ``rate_hz``; 0 or more everywhere, not 0 everywhere.
+    """Return the SPARC of a speed profile ``(n,)`` in any unit, sampled at ``rate_hz``; at least 0 everywhere, not 0
+    everywhere.
 
     :raises ValueError: when there is no movement.
     """
     profile = np.asarray(speed, dtype=np.float64)
     if not np.any(profile > 0):
-        raise ValueError("what stands has no smoothness")
+        raise ValueError("smoothness needs a movement")
     length = 2 ** (math.ceil(math.log2(len(profile))) + _PADDING)
     spectrum = np.abs(np.fft.rfft(profile, length))
     spectrum = spectrum[: int(HIGHEST_HZ / rate_hz * length) + 1] / spectrum.max()
@@ -46,10 +49,10 @@ def spectral_arc_length(speed: ArrayLike, rate_hz: float) -> float:
 
 
 def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
-    """SPARC of one axis' movement, its speed taken from angles.
+    """Return the SPARC of one axis' movement; the speed is computed from angles.
 
-    An encoder's counts, differentiated, are tens of degrees a second: what is above 10 Hz is taken away first, without
-    delay (Butterworth, second order, forwards and backwards), as it would not be counted afterwards.
+    Differentiated encoder counts are tens of degrees a second. A low-pass filter without delay first removes
+    frequencies above 10 Hz (Butterworth, second order, forwards and backwards), which SPARC does not count anyway.
 
     :param times_s: ``(n,)``, increasing.
     :param angles_deg: ``(n,)``.
@@ -58,7 +61,7 @@ def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
     times = np.asarray(times_s, dtype=np.float64)
     if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
         return None
-    # It takes all of scipy.stats along: 0.7 s that no start has to wait for.
+    # This imports all of scipy.stats: 0.7 s that a start need not wait for.
     from scipy.signal import butter, sosfiltfilt
 
     grid = np.arange(times[0], times[-1], 1 / _RATE_HZ)

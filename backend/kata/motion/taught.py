@@ -1,7 +1,7 @@
-"""Motions given as poses over time: what a therapist's hand follows when a motion is taught from a file.
+"""Motions as poses over time, read from a file: the simulated therapist's hand follows them when a motion is taught.
 
-The file is a CSV with a header row: ``time_s`` and the five columns of
-:data:`~kata.motion.axes.POSE_COLUMNS` in degrees, in any order; other columns are left alone.
+The file is a CSV with a header row: ``time_s`` and the five columns of :data:`~kata.motion.axes.POSE_COLUMNS` in
+degrees, in any order; other columns are ignored.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from kata.motion.csv_table import Table, TableError, read_table
 from kata.motion.linkage import Floats
 
 RANGE_TOLERANCE_DEG: Final = 2.0
-"""A recorded pose may lie this far outside the apparatus' ROM: cuffs and encoders are no better than that."""
+"""A recorded pose may lie this far outside the apparatus' range: cuffs and encoders are not more precise."""
 MIN_DURATION_S: Final = 0.5
 POSE_LAYOUT: Final = ("time_s", *POSE_COLUMNS)
 """The columns of a file of poses."""
@@ -57,10 +57,10 @@ def read_csv(path: Path) -> Taught:
 
 
 def parse_csv(text: str, name: str) -> Taught:
-    """Read a motion from CSV text; its time is shifted to begin at 0.
+    """Parse a motion from CSV text; its time is shifted to begin at 0.
 
-    :raises TaughtError: naming line and column of the first thing that is wrong: a missing column, something that is
-        no finite number, time that does not increase, an angle outside the apparatus' range, too short a motion.
+    :raises TaughtError: naming line and column of the first problem: a missing column, a value that is not a finite
+        number, time that does not increase, an angle outside the apparatus' range, too short a motion.
     """
     try:
         table = read_table(text, POSE_LAYOUT)
@@ -73,7 +73,7 @@ def parse_csv(text: str, name: str) -> Taught:
 
 
 def check_time(table: Table) -> None:
-    """The first column is time: it must increase, and last long enough to be a motion.
+    """Check the first column, the time: it must increase, and the motion must be long enough.
 
     :raises TableError: naming line and column.
     """
@@ -87,7 +87,7 @@ def check_time(table: Table) -> None:
 
 
 def check_poses(table: Table) -> None:
-    """The other five columns are a pose: they must be within what the apparatus can do.
+    """Check the other five columns, the pose: it must be within the apparatus' range.
 
     :raises TableError: naming line and column.
     """

@@ -1,4 +1,4 @@
-"""Messages about motions: why one cannot be played or edited, and what was done to it. See :mod:`kata.messages`."""
+"""Messages about motions: reasons against playing or editing one, and descriptions of edits. See :mod:`kata.messages`."""
 
 from typing import Final
 
@@ -116,4 +116,4 @@ MOTION_7: Final = message("motion_7", "Arbitrary motion")
 BUILTIN_MOTION: Final = message("builtin_motion", "{number:d} {motion:text}")
 
 SIDES: Final[dict[str, Text]] = {"left": SIDE_LEFT(), "right": SIDE_RIGHT()}
-"""What a side is called within a sentence."""
+"""Names of the sides within a sentence."""

@@ -1,7 +1,7 @@
-"""Playback against teaching: the paper's error (Section 4) and what else tells a good playback, for every motor and motion.
+"""Comparison of playback and teaching: the paper's error (Section 4) and other figures, for every motor and motion.
 
-The error is playback minus teaching at the same place on the path. The path's own clock is compared, not wall time,
-so that a pause in a playback is not an error. Nothing is warped: a playback that lags has the error of its lag.
+The error is playback minus teaching at the same place on the path. The comparison uses the path's own clock, not wall
+time, so that a pause in a playback is not an error. Nothing is warped: a playback that lags has the error of its lag.
 """
 
 from collections.abc import Callable
@@ -20,16 +20,16 @@ from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.smoothness import smoothness
 
 MOVES_DEG: Final = 2.0
-"""An axis that goes through less than this hardly moves: lag and smoothness would be those of its noise."""
+"""An axis with a smaller range hardly moves: its lag and smoothness would be those of noise."""
 _LARGEST_LAG_S: Final = 0.5
-"""Five samples of the paper's 10 Hz. What lags more does not follow at all."""
+"""Five samples of the paper's 10 Hz. A larger lag means that the axis does not follow at all."""
 _LAG_STEP_S: Final = 0.02
-"""Tried out in such steps before it is refined: far less than the period of a tremor."""
+"""Step of the first search, before the refinement: far less than the period of a tremor."""
 _LAG_EXACT_S: Final = 1e-5
 _LAG_SAMPLES: Final = 20_000
-"""More would not make it more exact."""
+"""More samples would not increase the precision."""
 _SAME_PLACE_S: Final = 1e-3
-"""Places on the recording that are closer are one."""
+"""Closer places on the recording count as the same."""
 
 
 class Range(NamedTuple):
@@ -41,7 +41,7 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Tracking:
-    """One angle's figures, playback minus teaching."""
+    """The figures of one angle, playback minus teaching."""
 
     peak_deg: float
     """Largest error, with its sign."""
@@ -50,12 +50,13 @@ class Tracking:
     start_deg: float
     """Error of the first sample."""
     lag_ms: float | None
-    """The shift of the clock that lays playback best over teaching: positive where the playback is late. None where
-    the angle hardly moves."""
+    """The shift of the clock that best aligns playback with teaching: positive if the playback is late. None if the
+    angle hardly moves.
+    """
     taught: Range
-    """Of the whole recording."""
+    """Range of the whole recording."""
     played: Range
-    """What of it was reached."""
+    """Range that the playback reached."""
     taught_smoothness: float | None
     """SPARC (:mod:`kata.motion.smoothness`) of the part that was played."""
     played_smoothness: float | None
@@ -63,7 +64,7 @@ class Tracking:
 
 @dataclass(frozen=True, kw_only=True)
 class MotorTracking(Tracking):
-    """One motor's figures."""
+    """The figures of one motor."""
 
     motor: int
     torque_peak_nm: float | None
@@ -72,14 +73,14 @@ class MotorTracking(Tracking):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionTracking(Tracking):
-    """One basic motion's figures, in the body's angle instead of the motors'."""
+    """The figures of one basic motion, in the body's angle instead of the motors'."""
 
     motion: BasicMotion
     """Its row of Table 2, with the apparatus' ROM and a healthy shoulder's."""
 
 
 class Comparison:
-    """Teaching and playback laid over each other: ``times_s`` is ``(m,)``, the angles are ``(m, 5)`` in degrees."""
+    """Teaching and playback on one clock: ``times_s`` is ``(m,)``, the angles are ``(m, 5)`` in degrees."""
 
     def __init__(self, laid: "_Laid", torque_nm: Floats | None) -> None:
         self._laid = laid
@@ -90,7 +91,7 @@ class Comparison:
 
     @cached_property
     def motors(self) -> tuple[MotorTracking, ...]:
-        """Every motor's figures. Worked out when they are asked for: a plot of an hour does without them."""
+        """The figures of every motor. Computed on first use: a plot of an hour does not need them."""
         torque = self._torque_nm
         return tuple(
             MotorTracking(
@@ -108,7 +109,7 @@ class Comparison:
 
     @property
     def samples(self) -> int:
-        """How many samples of the playback were compared."""
+        """Number of compared samples of the playback."""
         return len(self.times_s)
 
 
@@ -119,7 +120,7 @@ def compare(
     played_deg: ArrayLike,
     torque_nm: ArrayLike | None = None,
 ) -> Comparison:
-    """Lay a playback over its teaching, motor by motor.
+    """Compare a playback with its teaching, motor by motor.
 
     :param taught_times_s: ``(n,)`` times of the recording, increasing; counted from its first sample.
     :param taught_deg: ``(n, 5)`` motor angles taught.
@@ -139,10 +140,10 @@ def compare_motions(
     played_deg: ArrayLike,
     pose_deg: Callable[[Floats], Floats],
 ) -> tuple[MotionTracking, ...]:
-    """The same, in the body's angles: one for each basic motion that the recording moves, in the order of Table 2.
+    """Compare in the body's angles: one result for each basic motion that the recording moves, in the order of Table 2.
 
-    Motor 4 flexes the arm forward or horizontally by how far it is lifted meanwhile: one of the two, for the whole
-    recording.
+    Motor 4 makes forward or horizontal flexion, depending on how far the arm is lifted: one of the two counts for the
+    whole recording.
 
     :param pose_deg: motor angles ``(k, 5)`` to poses ``(k, 5)``; the other parameters are those of :func:`compare`.
     :raises ValueError: when there is nothing to compare.
@@ -160,24 +161,24 @@ def compare_motions(
 
 
 class _Laid:
-    """The two on one clock, with five angles of either kind."""
+    """Teaching and playback on one clock, with five angles of either kind."""
 
     def __init__(self, times_s: ArrayLike, taught: ArrayLike, path_s: ArrayLike, played: ArrayLike) -> None:
         self.path: Floats = np.asarray(path_s, dtype=np.float64)
         self.played: Floats = np.asarray(played, dtype=np.float64)
         if len(self.path) == 0:
-            raise ValueError("the playback holds no samples")
+            raise ValueError("the playback has no samples")
         self.taught: Floats = np.asarray(taught, dtype=np.float64)
         times = np.asarray(times_s, dtype=np.float64)
         self._times: Floats = times - times[0]
         self.taught_there = self._taught_at(slice(None), self.path)
-        # Where the arm was taken back, the same places were played twice: a speed can be told of the first time only.
+        # Places after a reversal were played twice; the speed is defined for the first time only.
         forward = np.diff(np.maximum.accumulate(self.path), prepend=-np.inf) > _SAME_PLACE_S
         self._once: Floats = self.path[forward]
         self._played_once: Floats = self.played[forward]
 
     def figures(self, axis: int) -> Tracking:
-        """Everything that motors and motions have in common."""
+        """Return the figures that motors and motions have in common."""
         error = self.played[:, axis] - self.taught_there[:, axis]
         peak = int(np.argmax(np.abs(error)))
         moves = bool(np.ptp(self.taught_there[:, axis]) >= MOVES_DEG)
@@ -194,7 +195,7 @@ class _Laid:
         )
 
     def _taught_at(self, axis: int | slice, path: Floats) -> Floats:
-        """It stands before its start and after its end."""
+        """Return the taught angles; constant before the start and after the end."""
         angles: Floats = PchipInterpolator(self._times, self.taught[:, axis])(np.clip(path, 0.0, self._times[-1]))
         return angles
 
@@ -203,7 +204,7 @@ class _Laid:
         return smoothness(self._times[there], self.taught[there, axis])
 
     def _lag_ms(self, axis: int) -> float:
-        """The shift whose remaining error varies least; what is constant in the error is no lag."""
+        """Return the shift with the smallest variance of the remaining error. A constant error is not a lag."""
         curve = PchipInterpolator(self._times, self.taught[:, axis])
         every = -(-len(self.path) // _LAG_SAMPLES)
         played, path = self.played[::every, axis], self.path[::every]
@@ -226,7 +227,9 @@ def _peak(values: Floats) -> float:
 
 
 def _other_of_motor_4(pose_deg: Floats) -> int:
-    """The one of motions 3 and 5 that motor 4 does not make: by how far the arm is lifted, averaged over motor 4's way."""
+    """Return the number of the motion, 3 or 5, that motor 4 does not make: by how far the arm is lifted, averaged over
+    motor 4's way.
+    """
     way = np.abs(np.diff(pose_deg[:, 3]))
     lifted = np.average(pose_deg[1:, 2], weights=way) if np.any(way > 0) else pose_deg[0, 2]
     return 8 - int(motion_of_motor_4(lifted))

@@ -1,4 +1,4 @@
-"""A recording as something that can be asked for any time, checked before it may move an arm."""
+"""A recording as a function of time, checked before it may move an arm."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple, Self
@@ -13,24 +13,29 @@ from kata.motion.path import Motion
 from kata.motion.smoothing import rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
-"""How long a sample is held in the paper's way of playing: 10 Hz (Section 4)."""
+"""Hold time of a sample with the paper's method: 10 Hz (Section 4)."""
 RUN_UP_DEG: Final = 2.0
-"""So far every motor goes in the same direction before it is at the start (:mod:`kata.motion.approach`): enough for friction and play of
-the loosest one to turn over."""
+"""Every motor moves this far in one direction before it is at the start (:mod:`kata.motion.approach`): enough to take
+up friction and play of the loosest motor.
+"""
 _SPEED_WINDOW_S: Final = 0.1
-"""Speed is judged over this long: between neighbouring samples an encoder's single count is already 9 deg/s."""
+"""Speed is averaged over this time: between neighbouring samples an encoder's single count is already 9 deg/s."""
 _LONGEST_GAP_S: Final = 1.0
 _SHORTEST_STEP_S: Final = 1e-4
-"""No bus is asked so often. Closer together, an encoder's count would be a speed of 880 deg/s that has to be smoothed away."""
+"""No bus is polled this often. Closer together, one encoder count would be a speed of 880 deg/s that smoothing had to
+remove.
+"""
 _BEND_S: Final = 0.01
-"""Acceleration is judged between setpoints so far apart: those of 100 Hz."""
+"""Acceleration is checked between setpoints this far apart: those of 100 Hz."""
 _ROUNDING: Final = 1e-6
 _LARGEST_DEG: Final = 3600.0
-"""Ten turns: no axis has them, and nothing that is computed from smaller angles overflows."""
+"""Ten turns: no axis has them, and computing with smaller angles cannot overflow."""
 
 
 class TrajectoryError(ValueError):
-    """The recording must not be played; the message names the motor and the time, and so do ``motor`` and ``at_s`` where one is meant."""
+    """The recording must not be played; the message names the motor and the time. So do ``motor`` and ``at_s`` if the
+    message has them.
+    """
 
     def __init__(self, message: str, motor: int | None = None, at_s: float | None = None) -> None:
         super().__init__(message)
@@ -39,7 +44,7 @@ class TrajectoryError(ValueError):
 
 
 class AxisLimits(NamedTuple):
-    """What one motor may be asked for."""
+    """The limits of one motor."""
 
     min_deg: float
     max_deg: float
@@ -50,34 +55,35 @@ class AxisLimits(NamedTuple):
 class Trajectory:
     """A recording's motor angles as a smooth function of time: the ``smooth`` reference.
 
-    The spline of :mod:`kata.motion.smoothing`: continuous up to its second derivative. It follows what was recorded and does
-    not go through it; :attr:`rmse_deg` says how far it keeps away. A gap between samples is bridged by the same cubic.
+    It is the spline of :mod:`kata.motion.smoothing`, continuous up to its second derivative. It approximates the
+    recorded samples; :attr:`rmse_deg` is the difference. A gap between samples is bridged by the same cubic.
     """
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
-        """:param times_s: shape ``(n,)``, increasing; begins anywhere, is counted from 0.
+        """Smooth and interpolate the recording.
 
+        :param times_s: shape ``(n,)``, increasing; may begin at any time and is counted from 0.
         :param angles_deg: shape ``(n, 5)``.
         :raises TrajectoryError: when shapes disagree, numbers are not finite, time does not increase or has a gap.
         """
-        # Imported here: the device process only evaluates trajectories, and does without scipy's memory.
+        # Imported here: the device process only evaluates trajectories and saves scipy's memory.
         from scipy.interpolate import CubicSpline
 
         times, angles = _checked(times_s, angles_deg)
         smooth = smoothed_recording(times, angles)
         self.rmse_deg: Floats = rmse(smooth, angles)
-        """``(5,)``: of what is played against what was recorded."""
+        """``(5,)``: RMSE of the reference against the recording."""
         self._times_s = times
         self._coefficients: Floats = CubicSpline(times, smooth, bc_type="natural").c
         self._keep_range(smooth)
 
     def parts(self) -> dict[str, Floats]:
-        """Every array that the trajectory consists of, by name."""
+        """Return every array of the trajectory, by name."""
         return dict(vars(self))
 
     @classmethod
     def from_parts(cls, parts: Mapping[str, Floats]) -> Self:
-        """Make a trajectory of the :meth:`parts` of another one; nothing is computed or checked."""
+        """Make a trajectory from the :meth:`parts` of another one, without computing or checking."""
         made = cls.__new__(cls)
         vars(made).update(parts)
         return made
@@ -89,15 +95,15 @@ class Trajectory:
 
     @property
     def start_deg(self) -> Floats:
-        """Angles ``(5,)`` at its beginning."""
+        """Angles ``(5,)`` at the start."""
         return self.at(0.0)
 
     def at(self, time_s: float) -> Floats:
-        """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
+        """Return the angles ``(5,)`` in degrees at ``time_s``; constant before the start and after the end."""
         return self.motion_at(time_s).angles_deg
 
     def motion_at(self, time_s: float) -> Motion:
-        """Angles and how they change; before the start and after the end as there."""
+        """Return angles, speed and acceleration at a time; before the start and after the end the values there."""
         time_s = min(max(time_s, 0.0), self.duration_s)
         piece = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
         d = time_s - self._times_s[piece]
@@ -105,7 +111,7 @@ class Trajectory:
         return Motion(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
 
     def along(self, times_s: Floats) -> Floats:
-        """Angles ``(m, 5)`` at many times ``(m,)``, as :meth:`at` has them."""
+        """Return the angles ``(m, 5)`` at the times ``(m,)``, as :meth:`at`."""
         times_s = np.clip(times_s, 0.0, self.duration_s)
         pieces = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
         d = (times_s - self._times_s[pieces])[:, None]
@@ -116,12 +122,15 @@ class Trajectory:
         return angles
 
     def speeds(self) -> tuple[Floats, Floats]:
-        """Return times ``(m,)`` and how fast each motor is over the tenth of a second after them, ``(m, 5)`` in deg/s without sign."""
+        """Return times ``(m,)`` and each motor's mean speed over the 0.1 s after them, ``(m, 5)`` in deg/s without
+        sign.
+        """
         times = self._windows()
         return times, np.abs(self.along(times + _SPEED_WINDOW_S) - self.along(times)) / _SPEED_WINDOW_S
 
     def check(self, limits: Sequence[AxisLimits], tolerance_deg: float) -> None:
-        """Refuse a recording that leaves an axis' range by more than the tolerance, or is faster or more abrupt than the axis may go.
+        """Refuse a recording that leaves an axis' range by more than the tolerance, or exceeds its speed or
+        acceleration.
 
         Nothing is clipped: a clipped motion is not the one that was taught.
 
@@ -166,27 +175,30 @@ class Trajectory:
                 raise TrajectoryError(texts.MOTOR_WOULD_JERK(motor=axis + 1, at_s=at_s), axis + 1, at_s)
 
     def _windows(self) -> Floats:
-        """Times ``(m,)`` at which the windows of the speed begin; the last one ends with the recording."""
+        """Return the times ``(m,)`` at which the speed windows begin; the last window ends with the recording."""
         last_s = self.duration_s - _SPEED_WINDOW_S
         return np.append(np.arange(0.0, last_s, _SPEED_WINDOW_S), last_s)
 
     def _keep_range(self, angles_deg: Floats) -> None:
         low, high = angles_deg.min(axis=0), angles_deg.max(axis=0)
         self.middle_deg: Floats = (low + high) / 2
-        """``(5,)``: of what each motor goes through, to the sample."""
+        """``(5,)``: the middle of each motor's range in the samples."""
         self.reach_deg: Floats = high - low
-        """``(5,)``"""
+        """``(5,)``: the width of that range."""
         away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
         self.leaves_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
-        """``(5,)``: how each motor leaves the start, by so much to the side to which it first goes so far, or as far as it ever
-        goes. Known from the beginning: of an hour, a control loop has no time to look for it."""
+        """``(5,)``: how each motor leaves the start: :data:`RUN_UP_DEG` to the side to which it first moves that far,
+        or the farthest it ever moves. Computed once: the control loop has no time to search an hour of samples.
+        """
 
     def _extremes(self) -> tuple[Floats, Floats]:
-        """Times and angles, ``(m, 5)`` each, among which are each axis' highest and lowest: a cubic has two such places a piece."""
+        """Return times and angles, ``(m, 5)`` each, that include every axis' highest and lowest angle: a cubic has two
+        such places in each piece.
+        """
         c3, c2, c1, _ = self._coefficients
         steps = np.diff(self._times_s)[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):
-            # The quadratic formula in the form that does not cancel.
+            # The quadratic formula in the form without cancellation.
             q = -(c2 + np.copysign(np.sqrt(c2 * c2 - 3 * c3 * c1), c2))
             inside = np.stack([q / (3 * c3), c1 / q])
             inside = np.where((inside > 0) & (inside < steps), inside, 0.0)
@@ -196,40 +208,40 @@ class Trajectory:
         return times, np.concatenate([angles, self.at(self.duration_s)[None]])
 
     def _bends(self) -> tuple[Floats, Floats]:
-        """Times ``(m,)`` and the size of the acceleration there ``(m, 5)``."""
-        # Wherever between two of them the setpoints come to lie.
+        """Return times ``(m,)`` and the size of the acceleration there ``(m, 5)``."""
+        # Half steps, because setpoints may lie anywhere between two of them.
         times = np.arange(0.0, self.duration_s, _BEND_S / 2)
         grid = self.along(times)
-        # The last three of them end with the recording.
+        # The last three end with the recording.
         before, last, end = self.along(self.duration_s - _BEND_S * np.array([2.0, 1.0, 0.0]))
         bends = np.concatenate([grid[4:] - 2 * grid[2:-2] + grid[:-4], (end - 2 * last + before)[None]])
         return np.append(times[2:-2], self.duration_s - _BEND_S), np.abs(bends) / _BEND_S**2
 
 
 class Held(Trajectory):
-    """A recording at 10 Hz, each sample held until the next: the ``paper`` reference (Section 4).
+    """A recording at 10 Hz with a zero-order hold: the ``paper`` reference (Section 4).
 
     It has neither speed nor acceleration.
     """
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
-        """As :class:`Trajectory`."""
+        """See :class:`Trajectory`."""
         from scipy.interpolate import PchipInterpolator
 
         times, angles = _checked(times_s, angles_deg)
         self._times_s = times
-        # A recording of another rate has samples in between: the value there, without an overshoot.
+        # A recording of another rate is interpolated without an overshoot.
         places = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
         self._samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
         self._keep_range(self._samples)
         self.rmse_deg = rmse(self.along(times), angles)
 
     def motion_at(self, time_s: float) -> Motion:
-        """The sample that is held at this time."""
+        """Return the sample that is held at this time."""
         return Motion(self.along(np.array([time_s]))[0], np.zeros(N_AXES), np.zeros(N_AXES))
 
     def along(self, times_s: Floats) -> Floats:
-        """The samples that are held at many times."""
+        """Return the samples that are held at the times ``(m,)``."""
         held: Floats = self._samples[(np.clip(times_s, 0.0, self.duration_s) / HOLD_S + _ROUNDING).astype(int)]
         return held
 

@@ -1,1 +1,1 @@
-"""What the operating system is asked for: scheduling, memory, privileges, the console."""
+"""Requests to the operating system: scheduling, memory, privileges, the console."""

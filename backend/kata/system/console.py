@@ -1,4 +1,4 @@
-"""What a command says on the terminal, beside its output."""
+"""Messages of a command on the terminal, besides its output."""
 
 import sys
 from typing import Final, NoReturn
@@ -9,6 +9,6 @@ console: Final = Console(stderr=True, highlight=False)
 
 
 def fail(message: str, status: int = 1) -> NoReturn:
-    """Say what is wrong, as it is: paths have brackets, and are not to be cut in two. Ends with this status."""
+    """Print an error without markup and line breaks (paths may contain brackets), and exit with this status."""
     console.print(message, style="bold red", markup=False, soft_wrap=True)
     sys.exit(status)

@@ -1,4 +1,4 @@
-"""What is imported stays until the end: nobody needs to look through it for garbage."""
+"""Excludes imported objects from garbage collection: they stay until the process ends."""
 
 import gc
 from collections.abc import Iterator
@@ -7,8 +7,10 @@ from contextlib import contextmanager
 
 @contextmanager
 def staying() -> Iterator[None]:
-    """Around imports of much: hundreds of thousands of objects, which the collector goes through again and again while they are made,
-    in between while others wait, and once more at the end of the process. That is most of a second, and none of it is garbage.
+    """Disable the collector around large imports and freeze the imported objects.
+
+    Such imports make hundreds of thousands of objects. The collector would scan them repeatedly during the imports, while
+    others wait for the process, and once more at its end. That takes most of a second and finds no garbage.
     """
     gc.disable()
     try:

@@ -1,4 +1,4 @@
-"""What this user is granted on this computer, tried in the way the device process does, and undone."""
+"""The privileges of this user on this computer, tested in the same way as in the device process, and undone."""
 
 import platform
 import threading
@@ -7,7 +7,7 @@ from kata.system import realtime
 
 
 def fifo_granted() -> bool:
-    """Tried in a thread that ends right afterwards: scheduling belongs to a thread."""
+    """Return True if SCHED_FIFO is granted. A short-lived thread tests it, because scheduling belongs to a thread."""
     tried: list[bool] = []
     trying = threading.Thread(target=lambda: tried.append(realtime.schedule(realtime.CONTROL_PRIORITY)))
     trying.start()
@@ -16,7 +16,7 @@ def fifo_granted() -> bool:
 
 
 def memory_lock_granted() -> bool:
-    """Tried, and undone."""
+    """Return True if locked memory is granted. The lock is undone."""
     granted = realtime.lock_memory()
     if granted:
         realtime.unlock_memory()
@@ -24,5 +24,5 @@ def memory_lock_granted() -> bool:
 
 
 def kernel_preemption() -> str:
-    """PREEMPT_RT, PREEMPT_DYNAMIC, ... as the kernel names itself; empty when it does not."""
+    """Return PREEMPT_RT, PREEMPT_DYNAMIC, ... as the kernel names itself; empty if it does not."""
     return next((word for word in platform.version().split() if word.startswith("PREEMPT")), "")

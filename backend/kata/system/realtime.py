@@ -1,6 +1,7 @@
-"""What keeps the control thread punctual. Everything is tried, nothing inferred; what is not granted is said in one line.
+"""Real-time settings for the control thread. Each setting is tried, never inferred; a refused one is one line in the
+log.
 
-Scheduling belongs to a thread, the rest to the process.
+Scheduling belongs to a thread, the other settings to the process.
 """
 
 import ctypes
@@ -17,12 +18,13 @@ from kata.system import scheduling
 log = logging.getLogger(__name__)
 
 _SWITCH_INTERVAL_S: Final = 50e-6
-"""With Python's default of 5 ms, one busy sibling thread makes a 100 Hz thread that much late."""
+"""With Python's default of 5 ms, one busy sibling thread delays a 100 Hz thread by as much."""
 CONTROL_PRIORITY: Final = 60
-"""Above the 50 that the kernel gives its own interrupt threads."""
+"""Above the 50 of the kernel's own interrupt threads."""
 IO_PRIORITY: Final = 10
-"""Below the control thread, above everything that is not real time: whoever holds the interpreter's lock and is put aside
-by a busy computer makes the control thread wait for as long (3 ms at p99 under load, measured)."""
+"""Below the control thread, above everything that is not real time: if a busy computer suspends a thread that holds the
+interpreter's lock, the control thread waits as long (3 ms at p99 under load, measured).
+"""
 _MCL_CURRENT: Final = 1
 _MCL_FUTURE: Final = 2
 _SET_THP_DISABLE: Final = 41
@@ -32,10 +34,10 @@ _NO_ACCESS: Final = 0
 
 
 def settle() -> None:
-    """Make Python itself quiet; call it with everything imported and before any thread is started.
+    """Prepare the interpreter for real time. Call it after all imports and before any thread is started.
 
-    The collector is switched off, whichever thread it would run in: it holds the interpreter, and even with all that is
-    there frozen a collection was measured to take 0.04 to 0.7 ms. It is not missed: an hour of stops, runs and lost
+    It switches the garbage collector off. The collector holds the interpreter in whichever thread it runs: even with
+    all present objects frozen, a collection took 0.04 to 0.7 ms. It is not needed: an hour of stops, runs and lost
     connections leaves no reference cycle behind, and the loop collects while it is not connected, when no cycle is due.
     """
     refuse_huge_pages()
@@ -47,11 +49,11 @@ def settle() -> None:
 
 
 def refuse_huge_pages() -> None:
-    """For this process and all that it will start; where the kernel does not know of it, nothing changes.
+    """Refuse huge pages for this process and all that it will start. Without support in the kernel, nothing changes.
 
-    Every ten seconds khugepaged gathers small pages into huge ones where a program has asked for them, as numpy does for its
-    arrays. A kernel that is not preempted within itself keeps everybody off that core meanwhile, the control thread and what
-    brings the bus's bytes: cycles were measured to begin up to 23 ms late.
+    Every ten seconds khugepaged merges small pages into huge ones where a program has requested them, as numpy does for
+    its arrays. A kernel without preemption of its own code keeps all threads off that core meanwhile, including the
+    control thread and the delivery of the bus's bytes: cycles began up to 23 ms late.
     """
     ctypes.CDLL(None).prctl(_SET_THP_DISABLE, 1, 0, 0, 0)
 
@@ -67,9 +69,9 @@ def schedule(priority: int) -> bool:
 
 
 def lock_memory() -> bool:
-    """Keep every page of this process in memory, also those it will yet ask for.
+    """Keep every page of this process in memory, also future ones.
 
-    All or nothing: where a limit would make later allocations fail, nothing stays locked.
+    All or nothing: if a limit would make later allocations fail, nothing stays locked.
     """
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
@@ -88,7 +90,7 @@ def unlock_memory() -> None:
 
 
 def _beyond_limit() -> bool:
-    """With memory locked: whether more may be had than the limit says. Who has the privilege is not asked for less."""
+    """Return True if memory beyond the limit can be locked. A process with the privilege has no limit."""
     limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
     if limit == resource.RLIM_INFINITY:
         return True

@@ -1,11 +1,11 @@
-"""How long somebody may keep the processor while others wait for it, asked of the kernel for ordinary scheduling.
+"""Time slices: how long a thread may keep the processor while others wait, with ordinary scheduling.
 
-Bytes pass through a serial port, as through a pseudo-terminal, by the hand of a kernel thread of ordinary priority, and whoever waits
-for them waits for that thread, with whatever priority of its own. Woken, it takes the processor at once only from those whose turns
-are longer than its own (EEVDF, Linux 6.12; older kernels do not know it and change nothing); from all others after their turn, and
-that is looked at with the clock's tick, every 4 ms in many kernels. So all of Kata asks for long turns, but for what has to be in
-time. With 100 pages open and plots drawn, 58 of 14,600 waits of that thread were longer than 1 ms, of 14,100 before 346, and one
-in a hundred longer than 0.6 ms, before than 1.9 ms.
+A kernel thread of ordinary priority delivers the bytes of a serial port or pseudo-terminal. Every reader waits for that
+thread, whatever its own priority. When woken, the thread preempts at once only threads with longer slices than its own
+(EEVDF, Linux 6.12; older kernels ignore the setting). It preempts all others after their slice, which many kernels
+check every 4 ms. All of Kata therefore asks for long slices, except the parts that must be punctual. With 100 pages
+open and plots drawn, 58 of 14,600 waits of that thread were longer than 1 ms (before: 346 of 14,100), and one in a
+hundred was longer than 0.6 ms (before: 1.9 ms).
 """
 
 import ctypes
@@ -14,9 +14,9 @@ import platform
 from typing import Final
 
 LONG_NS: Final = 5_000_000
-"""Usual are 0.7 to 2.8 ms. With 12 ms, who has just had more than its share waits for a whole one."""
+"""0.7 to 2.8 ms are usual. With 12 ms, a thread that has just had more than its share waits for a whole slice."""
 SHORT_NS: Final = 100_000
-"""The shortest that the kernel takes."""
+"""The shortest slice that the kernel accepts."""
 _SET_ATTRIBUTES: Final = {"x86_64": 314, "aarch64": 274, "armv7l": 380, "riscv64": 274}
 """sched_setattr, by machine; C libraries have no function for it yet."""
 _KEEP_POLICY: Final = 0x08
@@ -39,7 +39,9 @@ class _Attributes(ctypes.Structure):
 
 
 def ask_for(ns: int) -> None:
-    """For the calling thread, and for the threads and processes that it will start. Where it is not to be had, nothing changes."""
+    """Set the time slice of the calling thread and of the threads and processes that it will start. Without support,
+    nothing changes.
+    """
     call = _SET_ATTRIBUTES.get(platform.machine())
     if call is None:
         return

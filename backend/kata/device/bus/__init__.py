@@ -1,1 +1,1 @@
-"""The RS-485 bus: one port behind which a driver for each servo protocol stands."""
+"""The RS-485 bus: the interface of a bus, and a driver for each servo protocol."""

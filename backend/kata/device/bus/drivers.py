@@ -1,4 +1,4 @@
-"""Which driver a station's configuration asks for."""
+"""Selects the driver for a station's configuration."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,9 @@ from kata.device.config import StationConfig
 
 
 def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transport] = SerialTransport) -> Bus:
-    """The driver, whose port is not opened yet, for the apparatus as it stands. Tests give it a line of their own."""
+    """Return the driver for the apparatus on its current side. Its port is not open yet. Tests pass their own
+    transport.
+    """
     config = config.with_side_directions
     if config.protocol == "modbus":
         return ModbusBus(config, open_transport)

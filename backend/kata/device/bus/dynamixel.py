@@ -1,15 +1,17 @@
-"""Dynamixel Protocol 2.0, control table of the XH540 (robotis e-manual).
+"""Driver for Dynamixel Protocol 2.0 with the control table of the XH540 (robotis e-manual).
 
-A cycle is three requests: a Sync Read of current, velocity and position of all five (a Fast Sync Read where the drives
-have it: one packet, a quarter fewer bytes), a Read of one drive's registers in turn, and last a Read of the external ports, so that the
-emergency stop is the youngest of what is judged. Setpoints and torque go out as Sync Writes, which no drive answers; what became of the
-torque, the drives' own registers tell.
+Each cycle has three requests. A Sync Read reads current, velocity and position of all five drives (a Fast Sync Read if
+the drives support it: one packet, a quarter fewer bytes). A Read reads the registers of one drive in turn. The last
+Read reads the external ports, so that the emergency stop is the newest value. Setpoints and torque are sent as Sync
+Writes, which no drive answers; the drives' registers show the resulting torque.
 
-Every register that the configuration determines is verified (:mod:`kata.device.bus.registers`): those in the status block with each status, the
-others in a slow rotation that takes the place of a status now and then, so that no cycle grows longer.
+Every register that the configuration determines is verified (:mod:`kata.device.bus.registers`). The registers in the
+status block are verified with each status. The others are read in a slow rotation that sometimes replaces a status, so
+that no cycle becomes longer.
 
-An answer does not say which question it belongs to. The drives are asked for a byte more every other cycle, and the inputs
-for up to thirteen bytes more in turn, so that an answer that comes whole cycles late is known by its length.
+An answer does not identify its request. The driver therefore asks the drives for one more byte in every other cycle,
+and asks the inputs for up to thirteen more bytes in rotation. An answer that arrives whole cycles late then has the
+wrong length.
 """
 
 import logging
@@ -59,16 +61,18 @@ _SYNC_WRITE: Final = 0x83
 _FAST_SYNC_READ: Final = 0x8A
 _BROADCAST: Final = 0xFE
 _OVERHEAD: Final = 11
-"""Bytes of a status packet that carries no data."""
+"""Bytes of a status packet without data."""
 _MAX_SLACK_NS: Final = 4_000_000
-"""For adapter, driver and scheduler, on top of the bytes' own time; and never more than this share of a cycle:"""
+"""Time for adapter, driver and scheduler, in addition to the transmission time; limited to this share of a cycle:"""
 _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.4
 _PLAIN_READ_CYCLES: Final = 100
-"""A damaged part of a Fast Sync Read takes all behind it along: on a noisy line each drive gets a packet of its own."""
+"""After a damaged Fast Sync Read, plain Sync Reads are used for this many cycles: one damaged part invalidates all
+parts after it.
+"""
 _INPUT_ANSWER_LENGTHS: Final = 14
 _EARLIEST_SHARE: Final = 0.8
-"""Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
+"""Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 
 _STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
 _HARDWARE_ERROR_AT: Final = 70 - TORQUE_ENABLE
@@ -76,20 +80,24 @@ _WATCHDOG_AT: Final = BUS_WATCHDOG - TORQUE_ENABLE
 _WATCHDOG_STEP_MS: Final = 20
 _WATCHDOG_TRIPPED: Final = 0xFF
 _ALERT: Final = 0x80
-"""Bit of the error byte: the drive reports a hardware error in register 70. The answer itself is sound."""
+"""Bit of the error byte: the drive reports a hardware error in register 70. The answer itself is valid."""
 _DEG_S_A_UNIT: Final = 0.229 * 6
 _NO_TORQUE: Final = Register("torque enable", TORQUE_ENABLE, b"\0")
 _ARMING_LIMIT_NS: Final = 5_000_000
-"""The write that arms the watchdogs is carried out within this; a status from before may still show it unarmed."""
+"""The write that arms the watchdogs takes effect within this time; an earlier status may still show an unarmed
+watchdog.
+"""
 
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
 _DRIVE_LENGTHS: Final = (_PRESENT_FORMAT.size, _PRESENT_FORMAT.size + 1)
 _GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
-"""Where a Sync Write of goals goes, and how many bytes each has."""
+"""Address and length of the goals in a Sync Write."""
 
 
 def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
-    """One instruction packet, stuffed and with its CRC: polynomial 0x8005, initial value 0, not reflected ("UMTS")."""
+    """Return one instruction packet, stuffed and with its CRC: polynomial 0x8005, initial value 0, not reflected
+    ("UMTS").
+    """
     body = bytes([instruction]) + parameters
     body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
     packet = _HEADER + bytes([drive_id]) + (len(body) + 2).to_bytes(2, "little") + body
@@ -97,19 +105,19 @@ def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
 
 
 _encode_cached: Final = lru_cache(maxsize=256)(encode)
-"""For requests that are sent over and over, as those that read are."""
+"""For read requests, which repeat."""
 
 
 class StatusParser:
-    """Takes bytes as they come and gives whole, sound status packets."""
+    """Parses received bytes into complete, valid status packets."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
         self.skipped = 0
-        """Bytes of noise and of packets whose CRC does not hold. An echo of our own instructions is neither."""
+        """Bytes of noise and of packets with a wrong CRC. An echo of our own instructions is not counted."""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
-        """Yields ``(drive id, error byte, data)``; what is not sound is dropped."""
+        """Yield ``(drive id, error byte, data)`` of each valid packet; drop invalid bytes."""
         buffer = self._buffer
         buffer += data
         while True:
@@ -136,7 +144,7 @@ class StatusParser:
 
     @staticmethod
     def sizes(answers: int, length: int) -> list[int]:
-        """Bytes on the wire of each of so many answers with ``length`` bytes of data."""
+        """Return the size on the wire of each of ``answers`` answers with ``length`` bytes of data."""
         return [_OVERHEAD + length] * answers
 
     @property
@@ -150,7 +158,7 @@ class StatusParser:
 
 
 class FastParser:
-    """The one packet of a Fast Sync Read: each drive adds error, id, data and a CRC of everything so far."""
+    """Parses the one packet of a Fast Sync Read: each drive adds error, id, data and a CRC of everything before."""
 
     def __init__(self, ids: Sequence[int], length: int) -> None:
         self._ids = ids
@@ -159,11 +167,13 @@ class FastParser:
         self._buffer = bytearray()
         self._done = 0
         self._crc = 0
-        """The last one: to begin anew with each part would take longest for the last one, when all wait for it."""
+        """CRC up to the last part. Starting again for each part would take longest for the last part, when the loop
+        waits for it.
+        """
         self.skipped = 0
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
-        """Yields ``(drive id, error byte, data)`` in the order asked; nothing behind a part that is not sound."""
+        """Yield ``(drive id, error byte, data)`` in the requested order; nothing after an invalid part."""
         buffer = self._buffer
         buffer += data
         start = buffer.find(self._start)
@@ -179,7 +189,7 @@ class FastParser:
             end = begin + self._length + 4
             if len(buffer) < end:
                 return
-            # Each CRC counts in the next one.
+            # Each CRC is part of the data of the next one.
             crc = crc16.umts(buffer[begin - 2 if self._done else 0 : end - 2], self._crc)
             if buffer[begin + 1] != self._ids[self._done] or crc != int.from_bytes(buffer[end - 2 : end], "little"):
                 self.skipped += len(buffer) - begin
@@ -191,12 +201,16 @@ class FastParser:
 
     @staticmethod
     def sizes(answers: int, length: int) -> list[int]:
-        """Bytes on the wire of each of so many parts with ``length`` bytes of data; the first brings the header."""
+        """Return the size on the wire of each of ``answers`` parts with ``length`` bytes of data; the first includes
+        the header.
+        """
         return [8 + length + 4] + [length + 4] * (answers - 1)
 
     @property
     def pending(self) -> int:
-        """Bytes that may be the beginning of the packet, or of its next part; not its sound parts, behind which one is silent."""
+        """Bytes that may be the beginning of the packet or of its next part. Valid parts are not counted: after them a
+        drive is silent.
+        """
         if self._done == len(self._ids):
             return 0
         sound = len(self._start) + self._done * (self._length + 4) if self._done else 0
@@ -204,24 +218,24 @@ class FastParser:
 
 
 _OnReply = Callable[[int, int, int, bytes], None]
-"""Is told drive id, time, error byte and data of an answer."""
+"""Receives drive id, time, error byte and data of an answer."""
 
 
 @dataclass
 class _Replies:
-    """What came of one request."""
+    """The answers to one request."""
 
     of: dict[int, tuple[int, int, bytes]] = field(default_factory=dict)
     """Time, error byte and data by drive id."""
     corrupt: bool = False
-    """Something came that was no sound answer."""
+    """Bytes arrived that are not a valid answer."""
 
 
 class DynamixelBus:
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Protocol 2.0."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
-        """Nothing is opened yet. ``open_transport`` opens a port at a baud rate."""
+        """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
         self._config = config
         self._open_transport = open_transport
         self._byte_ns = BITS_A_BYTE * 1_000_000_000 // config.baud
@@ -229,13 +243,15 @@ class DynamixelBus:
         self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
-        """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
+        """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
+        slack at most.
+        """
         self._axes = {axis.id: axis for axis in config.axes}
         self._zeros = {axis.id: zero_count(axis) for axis in config.axes}
-        """By drive id: what the drive itself reports at motor angle 0, whole turns included."""
+        """By drive id: the position that the drive reports at motor angle 0, whole turns included."""
         self._registers = [configured_registers(config, axis) for axis in config.axes]
         self._ports = (self._ids.index(config.inputs.drive_id), PORTS_BLOCK)
-        """Drive and block of the modes of the input ports."""
+        """Drive and block that hold the modes of the input ports."""
         self._verification = Verification(len(self._ids), 1 + len(EEPROM_BLOCKS), config.cycle_hz, urgent=self._ports)
         self._armed_ns: int | None = None
         """When the bus watchdogs were armed; None while torque is off."""
@@ -245,18 +261,18 @@ class DynamixelBus:
         self._backoff = PollBackoff(self._ids, self._config)
         self._next_status = cycle(range(len(config.axes)))
         self._fast: bool | None = None
-        """The drives know Fast Sync Read; None until it has been tried."""
+        """True if the drives support Fast Sync Read; None until it has been tried."""
         self._plain_cycles = 0
         self._extra_bytes = 0
-        """0 or 1: bytes asked for beyond those wanted, in this cycle."""
-        # More lengths than cycles in which the drive counts as there, and none that its other answers have.
+        """Extra bytes requested in this cycle: 0 or 1."""
+        # More lengths than the cycles in which an input is valid, and none that this drive's other answers have.
         lengths = [
             n for n in range(self._input_bytes, self._input_bytes + _INPUT_ANSWER_LENGTHS) if n not in _DRIVE_LENGTHS
         ]
         self._input_prefixes = cycle([n - self._input_bytes for n in lengths])
         self._busy_until_ns = 0
         self.errors = 0
-        """Replies that stayed away or came damaged, since the start."""
+        """Missing and damaged answers since the start."""
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -290,7 +306,9 @@ class DynamixelBus:
         return BusSample(drives, self._read_inputs(), statuses, corrupt, timed_out)
 
     def read_drives(self) -> tuple[tuple[DriveSample | None, ...], frozenset[int], frozenset[int]]:
-        """Position, speed and torque of all five; of those that were asked in vain, from which something unsound came, or nothing."""
+        """Read position, speed and torque of all five drives. Return them with the axes whose answer was corrupt and
+        those that timed out.
+        """
         self._slack_left_ns = self._slack_ns
         asked = self._backoff.poll_order()
         fast = bool(self._fast) and not self._plain_cycles
@@ -308,10 +326,10 @@ class DynamixelBus:
         return (drives, missing, frozenset()) if replies.corrupt else (drives, frozenset(), missing)
 
     def _try_fast(self) -> None:
-        """Once after opening, when every drive is known to answer."""
+        """Try Fast Sync Read once after opening, when every drive answers."""
         self._fast = bool(self._sync_read(self._ids, fast=True).of)
         if not self._fast:
-            log.info("the drives do not know Fast Sync Read; Sync Read is used")
+            log.info("the drives do not support Fast Sync Read; using Sync Read")
 
     def read_inputs(self) -> InputSample | None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -326,7 +344,7 @@ class DynamixelBus:
         self._send(encode(_BROADCAST, _SYNC_WRITE, _GOALS_TO + self._goals.pack(*goals)))
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A watchdog that has tripped is cleared: its fault was acknowledged."""
+        """See :class:`~kata.device.bus.port.Bus`. A tripped watchdog is cleared, because its fault was acknowledged."""
         self._sync_write(BUS_WATCHDOG, [b"\0"] * len(self._ids))
         self.write_setpoints(hold_deg)
         self._sync_write(TORQUE_ENABLE, [b"\1"] * len(self._ids))
@@ -347,7 +365,7 @@ class DynamixelBus:
             self._transport.close()
             self._transport = None
 
-    # -- one request each -----------------------------------------------------------------------------------------
+    # -- requests -------------------------------------------------------------------------------------------------
 
     def _sync_read(self, asked: Sequence[int], fast: bool, on_reply: _OnReply | None = None) -> _Replies:
         if not asked:
@@ -358,7 +376,9 @@ class DynamixelBus:
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, on_reply)
 
     def _read_inputs(self) -> InputSample | None:
-        """Return what the contacts say; None also where the ports are not known to be inputs: what they read then means nothing."""
+        """Return the state of the contacts. None also if the ports are not verified as inputs: their values mean
+        nothing then.
+        """
         inputs = self._config.inputs
         if not self._verification.block_matches(*self._ports):
             return None
@@ -377,13 +397,13 @@ class DynamixelBus:
         return 2 * (max(ports) - min(ports)) + 2
 
     def _decode_drive(self, found: dict[int, DriveSample], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
-        """As soon as it comes: while the next drive's answer is still on the wire, there is time for it."""
+        """Decode an answer as soon as it arrives: the next drive's answer is still on the wire."""
         if error & ~_ALERT:
             return
         axis = self._axes[drive_id]
         current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
         if self._armed_ns is None:
-            # A drive that has been without power may have lost whole turns. With torque on the turn stays.
+            # A drive that lost power may have lost whole turns. With torque on the turn stays.
             self._zeros[drive_id] = zero_count(axis) - nearest_turn(axis, position)
         found[drive_id] = DriveSample(
             t_ns=t_ns,
@@ -426,7 +446,7 @@ class DynamixelBus:
         self._verification.found(axis, block, mismatch)
 
     def _watchdog_mismatch(self, t_ns: int, data: bytes) -> str:
-        """Return the watchdog's name where a drive with torque does not have it armed: no drive confirms the write that arms it."""
+        """Return the watchdog's name if a drive with torque has not armed it: no drive confirms the write that arms it."""
         armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMING_LIMIT_NS
         if not armed or not data[0] or data[_WATCHDOG_AT] in (self._watchdog, _WATCHDOG_TRIPPED):
             return ""
@@ -442,7 +462,7 @@ class DynamixelBus:
             raise BusError(texts.DRIVE_HAS_TORQUE(motor=motor, drive_id=axis.id))
         self._write(motor, axis.id, BUS_WATCHDOG, b"\0")
         for register in others:
-            # What lives in EEPROM is written only where it differs: its cells wear.
+            # EEPROM is written only where it differs: its cells wear.
             if register.address >= TORQUE_ENABLE or self._register(motor, axis.id, register) != register.data:
                 self._write(motor, axis.id, register.address, register.data)
             if self._register(motor, axis.id, register) != register.data:
@@ -462,10 +482,10 @@ class DynamixelBus:
         return read[1]
 
     def _require_one_drive(self, motor: int, drive_id: int) -> None:
-        """Is it there, and is it alone? Nothing else may be said at an id that two drives share."""
+        """Require exactly one drive at the id. At an id that two drives share, no other request is sent."""
         answers, damaged = self._ping(drive_id)
         if answers > 1:
-            # One may have been on its way still to whoever asked before; two drives answer twice again.
+            # One answer may belong to an earlier request. Two drives answer twice again.
             answers, damaged = self._ping(drive_id)
         if answers > 1:
             raise BusError(texts.DRIVES_SHARE_ID(drive_id=drive_id, motor=motor))
@@ -474,7 +494,7 @@ class DynamixelBus:
             raise BusError(problem(motor=motor, drive_id=drive_id))
 
     def _ping(self, drive_id: int) -> tuple[int, bool]:
-        """How many sound answers come, and whether anything else does."""
+        """Return the number of valid answers, and whether other bytes arrived."""
         transport = self._require_transport()
         out_ns = self._send(encode(drive_id, _PING))
         parser = StatusParser()
@@ -497,14 +517,16 @@ class DynamixelBus:
     # -- packets --------------------------------------------------------------------------------------------------
 
     def _sync_write(self, address: int, values: Sequence[bytes]) -> int:
-        """When its last byte will be out at the earliest."""
+        """Send a Sync Write. Return the earliest time at which its last byte is out."""
         data = b"".join(bytes([drive_id]) + value for drive_id, value in zip(self._ids, values, strict=True))
         return self._send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
 
     def _read_registers(
         self, drive_id: int, address: int, length: int, *, ignore_backoff: bool = False
     ) -> tuple[int, bytes] | None:
-        """Time and data; None when no sound answer came, or, unless ``ignore_backoff``, none was worth waiting for."""
+        """Return time and data; None without a valid answer, or if the backoff skips the drive (never with
+        ``ignore_backoff``).
+        """
         if not ignore_backoff and not self._backoff.should_poll(drive_id):
             return None
         request = _encode_cached(drive_id, _READ, struct.pack("<HH", address, length))
@@ -512,7 +534,7 @@ class DynamixelBus:
         return self._valid_replies(replies, [drive_id], length).get(drive_id)
 
     def _valid_replies(self, replies: _Replies, asked: Sequence[int], length: int) -> dict[int, tuple[int, bytes]]:
-        """Time and data of each drive that answered with ``length`` bytes and no error."""
+        """Return time and data of each drive that answered with ``length`` bytes and no error."""
         sound = {
             drive_id: (t_ns, data)
             for drive_id, (t_ns, error, data) in replies.of.items()
@@ -529,9 +551,10 @@ class DynamixelBus:
         length: int,
         on_reply: _OnReply | None = None,
     ) -> _Replies:
-        """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over.
+        """Send a request and collect the answers with ``length`` bytes of data until all have arrived or the time is
+        over.
 
-        ``on_reply`` gets each when it comes.
+        ``on_reply`` gets each answer when it arrives.
         """
         sizes = parser.sizes(len(asked), length)
         transport = self._require_transport()
@@ -541,7 +564,7 @@ class DynamixelBus:
         deadline_ns = earliest_ns + max(self._slack_left_ns, _MIN_SLACK_NS)
         first_ns = sent_ns + int(_EARLIEST_SHARE * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         each_ns = self._delay_ns + sizes[-1] * self._byte_ns
-        # When the first answer's bytes are through; by a clock read after sending, so never too early.
+        # When the first answer's bytes have passed. The clock is read after sending, so this is never too early.
         through_ns = max(out_ns, transport.now_ns() + len(request) * self._byte_ns) + self._span_ns(sizes[:1])
         replies = _Replies()
         while len(replies.of) < len(asked):
@@ -549,14 +572,14 @@ class DynamixelBus:
             if not data:
                 break
             t_ns = transport.now_ns()
-            # Too early, or of another length: the answer to an earlier question.
+            # Too early, or of another length: the answer to an earlier request.
             found = [
                 one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & ~_ALERT)
             ]
             if t_ns < first_ns:
                 continue
-            # One chunk may bring several answers; each left the wire as long before the next as the next one takes. And
-            # however late the computer hands it over, none left later than its bytes were through.
+            # One chunk may contain several answers. Each left the wire before the next by the length of the next. No
+            # answer left later than its bytes passed, however late the computer delivers it.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
                 came_ns = min(t_ns - after * each_ns, through_ns + asked.index(drive_id) * each_ns)
                 replies.of[drive_id] = (came_ns, error, payload)
@@ -567,15 +590,16 @@ class DynamixelBus:
         return replies
 
     def _send(self, packet: bytes) -> int:
-        """When its last byte will be out at the earliest, after those of the packets before it."""
+        """Send a packet. Return the earliest time at which its last byte is out, after the packets before it."""
         transport = self._require_transport()
-        # Looked at before: whoever is put aside while sending would take an answer for one that has come too early.
+        # Read the clock before sending: if this thread is suspended while sending, a later time would make an answer
+        # look too early.
         self._busy_until_ns = max(self._busy_until_ns, transport.now_ns()) + len(packet) * self._byte_ns
         transport.send(packet)
         return self._busy_until_ns
 
     def _span_ns(self, sizes: Sequence[int]) -> int:
-        """How long answers of these sizes, and the drives' own delay before each, take on the wire."""
+        """Return the time that answers of these sizes take on the wire, with the drives' delay before each."""
         return sum(sizes) * self._byte_ns + len(sizes) * self._delay_ns
 
     def _require_transport(self) -> Transport:

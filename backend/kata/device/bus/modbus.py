@@ -1,12 +1,13 @@
-"""Modbus RTU drives. Vendors' register maps differ, so the map is in the station's configuration (:class:`ModbusMap`).
+"""Driver for Modbus RTU drives. Register maps differ between vendors, so the map is in the station's configuration
+(:class:`ModbusMap`).
 
-A cycle asks each drive for one block of registers, and the inputs last, so that the emergency stop is the youngest of what
-is judged. With function 23 the same exchange takes the newest setpoint along: it arrives a cycle later than it was worked
-out, which the path's lead makes good, and the bus carries half as many cycles more. Torque goes off by broadcast, which no
-drive answers; what became of it, each drive's status word tells in the next cycle.
+Each cycle reads one block of registers of each drive, and the inputs last, so that the emergency stop is the newest
+value. With function 23 the same request also writes the newest setpoint. It then arrives one cycle after it was
+computed, which the path's lead compensates, and the bus carries half as many cycles more. Torque off is a broadcast,
+which no drive answers; each drive's status word shows the result in the next cycle.
 
-The registers that the configuration determines are read back in a slow rotation, at most one more read a cycle. A drive that has lost its
-power forgets them.
+The registers that the configuration determines are read back in a slow rotation, at most one extra read a cycle. A
+drive that loses power loses them.
 """
 
 import struct
@@ -36,21 +37,21 @@ _WRITTEN_BYTES: Final = 8
 _MAX_SLACK_NS: Final = 4_000_000
 _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.2
-"""As for Dynamixel; a line this slow leaves less of a cycle to wait in."""
+"""As for Dynamixel; this slower bus leaves a smaller share of a cycle for waiting."""
 _EARLIEST_SHARE: Final = 0.8
-"""Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
+"""Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 
 
 def encode(slave: int, function: int, data: bytes) -> bytes:
-    """One frame, with its CRC, low byte first."""
+    """Return one frame with its CRC, low byte first."""
     frame = bytes([slave, function]) + data
     return frame + struct.pack("<H", crc16.modbus(frame))
 
 
 def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes | None:
-    """A sound answer of ``size`` bytes, or a sound exception, wherever noise or an echo of the request lets it begin.
+    """Find a valid answer of ``size`` bytes, or a valid exception, after any noise or echo of the request.
 
-    :returns: from the function's byte to the last before the CRC; None when there is none.
+    :returns: from the function byte to the last byte before the CRC; None if there is none.
     """
     for start in range(len(received) - _EXCEPTION_BYTES + 1):
         if received[start] != slave or received[start + 1] & ~_EXCEPTION != function:
@@ -64,7 +65,7 @@ def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes 
 
 @dataclass(frozen=True, slots=True)
 class _Answer:
-    """What a drive said: when, and its data; or that what came was unsound."""
+    """One answer: its time and data, or that the bytes were corrupt."""
 
     t_ns: int
     data: bytes | None
@@ -76,7 +77,7 @@ class ModbusBus:
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Modbus RTU."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
-        """Nothing is opened yet. ``open_transport`` opens a port at a baud rate."""
+        """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
         self._config = config
         self._map = config.modbus
         self._open_transport = open_transport
@@ -86,7 +87,9 @@ class ModbusBus:
         self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
-        """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
+        """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
+        slack at most.
+        """
         self._transport: Transport | None = None
         self._free_at_ns = 0
         self._backoff = PollBackoff(self._ids, self._config)
@@ -96,9 +99,9 @@ class ModbusBus:
         self._armed_ns: int | None = None
         """When the watchdogs were armed; None while torque is off."""
         self._goals: dict[int, bytes] = {}
-        """By slave: what function 23 is to take along."""
+        """By slave: the goal that function 23 writes with the next read."""
         self.errors = 0
-        """Answers that stayed away or came damaged, since the start."""
+        """Missing and damaged answers since the start."""
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -154,7 +157,7 @@ class ModbusBus:
             self._write_goals()
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A watchdog that has tripped is cleared: its fault was acknowledged."""
+        """See :class:`~kata.device.bus.port.Bus`. A tripped watchdog is cleared, because its fault was acknowledged."""
         if self._map.clear != NO_REGISTER:
             self._broadcast(self._map.clear, 1)
         self.write_setpoints(hold_deg)
@@ -165,7 +168,7 @@ class ModbusBus:
         self._armed_ns = self._require_transport().now_ns()
 
     def torque_off(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A setpoint that was still to go is forgotten."""
+        """See :class:`~kata.device.bus.port.Bus`. A pending setpoint is discarded."""
         self._goals = {}
         self._armed_ns = None
         self._broadcast(self._map.torque_enable, 0)
@@ -176,7 +179,7 @@ class ModbusBus:
             self._transport.close()
             self._transport = None
 
-    # -- one request each -----------------------------------------------------------------------------------------
+    # -- requests -------------------------------------------------------------------------------------------------
 
     def _read_drive(self, axis: Axis) -> _Answer:
         goal = self._goals.pop(axis.id, None)
@@ -195,7 +198,7 @@ class ModbusBus:
             return None
         first = min(inputs.ports)
         count = max(inputs.ports) - first + 1
-        # Inputs are numbered from 1, their addresses count from 0.
+        # Inputs are numbered from 1, their addresses from 0.
         answer = self._transact(
             inputs.drive_id, _READ_INPUTS, struct.pack(">HH", first - 1, count), 5 + (count + 7) // 8
         )
@@ -229,7 +232,7 @@ class ModbusBus:
     # -- verification -----------------------------------------------------------------------------------------------
 
     def _configured(self, axis: Axis) -> Iterator[tuple[str, int, bytes]]:
-        """Name, first register and contents of everything that must hold a fixed value."""
+        """Yield name, first register and contents of every register that must have a fixed value."""
         registers = self._map
         if registers.response_delay_us != NO_REGISTER:
             yield "response delay", registers.response_delay_us, struct.pack(">H", self._config.return_delay_us)
@@ -243,7 +246,7 @@ class ModbusBus:
             yield "position limits", registers.position_limits, low + high
 
     def _verify(self, axis: int, block: int) -> None:
-        """Read one span of one drive's registers back and compare it with the configuration."""
+        """Read one span of one drive's registers and compare it with the configuration."""
         span = self._spans[block - 1]
         if not self._backoff.should_poll(self._ids[axis]):
             return
@@ -333,11 +336,12 @@ class ModbusBus:
         self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
 
     def _transact(self, slave: int, function: int, data: bytes, size: int) -> _Answer:
-        """Send, and wait for an answer of ``size`` bytes, an exception, or the end of the time for either."""
+        """Send a request and wait for an answer of ``size`` bytes, an exception, or the end of the time."""
         transport = self._require_transport()
         request = encode(slave, function, data)
         self._wait_until_free()
-        # Looked at before: whoever is put aside while sending would take an answer for one that has come too early.
+        # Read the clock before sending: if this thread is suspended while sending, a later time would make an answer
+        # look too early.
         sent_ns = transport.now_ns()
         transport.send(request)
         asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
@@ -350,7 +354,7 @@ class ModbusBus:
             received += chunk
             found = find_answer(received, slave, function, size)
             if found is not None and transport.now_ns() < first_ns:
-                # To an earlier question.
+                # This answer belongs to an earlier request.
                 received, found = b"", None
         now_ns = transport.now_ns()
         self._slack_left_ns -= max(0, now_ns - earliest_ns)
@@ -361,11 +365,11 @@ class ModbusBus:
         if found[0] & _EXCEPTION:
             self.errors += 1
             return _Answer(now_ns, None, False, exception=found[1])
-        # Whatever the computer made of it: the drive answered when its bytes were through.
+        # The drive answered when its bytes passed, however late the computer delivers them.
         return _Answer(min(now_ns, earliest_ns), found[1:], False)
 
     def _wait_until_free(self) -> None:
-        """The silence that ends a frame."""
+        """Wait for the silence that ends a frame."""
         transport = self._require_transport()
         while transport.now_ns() < self._free_at_ns:
             transport.receive(self._free_at_ns, self._free_at_ns)

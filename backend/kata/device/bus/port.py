@@ -1,4 +1,4 @@
-"""What the control loop wants of a bus, in degrees and newton metres, whatever the servos speak."""
+"""The bus as the control loop sees it: degrees and newton metres for every servo protocol."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
@@ -9,36 +9,36 @@ from kata.device.config import Inputs
 
 
 class BusError(Exception):
-    """The bus or a drive on it cannot be used; the message says which and why. Absent replies are not errors."""
+    """The bus or a drive cannot be used; the message says which and why. A missing answer is not an error."""
 
 
 class DriveSample(Struct, frozen=True):
-    """One drive's answer, with the time it came (``time.monotonic_ns``)."""
+    """One drive's answer with its arrival time (``time.monotonic_ns``)."""
 
     t_ns: int
     position_deg: float
     speed_deg_s: float
     torque_nm: float
     alert: bool = False
-    """The drive reports a hardware error with this very answer (Dynamixel: bit 0x80 of the error byte)."""
+    """The drive reports a hardware error in this answer (Dynamixel: bit 0x80 of the error byte)."""
 
 
 class InputSample(Struct, frozen=True):
-    """The emergency stop's contacts and the pedal."""
+    """The contacts of the emergency stop and the pedal."""
 
     t_ns: int
     estop_open: bool
-    """One contact says that the emergency stop is pressed, or that its wire is broken."""
+    """True if a contact reports the emergency stop as pressed, or its wire is broken."""
     pedal_down: bool | None
-    """None: unknown."""
+    """None if unknown."""
     contacts_disagree: bool = False
-    """The two antivalent contacts say the same. False where the station has one contact."""
+    """The two antivalent contacts report the same state. False if the station has one contact."""
 
 
 def input_sample(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> InputSample:
-    """Return what the contacts say. ``closed``: by port, whether the contact there is closed.
+    """Return the input sample. ``closed``: by port, True if the contact is closed.
 
-    Either contact of the emergency stop is enough to call it pressed. Antivalent contacts must differ.
+    Either contact of the emergency stop is enough to count as pressed. Antivalent contacts must differ.
     """
     first_closed = closed[inputs.estop_port]
     second_closed = None if inputs.estop_second_port is None else closed[inputs.estop_second_port]
@@ -51,7 +51,7 @@ def input_sample(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> Input
 
 
 class DriveStatus(Struct, frozen=True):
-    """What one drive (axis 0-4) says of itself. A driver may ask one of them a cycle, or all."""
+    """The status of one drive (axis 0-4). A driver may read one drive each cycle, or all."""
 
     t_ns: int
     axis: int
@@ -59,34 +59,35 @@ class DriveStatus(Struct, frozen=True):
     hardware_error: int
     watchdog_tripped: bool
     verified: bool = True
-    """Every configured register has been read since the drive was last configured or found, and has its value."""
+    """Every configured register has its value in a read since the drive was last configured or found."""
     mismatch: str = ""
-    """Name of a configured register that has another value; empty where there is none."""
+    """Name of a configured register with another value; empty if there is none."""
 
 
 class BusSample(Struct, frozen=True):
-    """All that came back in one cycle; None where a reply stayed away."""
+    """All answers of one cycle; None for a missing answer."""
 
     drives: tuple[DriveSample | None, ...]
     inputs: InputSample | None
     statuses: tuple[DriveStatus, ...]
     corrupt: frozenset[int] = frozenset()
-    """Axes (0-4) from which something came that is no sound answer."""
+    """Axes (0-4) with bytes that are not a valid answer."""
     timed_out: frozenset[int] = frozenset()
-    """Axes that were asked, and nothing came."""
+    """Axes that were polled and sent nothing."""
 
 
 class Bus(Protocol):
-    """A driver. Every call returns within a limit worked out from bytes and baud rate, and retries nothing.
+    """A driver. Every call returns within a time that follows from bytes and baud rate. No call retries.
 
-    What a driver has to do is written down as tests: `tests/support/driver_conformance.py`; docs/how-to/write-a-driver.md says how to add one.
+    The requirements are tests: `tests/support/driver_conformance.py`. docs/how-to/write-a-driver.md explains how to add
+    a driver.
     """
 
     errors: int
-    """Replies that stayed away or came damaged, since the start."""
+    """Missing and damaged answers since the start."""
 
     def open(self) -> None:
-        """Open the port. Writes no register and changes no torque: a drive may hold an arm.
+        """Open the port. Write no register and change no torque: a drive may hold an arm.
 
         :raises BusError: when the port cannot be opened.
         """
@@ -94,19 +95,19 @@ class Bus(Protocol):
     def configure(self, axes: Collection[int]) -> None:
         """Write every configured register of these drives (axes 0-4) and read it back. Their torque must be off.
 
-        Takes as long as its bytes do, up to some cycles; no cycle is due meanwhile.
+        It takes the transmission time, up to some cycles; no cycle is due meanwhile.
 
         :raises BusError: naming the motor that does not answer, shares its id, is another model, or refuses a register.
         """
 
     def read(self) -> BusSample:
-        """Ask drives, their status, and the inputs last: what the emergency stop says is to be the youngest word.
+        """Read the drives, their status, and the inputs last: the emergency stop must be the newest value.
 
         :raises BusError: when the port is gone.
         """
 
     def read_inputs(self) -> InputSample | None:
-        """Ask the inputs alone, between two cycles.
+        """Read the inputs alone, between two cycles.
 
         :raises BusError: when the port is gone.
         """
@@ -118,13 +119,13 @@ class Bus(Protocol):
         """
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """Make the drives hold these five angles, then energise them.
+        """Set these five angles as goals, then switch the torque on.
 
         :raises BusError: when the port is gone.
         """
 
     def torque_off(self) -> None:
-        """De-energise all drives at once.
+        """Switch off the torque of all drives at once.
 
         :raises BusError: when the port is gone.
         """

@@ -12,7 +12,7 @@ GOAL_POSITION: Final = 116
 PRESENT: Final = 126
 """Current (2), velocity (4) and position (4)."""
 PORT_DATA: Final = 150
-"""Plus twice the port's number."""
+"""Address of port n: this plus 2 n."""
 
 _MODEL: Final = 0
 _RETURN_DELAY: Final = 9
@@ -24,7 +24,7 @@ _CURRENT_LIMIT: Final = 38
 _POSITION_LIMITS: Final = 48
 """Maximum and minimum, four bytes each, in counts of one turn."""
 _PORT_MODE: Final = 55
-"""Plus the port's number, 1 to 3."""
+"""Address of port n (1 to 3): this plus n."""
 _STARTUP: Final = 60
 _LED: Final = 65
 _GAINS: Final = 80
@@ -34,31 +34,31 @@ _GOAL_CURRENT: Final = 102
 STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
 """Read of one drive in turn in every cycle: torque, hardware error, gains, watchdog and goal current."""
 EEPROM_BLOCKS: Final = (range(24), range(_CURRENT_LIMIT, _STARTUP + 1))
-"""Read in a slow rotation. None is longer than the status block, whose place it takes."""
+"""Read in a slow rotation. No block is longer than the status block, which it replaces."""
 PORTS_BLOCK: Final = 2
-"""The one with the modes of the external ports, counted from the status block as 0."""
+"""The block with the modes of the external ports; the status block is block 0."""
 
 _CURRENT_BASED_POSITION: Final = 5
 _DIGITAL_INPUT_PULL_UP: Final = 2
 _NORMAL: Final = 0
-"""Drive mode: not reversed, velocity-based profile, torque only by its own register."""
+"""Drive mode: not reversed, velocity-based profile, torque switched by its own register only."""
 
 _NO_SECONDARY_ID: Final = 255
-"""A drive answers to its own id only."""
+"""The drive answers only to its own id."""
 _NOTHING_AT_STARTUP: Final = 0
-"""Neither torque nor kept RAM: what a drive has after power came is its defaults, which are found."""
+"""No torque and no restored RAM: after power-up the drive has its defaults, which verification detects."""
 
 DEG_PER_COUNT: Final = 360 / 4096
 COUNTS_PER_TURN: Final = 4096
 AMPERE_PER_UNIT: Final = 0.00269
 NM_PER_AMPERE: Final = 2.0
-"""The motors' torque constant: 10 Nm at 5 A (apparatus facts)."""
+"""Torque constant of the motors: 10 Nm at 5 A (apparatus facts)."""
 _HALF_TURN: Final = 2048
 _LAST_COUNT: Final = 4095
 
 
 class Register(NamedTuple):
-    """One configured register: its name for people, where it is, and what it must hold."""
+    """One configured register: display name, address, and required value."""
 
     name: str
     address: int
@@ -66,7 +66,7 @@ class Register(NamedTuple):
 
 
 CONFIGURED: Final = Register("configured marker (LED)", _LED, b"\1")
-"""Lit as the last step of a configuration. It lives in RAM: power loss, reboot or an exchange puts it out."""
+"""Lit as the last step of a configuration. It is in RAM: power loss, reboot or an exchange of the drive clears it."""
 
 
 def configured_registers(config: StationConfig, axis: Axis) -> tuple[Register, ...]:
@@ -99,10 +99,10 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
 
 
 def _position_limits(axis: Axis) -> bytes | None:
-    """Return maximum and minimum position, or None for a range beyond one turn, which has no such limits.
+    """Return maximum and minimum position; None for a range beyond one turn, which has no such limits.
 
-    The drive keeps to them in its position modes of one turn; in the multi-turn one that obeys a goal current, not. They are written all
-    the same: after a change of the mode they count.
+    The drive enforces them in its single-turn position modes, but not in the multi-turn mode with goal current that is
+    used here. They are written anyway: they count after a change of the mode.
     """
     ends = [zero_count(axis) + axis.direction * angle / DEG_PER_COUNT for angle in (axis.min_deg, axis.max_deg)]
     if min(ends) < 0 or max(ends) > _LAST_COUNT:
@@ -116,9 +116,10 @@ def zero_count(axis: Axis) -> int:
 
 
 def nearest_turn(axis: Axis, position: int) -> int:
-    """Return the counts to add to a drive's position, a whole number of turns, to bring it nearest to the middle of the axis' range.
+    """Return the counts, whole turns, that move a drive's position nearest to the middle of the axis' range.
 
-    After power-up a drive knows its position within one turn only: 185 deg reads as -175. A range below 360 deg makes the answer unique.
+    After power-up a drive knows its position within one turn only: 185 deg reads as -175. For a range below 360 deg the
+    result is unique.
     """
     middle = zero_count(axis) + axis.direction * (axis.min_deg + axis.max_deg) / 2 / DEG_PER_COUNT
     return COUNTS_PER_TURN * round((middle - position) / COUNTS_PER_TURN)

@@ -1,4 +1,4 @@
-"""A line to the drives with a time limit on everything: what a driver needs of a serial port, through pyserial."""
+"""The transport of a driver: a serial port with a time limit on every call, through pyserial."""
 
 import contextlib
 import fcntl
@@ -18,25 +18,26 @@ from kata.device.bus.port import BusError
 log = logging.getLogger(__name__)
 
 _WAKE_BEFORE_NS: Final = 300_000
-"""Sleep until this long before the last byte can be here: waking for every packet of a slow line costs a third of a core."""
+"""Sleep until this long before the last byte can arrive: waking for every packet of a slow bus costs a third of a core.
+"""
 
 
 class Transport(Protocol):
-    """Bytes out, bytes in, and one clock for both."""
+    """Sends and receives bytes, with one clock for both."""
 
     def now_ns(self) -> int:
-        """The clock that deadlines and replies are counted by."""
+        """Return the clock of deadlines and answers."""
 
     def send(self, data: bytes) -> None:
-        """Forget what came late, and send. Never waits for the bytes to be out.
+        """Discard late input, then send. Never waits until the bytes are out.
 
         :raises BusError: when the port is gone.
         """
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
-        """What has come, waiting for a first byte until the deadline; empty when none came.
+        """Return the received bytes. Wait for a first byte until the deadline; return nothing if none arrives.
 
-        ``earliest_ns``: when all that is expected can be here; nobody needs to look much before.
+        ``earliest_ns``: when all expected bytes can have arrived; checking much earlier is unnecessary.
 
         :raises BusError: when the port is gone.
         """
@@ -46,21 +47,24 @@ class Transport(Protocol):
 
 
 class SerialTransport:
-    """One open port, owned by one process (``exclusive``)."""
+    """An open port that only one process owns (``exclusive``)."""
 
     def __init__(self, port: str, baud: int) -> None:
-        """:raises BusError: when the port cannot be opened."""
+        """Open the port.
+
+        :raises BusError: when the port cannot be opened.
+        """
         self._port = port
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
             raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
         self._fd: int = self._serial.fileno()
-        # A USB adapter that keeps replies back for 16 ms would cost a cycle. Not every port can be asked.
+        # A USB adapter that buffers answers for 16 ms would cost a cycle. Not every port supports this request.
         try:
             self._serial.set_low_latency_mode(True)
         except (OSError, ValueError, NotImplementedError):
-            log.info("%s cannot be set to low latency; `kata doctor` says whether that matters", port)
+            log.info("%s cannot be set to low latency; `kata doctor` tells whether this matters", port)
 
     def now_ns(self) -> int:
         """See :class:`Transport`."""
@@ -90,9 +94,11 @@ class SerialTransport:
         return data or b""
 
     def _discard_input(self) -> None:
-        """Throw away what lies here. Unlike ``tcflush``, and unlike a read of nothing, it does not wait for the kernel's worker
-        that brings the rest: on a busy computer that one may not run for milliseconds. What it brings later comes too early to
-        be an answer, and is known by that.
+        """Discard the bytes in the port's buffer.
+
+        Unlike ``tcflush`` and unlike a read of nothing, it does not wait for the kernel worker that delivers further
+        bytes; on a busy computer that worker may not run for milliseconds. Bytes that it delivers later arrive too
+        early for an answer and are discarded for that.
         """
         count = bytearray(4)
         fcntl.ioctl(self._fd, termios.FIONREAD, count)

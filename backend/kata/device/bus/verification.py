@@ -1,4 +1,4 @@
-"""Which blocks of which drive's configured registers have been read and found right; which to read next."""
+"""Tracks which blocks of configured registers have been verified on each drive, and selects the next block to read."""
 
 import math
 from dataclasses import dataclass, field
@@ -7,61 +7,63 @@ from typing import Final
 _MISSES_BEFORE_REREAD: Final = 3
 """A busy computer loses an answer now and then; no drive is exchanged or restarted within two cycles."""
 _READ_ATTEMPTS: Final = 3
-"""How often a read of the rotation is asked for when its answer stays away; a round has a fifth of its time to spare for that."""
+"""Limits the attempts to read a block whose answer is missing. A round has a fifth of its time to spare for them."""
 ROUND_S: Final = 2.0
 """Every configured register of every drive is read at least this often."""
 
 
 @dataclass
 class _Drive:
-    """What is known of one drive's registers."""
+    """The verification state of one drive."""
 
     unread: set[int]
-    """Blocks that have not been read since the drive was configured or found again."""
+    """Blocks that have not been read since the drive was configured or reappeared."""
     misses: int = 0
-    """Answers that stayed away in a row."""
+    """Consecutive missing answers."""
     mismatches: dict[int, str] = field(default_factory=dict)
-    """By block, the name of a register that has another value."""
+    """By block: the name of a register with another value."""
 
 
 class Verification:
-    """Keeps the state of ``drives`` times ``blocks`` reads. Block 0 comes with every status, the others in a rotation."""
+    """Tracks ``drives`` times ``blocks`` reads. Block 0 comes with every status, the others in a rotation."""
 
     def __init__(self, drives: int, blocks: int, cycle_hz: int, urgent: tuple[int, int] | None = None) -> None:
-        """
+        """Prepare the rotation.
+
         :param blocks: block 0 included.
-        :param cycle_hz: how often :meth:`next_read` may be asked.
-        :param urgent: drive and block that are read first where they are unread; the others take turns with them.
+        :param cycle_hz: how often :meth:`next_read` is called a second, at most.
+        :param urgent: drive and block that are read first while unread; the others take turns with them.
         """
         self._urgent = urgent
         self._urgent_last = False
-        """The last unread block that was asked for was the urgent one."""
+        """True if the last unread block requested was the urgent one."""
         self._blocks = blocks
         self._drives = [_Drive(set(range(blocks))) for _ in range(drives)]
         self._rotation = [(drive, block) for block in range(1, blocks) for drive in range(drives)]
         reads = max(len(self._rotation), 1)
-        # One cycle in so many; a little quicker than the round allows, because some answers stay away and are asked for again.
+        # One cycle in so many; a little faster than the round allows, because missing answers are requested again.
         self._every = max(1, math.floor(0.8 * ROUND_S * cycle_hz / reads))
         self._cycle = 0
-        """Since the last read of the rotation."""
+        """Cycles since the last read of the rotation."""
         self._read_last = False
-        """The last cycle had no status."""
+        """True if the last cycle had no status."""
         self._next = 0
-        """The place in the rotation that is read next."""
+        """Index in the rotation of the next read."""
         self._tries = 0
-        """How often that place has been asked for."""
+        """Attempts at that read."""
         self._unread_next = 0
 
     def forget(self, drive: int) -> None:
-        """The drive may be another one now, or has been configured: read everything of it again."""
+        """Read the whole drive again: it may be another drive, or it has been configured."""
         known = self._drives[drive]
         known.unread = set(range(self._blocks))
         known.mismatches.clear()
 
     def heard(self, drive: int, *, answered: bool) -> None:
-        """Note whether the drive answered in this cycle. After some misses it may come back with other settings: read it all again.
+        """Record whether the drive answered in this cycle. After some misses it may come back with other settings: read
+        it all again.
 
-        What was found wrong stays so until it is read.
+        A known mismatch stays until the block is read.
         """
         known = self._drives[drive]
         known.misses = 0 if answered else known.misses + 1
@@ -69,10 +71,10 @@ class Verification:
             known.unread = set(range(self._blocks))
 
     def next_read(self) -> tuple[int, int] | None:
-        """Return drive and block to read in this cycle; None: a status, at least every other cycle.
+        """Return drive and block to read in this cycle; None for a status, at least every other cycle.
 
-        Unread blocks are read in turn: a block that is never answered does not delay the others. The rotation continues meanwhile and
-        repeats a read that was not answered.
+        Unread blocks are read in turn: a block that is never answered does not delay the others. The rotation continues
+        meanwhile and repeats a read that was not answered.
         """
         self._cycle += 1
         due = None
@@ -96,7 +98,7 @@ class Verification:
         return self._urgent if self._urgent_last else self._next_unread_in_turn()
 
     def _is_unread(self, drive: int, block: int) -> bool:
-        """Return whether a block is unread of a drive that answers."""
+        """Return True if a block is unread and its drive answers."""
         known = self._drives[drive]
         return block in known.unread and not known.misses
 
@@ -109,7 +111,7 @@ class Verification:
         return None
 
     def found(self, drive: int, block: int, mismatch: str) -> None:
-        """A block was read; ``mismatch`` names a register that has another value, empty where there is none."""
+        """Record a block that was read. ``mismatch`` names a register with another value; empty if there is none."""
         known = self._drives[drive]
         known.unread.discard(block)
         if self._rotation and (drive, block) == self._rotation[self._next]:
@@ -120,15 +122,15 @@ class Verification:
             known.mismatches.pop(block, None)
 
     def mismatch(self, drive: int) -> str:
-        """Return the name of a register that has another value than configured; empty where none is known."""
+        """Return the name of a register with another value than configured; empty if none is known."""
         return next(iter(self._drives[drive].mismatches.values()), "")
 
     def block_matches(self, drive: int, block: int) -> bool:
-        """Return whether a block has been read, and every register in it was right."""
+        """Return True if the block has been read and every register in it has its value."""
         known = self._drives[drive]
         return block not in known.unread and block not in known.mismatches
 
     def verified(self, drive: int) -> bool:
-        """Return whether every block has been read, and every register was right."""
+        """Return True if every block has been read and every register has its value."""
         known = self._drives[drive]
         return not known.unread and not known.mismatches
