@@ -107,7 +107,7 @@ def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patien
         ({(3, 6): "0,oops"}, "line 3, column after external_rotation", "'oops' is more than the first line"),
         ({(5, 1): "0.01"}, "line 5, column time_s", "time must increase, 0.01 follows 0.02"),
         ({(5, 1): "0.02"}, "line 5, column time_s", "time must increase, 0.02 follows 0.02"),
-        ({(402, 1): "5.5"}, "line 402, column time_s", "nothing is known of the 1.5 s before"),
+        ({(402, 1): "5.5"}, "line 402, column time_s", "there is a gap of 1.5 s before this row"),
         ({(402, 1): "4000"}, "line 402, column time_s", "the motion is longer than an hour"),
         ({(9, 5): "195"}, "line 9, column shoulder_flexion", "195 deg is outside the apparatus' range of -20 to 190"),
         ({(200, 4): "60"}, "line 200, column shoulder_abduction", "motor 3 would jerk at"),

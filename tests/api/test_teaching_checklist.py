@@ -39,7 +39,7 @@ def test_teaching_requires_a_tried_estop_and_a_visual_check(unchecked: TestClien
     assert open_before_teaching(client, patient["id"], SECOND) == [*LOOKED_AT, "estop"]
     told = problem(client.post("/api/station/teach", json=wanted), 409, "checklist_open")
     for part in (
-        "The apparatus stands for the right shoulder, and its pin is in",
+        "The apparatus is set to the right shoulder, and its pin is in",
         "The arm lies in arm fixer 2 and elbow fixer 1, closed",
         "The belt holds the patient in the seat",
         "The emergency stop was pressed and released today, after the apparatus was connected or turned",

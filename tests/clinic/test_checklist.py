@@ -45,7 +45,7 @@ def test_fixer_follows_teaching_or_else_the_rotation(
 def test_all_checks_are_open_at_first_and_have_names() -> None:
     checks = match_answers(required_checks("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
     assert still_open(checks) == ["side", "fixtures", "belt", "pedal", "estop"]
-    assert checks[0].need.sentence == "The apparatus stands for the left shoulder, and its pin is in."
+    assert checks[0].need.sentence == "The apparatus is set to the left shoulder, and its pin is in."
     assert checks[1].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
 
 

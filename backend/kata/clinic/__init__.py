@@ -1,1 +1,1 @@
-"""What the clinic keeps. A folder a subject, in each the same rooms: tables, schemas, service, router."""
+"""The clinic's records. Each subject has one folder with its tables, schemas, service and router."""

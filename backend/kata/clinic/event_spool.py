@@ -41,7 +41,7 @@ _LAST_S: Final = 10.0
 _ON_DISK_S: Final = 2.0
 """Limits how long an offline action waits for the disk. It is refused if its event is not on disk by then."""
 _ROOM: Final = 5000
-"""From this number of events that wait for the disk, looks and refusals wait to be noted. Commands to the apparatus never wait."""
+"""At this number of events that wait for the disk, read requests and refusals wait to be recorded. Commands to the apparatus never wait."""
 
 
 class _DeviceEvent(msgspec.Struct, frozen=True, tag="happened"):
@@ -84,7 +84,7 @@ class EventSpool:
 
     @property
     def has_room(self) -> bool:
-        """False while so many events wait for the disk that looks and refusals must wait to be noted."""
+        """False while so many events wait for the disk that read requests and refusals must wait to be recorded."""
         return self.spool.unwritten < _ROOM
 
     def put_event(self, item: NewDeviceEvent | AlarmsEnded) -> None:
@@ -158,7 +158,7 @@ def _decoded(record: Record) -> _SpoolItem:
     try:
         decoded: _SpoolItem = _DECODER.decode(record.payload)
     except msgspec.MsgspecError as error:
-        raise ValueError(f"record {record.number} of the spool is of another version: {error}") from error
+        raise ValueError(f"record {record.number} of the spool was written by another version: {error}") from error
     return decoded
 
 
@@ -175,7 +175,7 @@ def _store_events(session: Session, items: Sequence[_SpoolItem]) -> None:
 
 
 def _remove(session: Session, item: NotBegun) -> None:
-    # A server that hung may still have the commit to do that nobody waited for.
+    # A server that hung may still execute a commit that the service has given up.
     chain.wait_for_others(session)
     if item.what == "run":
         runs.remove_refused(session, item.id)

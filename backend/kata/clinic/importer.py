@@ -1,7 +1,7 @@
-"""Journals into rows, exactly once.
+"""Import journals into the database, exactly once.
 
-Ids are made at the source, so a journal that was imported before a crash, and is found again after it, changes nothing. A
-file leaves the folder only after its rows are committed.
+Ids are generated at the source. A journal that was imported before a crash and is found again changes nothing. A file leaves the folder
+only after its rows are committed.
 """
 
 import logging
@@ -32,12 +32,12 @@ log = logging.getLogger(__name__)
 _IMPORTED: Final = "imported"
 _UNREADABLE: Final = "unreadable"
 _LAST_DEVICE_S: Final = 10.0
-"""A device process whose service was killed ramps down, writes its journal and ends in much less."""
+"""A device process whose service was killed ramps down, writes its journal and ends in much less time."""
 
 
 @dataclass(frozen=True)
 class Saved:
-    """A record that came out of a journal."""
+    """A record that was imported from a journal."""
 
     what: Literal["recording", "run"]
     id: UUID
@@ -46,11 +46,11 @@ class Saved:
 
 
 class _NotYetError(Exception):
-    """It is still on its way."""
+    """The database does not know the journal's owner yet."""
 
 
 class Importer:
-    """Reads finished journals from a folder."""
+    """Import finished journals from a folder."""
 
     def __init__(
         self,
@@ -61,9 +61,10 @@ class Importer:
         has_undelivered: Callable[[], bool] = lambda: False,
         on_waiting: Callable[[journal.Journal], None] = lambda recorded: None,
     ) -> None:
-        """``on_saved`` is called from the importing thread, after the commit. ``has_undelivered``: whether something that happened
-        before is not in the database yet; then whom a journal belongs to may be among it. ``on_waiting``: called with one that is
-        known to wait for the database, each time it is looked at.
+        """``on_saved`` is called from the importing thread, after the commit.
+
+        ``has_undelivered``: True if the spool holds events that are not in the database yet; the owner of a journal may be among them.
+        ``on_waiting``: called with a journal that waits for the database, at every attempt.
         """
         self._database = database
         self._folder = folder
@@ -76,9 +77,9 @@ class Importer:
         self._ended_at: datetime | None = None
 
     def run(self, finished: Path | None = None) -> None:
-        """Import one finished journal; or all there are, while no device process writes any.
+        """Import one finished journal, or all journals while no device process writes one.
 
-        Waits for the disk: call it from a worker thread.
+        Blocks on the disk: call it from a worker thread.
         """
         with by_program("import_journal", self._config.name), self._one_at_a_time:
             for path in [finished] if finished else sorted(self._folder.glob(f"*{journal.SUFFIX}")):
@@ -89,31 +90,32 @@ class Importer:
                     log.warning("%s waits for the database: %s", path.name, error)
                     self._due[path] = None
                 except Exception:
-                    # One journal that cannot be imported must not keep the others from it; it stays for the next try.
+                    # A journal that cannot be imported must not block the others. It stays for the next attempt.
                     self._due.pop(path, None)
                     log.exception("%s could not be imported; it stays where it is", path.name)
 
     @property
     def due(self) -> int:
-        """How many journals wait for a database that did not answer."""
+        """Return the number of journals that wait for the database."""
         return len(self._due)
 
     def run_due(self) -> None:
-        """Try those again, in the order in which they ended."""
+        """Import the waiting journals again, in the order in which they ended."""
         for path in list(self._due):
             self.run(path)
         self._close_lost()
 
     def run_ended(self, at: datetime) -> None:
-        """A device process has ended, and the next may be there already: import what it left behind. What it had loaded and left no
-        journal of ended with it, as its session must be able to.
+        """Import the journals of a device process that has ended; the next process may be running already.
+
+        A run that was loaded and left no journal has ended too, so that its session can be ended.
         """
         self.run()
         self._ended_at = at
         self._close_lost()
 
     def run_at_start(self) -> None:
-        """As :meth:`run`, once the last device process has ended; then close what has lost its journal.
+        """Import all journals after the last device process has ended, and close runs that lost their journal.
 
         :raises FolderInUseError: when one goes on, so that another service must be there.
         """
@@ -128,7 +130,7 @@ class Importer:
         try:
             self._give_up_unended(before)
         except (OperationalError, NoConnectionError, DatabaseUnavailableError) as error:
-            log.warning("What the device process had loaded when it ended waits for the database: %s", error)
+            log.warning("The runs of the ended device process wait for the database: %s", error)
         else:
             self._ended_at = None
 
@@ -136,7 +138,7 @@ class Importer:
         with by_program("give_up_unended", self._config.name), self._database.write() as session:
             lost = runs.give_up_unended(session, self._config.name, before)
         if lost:
-            log.warning("%d playbacks had not ended when their device process did, and left no journal", lost)
+            log.warning("%d runs lost their journal when their device process ended", lost)
 
     def _import(self, path: Path) -> None:
         try:
@@ -148,8 +150,8 @@ class Importer:
             _move(path, _UNREADABLE)
             return
         if recorded.truncated:
-            log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
-        # Asked before: what comes in between has not been looked for.
+            log.warning("%s ends in a damaged record; the records before it are imported", path.name)
+        # Ask before the import: an event that is spooled in between has not been looked for.
         has_undelivered = self._has_undelivered()
         if self._database.unavailable_since:
             self._on_waiting(recorded)
@@ -158,7 +160,7 @@ class Importer:
         if saved is None and has_undelivered:
             raise _NotYetError(f"what {path.name} belongs to is not in the database yet")
         if saved is None:
-            log.error("%s belongs to nothing this database knows; it is kept in %s", path.name, _UNREADABLE)
+            log.error("%s belongs to no run or teaching of this database; it is kept in %s", path.name, _UNREADABLE)
             _move(path, _UNREADABLE)
             return
         _move(path, _IMPORTED)
@@ -166,7 +168,7 @@ class Importer:
             self._on_saved(record)
 
     def _give_up(self, path: Path) -> None:
-        """Its name still says whose it was: a run without anything measured has ended, as its session must be able to."""
+        """Close a run whose journal is unreadable: the file's name has its id. Its session can then be ended."""
         kind, _, name = path.stem.partition("-")
         with suppress(ValueError):
             run_id = UUID(name)

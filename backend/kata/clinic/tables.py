@@ -1,4 +1,4 @@
-"""Every table of the clinic, for whoever needs them all: migrations."""
+"""All tables of the clinic, for migrations."""
 
 from kata.audit.tables import AuditRow
 from kata.auth.tables import AccountRow, AccountStationRow, RecoveryCodeRow, SignInRow

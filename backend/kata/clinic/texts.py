@@ -7,9 +7,9 @@ from kata.messages import message
 PATIENT_ARCHIVED: Final = message("patient_archived", "{patient:name} is archived.")
 PROGRAMME_ARCHIVED: Final = message("programme_archived", "{programme:name} is archived.")
 RESTORE_PATIENT_FIRST: Final = message("restore_patient_first", "Restore the patient's record first.")
-ASSESSMENT_WITHDRAWN: Final = message("assessment_withdrawn", "This assessment was withdrawn and stays as it is.")
+ASSESSMENT_WITHDRAWN: Final = message("assessment_withdrawn", "This assessment was withdrawn and cannot be changed.")
 ENTER_NEW_ASSESSMENT: Final = message("enter_new_assessment", "Enter a new one instead.")
-ASSESSMENT_WOULD_BE_EMPTY: Final = message("assessment_would_be_empty", "Nothing would be left in this assessment.")
+ASSESSMENT_WOULD_BE_EMPTY: Final = message("assessment_would_be_empty", "This assessment would be empty.")
 WITHDRAW_IF_MISTAKEN: Final = message("withdraw_if_mistaken", "Withdraw it if it was a mistake.")
 NO_OPEN_CARE_OF_SHOULDER: Final = message(
     "no_open_care_of_shoulder", "{patient:name} has no open episode of care for the {side:text} shoulder."
@@ -37,19 +37,19 @@ CHOOSE_LOWER_SPEED: Final = message("choose_lower_speed", "Choose a lower speed,
 CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Reduce the range, or make a recording with less range.")
 SCAPULA_UNKNOWN: Final = message(
     "scapula_unknown",
-    "The scapula's path in this recording is unknown, so the doctor's limit cannot be kept.",
+    "The scapula's path in this recording is unknown, so the doctor's limit cannot be checked.",
 )
 TEACH_AGAIN: Final = message("teach_again", "Teach the motion again.")
 EPISODE_SESSION_OPEN: Final = message("episode_session_open", "A session of this episode has not ended.")
 END_SESSION_THEN_CLOSE: Final = message("end_session_then_close", "End the session, then close the episode.")
-STAGE_NOTED: Final = message("stage_noted", "A stage is noted for that day already.")
+STAGE_NOTED: Final = message("stage_noted", "A stage is already recorded for that day.")
 REMOVE_STAGE_OR_OTHER_DAY: Final = message("remove_stage_or_other_day", "Remove that one first, or give another day.")
 EPISODE_OPEN: Final = message("episode_open", "An episode of care for the {side:text} shoulder is already open.")
 CONTINUE_OR_CLOSE_EPISODE: Final = message("continue_or_close_episode", "Continue that episode, or close it first.")
 EPISODE_CLOSED: Final = message("episode_closed", "This episode is closed.")
 REOPEN_FIRST: Final = message("reopen_first", "Reopen it first.")
 LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "The name of the doctor who set the limits is missing.")
-WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Write the doctor's name beside them.")
+WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Enter the doctor's name.")
 ONSET_BEFORE_BIRTH: Final = message(
     "onset_before_birth", "The day of onset lies before the patient's birth, {birth_date:name}."
 )
@@ -58,8 +58,8 @@ STAGE_BEFORE_BIRTH: Final = message(
 )
 CORRECT_DAY_OR_BIRTH_DATE: Final = message("correct_day_or_birth_date", "Correct the day, or the birth date.")
 END_FIRST: Final = message("end_first", "End it first.")
-MEND_FILE: Final = message("mend_file", "Mend the file and try again.")
-RECORD_ERASED: Final = message("record_erased", "This record was erased and stays as it is.")
+MEND_FILE: Final = message("mend_file", "Correct the file and try again.")
+RECORD_ERASED: Final = message("record_erased", "This record was erased and cannot be changed.")
 REGISTER_PATIENT_ANEW: Final = message("register_patient_anew", "Register the patient again if they return.")
 CLINIC_NUMBER_TAKEN: Final = message(
     "clinic_number_taken", "Another patient has the clinic number {clinic_number:name}."
@@ -75,28 +75,30 @@ ITEM_SAMPLES_DAMAGED: Final = message("item_samples_damaged", "its samples are d
 ITEM_OF_OTHER_PATIENT: Final = message(
     "item_of_other_patient", "Item {place:d}, {recording:name}, was taught to another patient."
 )
-CHOOSE_OWN_RECORDING: Final = message("choose_own_recording", "Choose one of this patient's own.")
+CHOOSE_OWN_RECORDING: Final = message("choose_own_recording", "Choose a recording of this patient.")
 ITEM_OF_OTHER_SIDE: Final = message(
     "item_of_other_side",
-    "Item {place:d}, {recording:name}, is of the {side:text} shoulder, and the {treated:text} one is treated.",
+    "Item {place:d}, {recording:name}, is for the {side:text} shoulder, but the {treated:text} shoulder is treated.",
 )
 CHOOSE_OTHER_SHOULDER_RECORDING: Final = message(
-    "choose_other_shoulder_recording", "Choose another recording, or make one for the other shoulder of it."
+    "choose_other_shoulder_recording", "Choose another recording, or mirror this one for the other shoulder."
 )
 ITEM_ARCHIVED: Final = message("item_archived", "Item {place:d}, {recording:name}, is archived.")
 RESTORE_OR_CHOOSE_ANOTHER: Final = message("restore_or_choose_another", "Restore it first, or choose another.")
 ITEM_ABOVE_LOAD_LEVEL: Final = message(
     "item_above_load_level",
-    "Item {place:d}, {recording:name}, has resistance level {level:d}, and {highest:d} is the highest allowed.",
+    "Item {place:d}, {recording:name}, has resistance level {level:d}; the highest allowed is {highest:d}.",
 )
 ITEM_ABOVE_LOAD_LEVEL_BY: Final = message(
     "item_above_load_level_by",
-    "Item {place:d}, {recording:name}, has resistance level {level:d}, and {highest:d} is the highest allowed by {doctor:name}.",
+    "Item {place:d}, {recording:name}, has resistance level {level:d}; {doctor:name} allows at most {highest:d}.",
 )
-CHOOSE_LOWER_LEVEL: Final = message("choose_lower_level", "Choose a lower level, or have the limit changed.")
+CHOOSE_LOWER_LEVEL: Final = message(
+    "choose_lower_level", "Choose a lower level, or ask the doctor to change the limit."
+)
 TIMER_OVER: Final = message("timer_over", "The {minutes:g} minutes of this programme are over.")
 GO_ON_TO_PAIN_AFTER: Final = message(
-    "go_on_to_pain_after", "Go on to the pain after it; what is still to be played can be chosen besides the programme."
+    "go_on_to_pain_after", "Continue with the pain score; the remaining recordings can be played without the programme."
 )
 RESTORE_FIRST: Final = message("restore_first", "Restore it first.")
 EPISODE_OF_CARE_CLOSED: Final = message("episode_of_care_closed", "This episode of care is closed.")
@@ -105,7 +107,7 @@ NO_EPISODE: Final = message("no_episode", "This patient has no episode of care."
 OPEN_ONE_FIRST: Final = message("open_one_first", "Open one first.")
 AT_SECOND: Final = message("at_second", "{reason:text}, at {at_s:.1f} s")
 EDIT_REFUSED: Final = message("edit_refused", "This edit is not possible: {reason:text}.")
-CHOOSE_OTHER_NUMBERS: Final = message("choose_other_numbers", "Choose other numbers, or trim it first.")
+CHOOSE_OTHER_NUMBERS: Final = message("choose_other_numbers", "Choose other values, or trim the recording first.")
 EDITED_NOT_PLAYABLE: Final = message("edited_not_playable", "The edited recording cannot be played: {reason:text}.")
 RECORDING_SAMPLES_DAMAGED: Final = message(
     "recording_samples_damaged", "This recording's samples are damaged and cannot be read."
@@ -116,7 +118,7 @@ RESTORE_OR_TEACH_AGAIN: Final = message(
 CARE_TEAM_WITHOUT_ACCOUNT: Final = message("care_team_without_account", "A member of this care team has no account.")
 RELOAD_ACCOUNTS: Final = message("reload_accounts", "Reload the list of accounts, and choose again.")
 RECORD_NOT_RESTRICTED: Final = message("record_not_restricted", "This record is open to you.")
-GO_ON_AS_USUAL: Final = message("go_on_as_usual", "Go on as usual.")
+GO_ON_AS_USUAL: Final = message("go_on_as_usual", "Open the record as usual.")
 OWN_EMERGENCY_ACCESS: Final = message("own_emergency_access", "This is your own emergency access.")
 OTHER_ADMINISTRATOR_REVIEWS: Final = message("other_administrator_reviews", "Another administrator must review it.")
 EMERGENCY_ACCESS_REVIEWED: Final = message("emergency_access_reviewed", "This access has already been reviewed.")
@@ -125,14 +127,16 @@ SESSION_ENDED: Final = message("session_ended", "This session has ended.")
 BEGIN_NEW_SESSION: Final = message("begin_new_session", "Begin a new one.")
 FIXTURES_DEPEND_ON_RECORDING: Final = message("fixtures_depend_on_recording", "The fixtures depend on the recording.")
 CHOOSE_RECORDING_FIRST: Final = message("choose_recording_first", "Choose a recording first.")
-CHECK_IS_AUTOMATIC: Final = message("check_is_automatic", "The apparatus detects this; nobody can confirm it by hand.")
-DO_IT_AND_IT_SHOWS: Final = message("do_it_and_it_shows", "Do it; the check then shows it.")
+CHECK_IS_AUTOMATIC: Final = message(
+    "check_is_automatic", "The apparatus answers this check; it cannot be confirmed by hand."
+)
+DO_IT_AND_IT_SHOWS: Final = message("do_it_and_it_shows", "Carry out the check; the apparatus detects it.")
 CHECKS_OPEN: Final = message("checks_open", "Not everything is in order yet: {checks:texts}.")
 GO_THROUGH_CHECKLIST: Final = message("go_through_checklist", "Go through the checklist first.")
 PROGRAMME_OF_OTHER_EPISODE: Final = message(
-    "programme_of_other_episode", "This programme is not of the patient's open episode of care."
+    "programme_of_other_episode", "This programme does not belong to the patient's open episode of care."
 )
-CHOOSE_OWN_PROGRAMME: Final = message("choose_own_programme", "Choose one of this episode's own.")
+CHOOSE_OWN_PROGRAMME: Final = message("choose_own_programme", "Choose a programme of this episode.")
 RECORDING_NOT_AT_PLACE: Final = message(
     "recording_not_at_place", "This recording is not at that place of the session's programme."
 )
@@ -147,7 +151,7 @@ RUN_NOT_PLAYABLE: Final = message(
     "run_not_playable", "This recording cannot be played with these settings: {reason:text}."
 )
 CHOOSE_OTHER_SETTINGS: Final = message("choose_other_settings", "Choose other settings.")
-SESSION_SIGNED: Final = message("session_signed", "This session is signed and stays as it is.")
+SESSION_SIGNED: Final = message("session_signed", "This session is signed and cannot be changed.")
 WRITE_ADDENDUM: Final = message("write_addendum", "Write an addendum.")
 RUN_NOT_ENDED: Final = message("run_not_ended", "A playback in this session has not ended.")
 END_OR_STOP_FIRST: Final = message("end_or_stop_first", "End it first, or stop it.")
@@ -156,8 +160,8 @@ SIGN_AGAIN_SOON: Final = message("sign_again_soon", "Wait a moment and sign agai
 SESSION_NOT_ENDED: Final = message("session_not_ended", "This session has not ended.")
 NOTE_NOT_SIGNED: Final = message("note_not_signed", "This note has not been signed.")
 CHANGE_NOTE_ITSELF: Final = message("change_note_itself", "Change the note itself.")
-CHECK_LEFT_SIDE: Final = message("check_left_side", "The apparatus stands for the left shoulder, and its pin is in.")
-CHECK_RIGHT_SIDE: Final = message("check_right_side", "The apparatus stands for the right shoulder, and its pin is in.")
+CHECK_LEFT_SIDE: Final = message("check_left_side", "The apparatus is set to the left shoulder, and its pin is in.")
+CHECK_RIGHT_SIDE: Final = message("check_right_side", "The apparatus is set to the right shoulder, and its pin is in.")
 CHECK_BELT: Final = message("check_belt", "The belt holds the patient in the seat.")
 CHECK_PEDAL: Final = message("check_pedal", "The foot pedal answers.")
 CHECK_ESTOP: Final = message(
@@ -165,51 +169,53 @@ CHECK_ESTOP: Final = message(
 )
 ESTOP_TESTED: Final = message("estop_tested", "The emergency stop was pressed and released.")
 PLAYED_IN_ENDED_SESSION: Final = message(
-    "played_in_ended_session", "Played while the database was away; somebody had ended the session elsewhere by then."
+    "played_in_ended_session", "Played while the database was unavailable; the session had been ended elsewhere."
 )
 PLAYED_ARCHIVED_RECORDING: Final = message(
     "played_archived_recording",
-    "Played while the database was away; somebody had archived the recording elsewhere by then.",
+    "Played while the database was unavailable; the recording had been archived elsewhere.",
 )
 PLAYED_IN_CLOSED_EPISODE: Final = message(
     "played_in_closed_episode",
-    "Played while the database was away; somebody had closed the episode of care elsewhere by then.",
+    "Played while the database was unavailable; the episode of care had been closed elsewhere.",
 )
 PLAYED_UNDER_OLD_LIMITS: Final = message(
     "played_under_old_limits",
-    "Played while the database was away; somebody had changed the doctor's limits elsewhere by then.",
+    "Played while the database was unavailable; the doctor's limits had been changed elsewhere.",
 )
 BEGUN_BESIDE_ANOTHER: Final = message(
-    "begun_beside_another", "Begun while the database was away; another session of this patient was begun elsewhere."
+    "begun_beside_another",
+    "Begun while the database was unavailable; another session of this patient was begun elsewhere.",
 )
 BEGUN_WITH_OLD_PROGRAMME: Final = message(
-    "begun_with_old_programme", "Begun while the database was away; somebody has changed the programme elsewhere."
+    "begun_with_old_programme", "Begun while the database was unavailable; the programme was changed elsewhere."
 )
 BEGUN_IN_CLOSED_EPISODE: Final = message(
-    "begun_in_closed_episode", "Begun while the database was away; somebody has closed the episode of care elsewhere."
+    "begun_in_closed_episode", "Begun while the database was unavailable; the episode of care was closed elsewhere."
 )
 BEGUN_FOR_ARCHIVED_PATIENT: Final = message(
     "begun_for_archived_patient",
-    "Begun while the database was away; somebody has archived the patient's record elsewhere.",
+    "Begun while the database was unavailable; the patient's record was archived elsewhere.",
 )
 BEGUN_FOR_RESTRICTED_PATIENT: Final = message(
     "begun_for_restricted_patient",
-    "Begun while the database was away; somebody has restricted the patient's record elsewhere.",
+    "Begun while the database was unavailable; the patient's record was restricted elsewhere.",
 )
 ENDED_ALREADY: Final = message(
-    "ended_already", "Ended while the database was away; in the record it had been ended already, and stays as it was."
+    "ended_already",
+    "Ended while the database was unavailable; the session had already ended in the record, which was not changed.",
 )
 PAIN_BEFORE_DIFFERS: Final = message(
     "pain_before_differs",
-    "Pain before, said while the database was away: {pain:name}. The session says another one, from elsewhere.",
+    "Pain before, entered while the database was unavailable: {pain:name}. The session has another score, entered elsewhere.",
 )
 WORST_PAIN_DIFFERS: Final = message(
     "worst_pain_differs",
-    "Worst pain, said while the database was away: {pain:name}. The session says another one, from elsewhere.",
+    "Worst pain, entered while the database was unavailable: {pain:name}. The session has another score, entered elsewhere.",
 )
 PAIN_AFTER_DIFFERS: Final = message(
     "pain_after_differs",
-    "Pain after, said while the database was away: {pain:name}. The session says another one, from elsewhere.",
+    "Pain after, entered while the database was unavailable: {pain:name}. The session has another score, entered elsewhere.",
 )
 DONE_MIRRORED_LEFT: Final = message("done_mirrored_left", "mirrored for the left shoulder")
 DONE_MIRRORED_RIGHT: Final = message("done_mirrored_right", "mirrored for the right shoulder")

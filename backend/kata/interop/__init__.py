@@ -1,1 +1,1 @@
-"""What goes out to others and comes in from them: FHIR, CSV, Parquet, the whole of a patient, and its erasure."""
+"""Import and export: FHIR, CSV, Parquet, a patient's complete record, and its erasure."""

@@ -1,7 +1,7 @@
-"""A patient as a FHIR R4 transaction: everything that stands in the record, to be sent as often as one likes.
+"""A patient's complete record as a FHIR R4 transaction.
 
-Every entry is a PUT to an id that is the same each time, so that sending it again changes nothing; references point to
-entries of the same bundle. It is written session by session: a long history is never in memory as a whole.
+Every entry is a PUT to a stable id, so a repeated transmission changes nothing. References point to entries of the same bundle. The bundle
+is written session by session: a long history is never in memory as a whole.
 """
 
 import json
@@ -29,13 +29,13 @@ def write(session: Session, patient: PatientRow, path: Path) -> None:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
         for number, resource in enumerate(resources(session, patient)):
             file.write(",\n" if number else "\n")
-            # One at a time: what makes JSON of it all at once would let nobody else run meanwhile.
+            # One entry at a time: encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))
         file.write("\n]}\n")
 
 
 def entry(resource: Resource) -> Resource:
-    """A resource on its way to wherever it was sent before."""
+    """Return the bundle entry of a resource, a PUT to its id."""
     return {
         "fullUrl": f"urn:uuid:{resource['id']}",
         "resource": resource,
@@ -44,7 +44,7 @@ def entry(resource: Resource) -> Resource:
 
 
 def resources(session: Session, patient: PatientRow) -> Iterator[Resource]:
-    """All of them, in the order in which they name each other."""
+    """Yield all resources. A resource follows those that it refers to."""
     yield care.code_system()
     yield care.questionnaire()
     yield care.patient(patient)
@@ -72,7 +72,7 @@ def resources(session: Session, patient: PatientRow) -> Iterator[Resource]:
 
 
 def visits(session: Session, patient: PatientRow) -> Iterator[SessionRow]:
-    """A patient's sessions from the first to the last, some at once."""
+    """Yield a patient's sessions from the first to the last. They are loaded in groups."""
     query = select(SessionRow.id).where(SessionRow.patient_id == patient.id)
     ids = list(session.scalars(query.order_by(SessionRow.started_at, SessionRow.id)))
     for start in range(0, len(ids), _AT_ONCE):

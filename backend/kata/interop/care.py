@@ -1,4 +1,4 @@
-"""FHIR resources of who is treated, of what, with what and by which plan. Each function is one resource, as plain JSON."""
+"""FHIR resources of patient, condition, device and care plan. Each function returns one resource as JSON."""
 
 from uuid import UUID
 
@@ -29,7 +29,7 @@ from kata.motion.axes import BASIC_MOTIONS
 
 
 def patient(row: PatientRow) -> Resource:
-    """Who it is; one whose record was erased is nobody."""
+    """Return the Patient. An erased patient is not exported."""
     if row.erased_at:
         raise ValueError("an erased patient is not exported")
     return without_empty(
@@ -53,7 +53,7 @@ def patient(row: PatientRow) -> Resource:
 
 
 def _name(text: str | None, representation: str) -> Resource | None:
-    """Kanji or letters, and their reading, are limits apart as JP Core does it."""
+    """Return a HumanName. Kanji or letters and their reading are distinguished as in JP Core."""
     if not text:
         return None
     return {
@@ -64,7 +64,7 @@ def _name(text: str | None, representation: str) -> Resource | None:
 
 
 def condition(row: EpisodeRow) -> Resource:
-    """What is treated. Ours are frozen shoulders; where the diagnosis says something else and no stage was annotation, it stays text."""
+    """Return the Condition. It is coded as frozen shoulder unless there is another diagnosis and no stage; then it is text only."""
     closed = row.closed_at is not None
     code: Resource = {"text": row.diagnosis}
     if row.stages or not row.diagnosis:
@@ -117,7 +117,7 @@ def _bound(angle_deg: float | None) -> str:
 
 
 def care_plan(row: ProgrammeVersionRow, patient_id: UUID) -> Resource:
-    """One version of a programme: the newest is active, an older one was replaced by the next."""
+    """Return one version of a programme. The newest is active, an older one was replaced by the next."""
     versions = {version.number: version for version in row.programme.versions}
     before, after = versions.get(row.number - 1), versions.get(row.number + 1)
     ended_at = after.made_at if after else row.programme.archived_at
@@ -162,7 +162,7 @@ def _activity(item: ProgrammeItemRow, status: str) -> Resource:
 
 
 def device(station: str) -> Resource:
-    """An apparatus, by the name of its station."""
+    """Return the Device of a station."""
     return {
         "resourceType": "Device",
         "id": str(device_key(station)),
@@ -174,12 +174,12 @@ def device(station: str) -> Resource:
 
 
 def device_key(station: str) -> UUID:
-    """A station has a name, and an id that follows from it."""
+    """Return the id that is derived from a station's name."""
     return derived_id("device", station)
 
 
 def code_system() -> Resource:
-    """Our own codes, declared."""
+    """Return the declaration of our own codes."""
     return {
         "resourceType": "CodeSystem",
         "id": str(derived_id("code-system")),
@@ -196,7 +196,7 @@ def code_system() -> Resource:
 
 
 def questionnaire() -> Resource:
-    """The Shoulder Pain and Disability Index' items, as they are numbered in a response."""
+    """Return the Questionnaire with the items of the Shoulder Pain and Disability Index, numbered as in a response."""
     return {
         "resourceType": "Questionnaire",
         "id": str(derived_id("spadi")),

@@ -1,7 +1,7 @@
-"""The codes that FHIR resources of ours speak in, and the small parts that all of them are made of.
+"""Codes and building blocks of our FHIR resources.
 
-LOINC and SNOMED CT where they have a code, one declared code system of our own where they have none. Its address and that
-of everything else of ours is an OID under 2.25, which is a UUID and needs nobody's registration.
+LOINC and SNOMED CT are used if they have a code, else our own declared code system. Its address and all other addresses of ours are OIDs
+under 2.25: a UUID that needs no registration.
 """
 
 import math
@@ -12,7 +12,7 @@ from uuid import UUID, uuid5
 from kata.clinic.assessments.rom import KINDS, MEASURES, measure_of
 
 Resource = dict[str, Any]
-"""A resource or a part of one, as JSON has it."""
+"""A resource or a part of one, as JSON."""
 
 
 def _oid(of: str) -> str:
@@ -20,12 +20,12 @@ def _oid(of: str) -> str:
 
 
 NAMESPACE: Final = UUID("0d7cb53c-49d5-4c3c-9f5e-0a0c6a0b9f51")
-"""What has no id of its own gets one that follows from this and its name."""
+"""Namespace of ids that are derived from names."""
 CLINIC_NUMBER: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a01")
 LOCAL: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a02")
 SPADI: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a03")
 STAGE_SINCE: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a04")
-"""Extension of a condition's stage: the day from which on it was in it."""
+"""Extension of a condition's stage: its first day."""
 NAME_REPRESENTATION: Final = "http://hl7.org/fhir/StructureDefinition/iso21090-EN-representation"
 LOINC: Final = "http://loinc.org"
 SNOMED: Final = "http://snomed.info/sct"
@@ -68,21 +68,21 @@ LOCAL_CODES: Final[dict[str, str]] = {
     **{f"motion-{number}-highest": f"Highest angle of basic motion {number} in a playback" for number in range(1, 7)},
     **_ROM_LOCAL,
 }
-"""Every code of our own and what it means."""
+"""Our own codes with their meaning."""
 
 
 def local_concept(code: str) -> Resource:
-    """A concept of our own; it must be declared."""
+    """Return a CodeableConcept of our own declared code."""
     return concept(LOCAL, code, LOCAL_CODES[code])
 
 
 def concept(system: str, code: str, display: str, text: str = "") -> Resource:
-    """A CodeableConcept of one code."""
+    """Return a CodeableConcept of one code."""
     return without_empty({"coding": [{"system": system, "code": code, "display": display}], "text": text})
 
 
 def rom_code(motion: str, position: str, kind: str) -> Resource:
-    """What was measured: LOINC's where it has one for this motion; a text alone for what an older version knew."""
+    """Return the code of a measure: LOINC if it has one, our own code, or text for a measure that only an older version knew."""
     measure = measure_of(motion, position)
     if measure is None:
         return {"text": f"{motion.replace('_', ' ')}, {kind} range of motion"}
@@ -94,41 +94,41 @@ def rom_code(motion: str, position: str, kind: str) -> Resource:
 
 
 def shoulder(side: str) -> Resource:
-    """A body site."""
+    """Return a body site."""
     if side == "left":
         return concept(SNOMED, "91775009", "Structure of left shoulder")
     return concept(SNOMED, "91774008", "Structure of right shoulder")
 
 
 def quantity(value: float | None, unit: str) -> Resource | None:
-    """A measured value; None where there is none."""
+    """Return a measured value, None if there is none."""
     if value is None or not math.isfinite(value):
         return None
     return {"value": round(value, 4), "unit": unit, "system": UCUM, "code": unit}
 
 
 def reference(to: UUID, display: str = "") -> Resource:
-    """A reference to an entry of the same bundle."""
+    """Return a reference to an entry of the same bundle."""
     return without_empty({"reference": f"urn:uuid:{to}", "display": display})
 
 
 def derived_id(*names: object) -> UUID:
-    """The id of something that has none of its own: the same every time."""
+    """Return an id that is derived from names. It is the same every time."""
     return uuid5(NAMESPACE, "/".join(str(name) for name in names))
 
 
 def fhir_date(moment: datetime | date | None) -> str | None:
-    """A dateTime or date."""
+    """Return a dateTime or date."""
     return moment.isoformat() if moment else None
 
 
 def annotation(text: str, by: str = "", at: datetime | None = None) -> Resource | None:
-    """An Annotation; None where nothing is written."""
+    """Return an Annotation, None without text."""
     return without_empty({"authorString": by, "time": fhir_date(at), "text": text}) if text.strip() else None
 
 
 def without_empty(resource: Resource) -> Resource:
-    """Without what is empty: FHIR has no empty values."""
+    """Return the resource without empty values, which FHIR does not allow."""
     return {
         name: [element for element in value if element] if isinstance(value, list) else value
         for name, value in resource.items()

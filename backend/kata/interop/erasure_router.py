@@ -1,4 +1,4 @@
-"""REST for requests for erasure."""
+"""REST routes of requests for erasure."""
 
 from uuid import UUID
 
@@ -12,37 +12,52 @@ from kata.interop.schemas import Erasure, ErasureConsent, ErasureList, ErasureRe
 router = APIRouter(tags=["erasures"])
 
 
-@router.get("/api/erasures")
+@router.get("/api/erasures", summary="List undecided requests for erasure")
 def list_erasures(database: TheDatabase, actor: TheActor) -> ErasureList:
-    """Requests that nobody has decided yet, oldest first; of patients whose records are open to you."""
+    """Return the undecided requests of patients whose records are open to you, oldest first."""
     with database.read() as session:
         rows = erasures.undecided(session, restricted.hidden(actor))
         return ErasureList(items=[Erasure.model_validate(row) for row in rows])
 
 
-@router.get("/api/patients/{patient_id}/erasures", responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/patients/{patient_id}/erasures",
+    summary="List a patient's requests for erasure",
+    responses=PROBLEMS.of(404, 422),
+)
 def list_patient_erasures(database: TheDatabase, patient_id: UUID) -> ErasureList:
-    """A patient's requests, and what was decided."""
+    """Return a patient's requests for erasure with their decisions."""
     with database.read() as session:
         return ErasureList(items=[Erasure.model_validate(row) for row in erasures.of_patient(session, patient_id)])
 
 
-@router.post("/api/patients/{patient_id}/erasures", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/patients/{patient_id}/erasures",
+    summary="Record a request for erasure",
+    status_code=201,
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def request_erasure(database: TheDatabase, patient_id: UUID, asked: ErasureRequest) -> Erasure:
-    """Note that a patient asks for the record to be erased. Nothing is erased by that."""
+    """Record that a patient requests the erasure of the record. Nothing is erased yet."""
     with database.write() as session:
         return Erasure.model_validate(erasures.note(session, patient_id, asked))
 
 
-@router.post("/api/erasures/{erasure_id}/refuse", responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/erasures/{erasure_id}/refuse", summary="Refuse a request for erasure", responses=PROBLEMS.of(404, 409, 422)
+)
 def refuse_erasure(database: TheDatabase, erasure_id: UUID, refusal: ErasureRefusal) -> Erasure:
-    """Keep the record, and say why: a duty to keep it, say."""
+    """Refuse a request for erasure, with the reason."""
     with database.write() as session:
         return Erasure.model_validate(erasures.refuse(session, erasure_id, refusal))
 
 
-@router.post("/api/erasures/{erasure_id}/approve", responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/erasures/{erasure_id}/approve",
+    summary="Approve a request and erase the patient",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def approve_erasure(database: TheDatabase, erasure_id: UUID, consent: ErasureConsent) -> Erasure:
-    """Take away what tells who the patient is, for good; what the shoulder did stays, without a person."""
+    """Approve a request for erasure: erase the patient's identifying data permanently. Motions and measurements remain without a person."""
     with database.write() as session:
         return Erasure.model_validate(erasures.erase(session, erasure_id, consent))

@@ -1,6 +1,6 @@
-"""Requests for erasure: annotation, and decided. What tells who somebody was goes; what a shoulder did stays, with nobody's name.
+"""Requests for erasure and their decisions. Identifying data are erased; motions and measurements remain anonymous.
 
-Commits nothing: the request does.
+The caller commits.
 """
 
 from typing import Final
@@ -26,7 +26,7 @@ ERASED_NAME: Final = "Erased"
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[ErasureRow]:
-    """A patient's requests, oldest first.
+    """Return a patient's requests, oldest first.
 
     :raises ProblemError: 404.
     """
@@ -36,13 +36,13 @@ def of_patient(session: Session, patient_id: UUID) -> list[ErasureRow]:
 
 
 def undecided(session: Session, hidden: Select[UUID]) -> list[ErasureRow]:
-    """Those that somebody still has to decide, oldest first; without those of ``hidden`` patients, a query of their ids."""
+    """Return the undecided requests, oldest first, without those of ``hidden`` patients, a query of ids."""
     query = select(ErasureRow).where(ErasureRow.decided_at.is_(None), ErasureRow.patient_id.not_in(hidden))
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 
 
 def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRow:
-    """Note a request.
+    """Store a request.
 
     :raises ProblemError: 404; 409 when one is open already, or the record is erased.
     """
@@ -59,7 +59,7 @@ def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRo
 
 
 def refuse(session: Session, erasure_id: UUID, refusal: ErasureRefusal) -> ErasureRow:
-    """Keep the record, and say why.
+    """Refuse a request, with the reason.
 
     :raises ProblemError: 404; 409 when it is decided already.
     """
@@ -70,7 +70,7 @@ def refuse(session: Session, erasure_id: UUID, refusal: ErasureRefusal) -> Erasu
 
 
 def erase(session: Session, erasure_id: UUID, consent: ErasureConsent) -> ErasureRow:
-    """Take away name, reading, birth date, clinic number, and every text that somebody wrote freely. For good.
+    """Erase name, reading, birth date, clinic number and all free texts permanently.
 
     :raises ProblemError: 404; 409 when it is decided already, or a session is open; 422 when the number is not the patient's.
     """
@@ -92,7 +92,7 @@ def erase(session: Session, erasure_id: UUID, consent: ErasureConsent) -> Erasur
     patient.erased_at, patient.updated_at = now, now
     patient.archived_at = patient.archived_at or now
     for asked in of_patient(session, patient.id):
-        # What was written about a request may name the patient too.
+        # The texts of a request may name the patient.
         asked.reason = asked.explanation = ""
     row.decided_at, row.decided_by = now, consent.decided_by
     row.decision, row.explanation = "erased", consent.explanation

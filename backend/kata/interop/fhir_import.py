@@ -1,4 +1,4 @@
-"""Patients out of FHIR R4: what is understood is taken over, what is not kept here is named, and the rest is refused by its path."""
+"""Import patients from FHIR R4. Unsupported elements are named, elements that are not understood are refused with their path."""
 
 import re
 from collections.abc import Iterator
@@ -31,18 +31,18 @@ _PREFERENCE: Final = ("official", "usual")
 
 
 class FhirImportError(ValueError):
-    """Something cannot be taken over; ``places`` has each path and what is wrong there."""
+    """The resource cannot be imported. ``places`` has each path and its problem."""
 
     def __init__(self, places: list[tuple[str, str]]) -> None:
         super().__init__("; ".join(f"{path} {what}" for path, what in places))
         self.texts = [texts.PLACE_PROBLEM(place=path, problem=what) for path, what in places]
-        """What is wrong, a text a place."""
+        """The problems, one text per place."""
         self.places = tuple(places)
 
 
 @dataclass(frozen=True)
 class ImportedPatient:
-    """One patient as it can be signed up; ``path`` is where it stands in what was sent."""
+    """A patient to be registered. ``path`` is the place in the resource."""
 
     path: str
     patient: PatientCreate
@@ -55,7 +55,7 @@ class _Reading:
 
 
 def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[ImportedPatient], list[str]]:
-    """The patients of a Patient resource or of a Bundle with some, and the paths of what is not kept here.
+    """Return the patients of a Patient or a Bundle, and the paths of the elements that are not stored.
 
     :raises FhirImportError: naming every path that cannot be taken over; then nothing is.
     """
@@ -136,7 +136,7 @@ def _elements(resource: dict[str, Any], path: str, reading: _Reading) -> None:
 
 
 def _number(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str]:
-    """The clinic's own number: the patient that is marked as ours, or as a medical record number, or the only patient."""
+    """Return the clinic number and its path: the identifier of our system, else a medical record number, else the only identifier."""
     wrong_before = len(reading.wrong)
     found = [
         (f"{path}.identifier[{place}]", identifier)
@@ -170,7 +170,7 @@ def _codes(concept: Any) -> set[str]:
 
 
 def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str, str | None]:
-    """The name by which the patient is called, and its reading (representation SYL)."""
+    """Return the path of the name, the name and its reading (representation SYL)."""
     wrong_before = len(reading.wrong)
     spoken: list[tuple[int, str, str]] = []
     written: list[tuple[int, str, str]] = []
@@ -188,7 +188,7 @@ def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, 
     if not spoken and not written:
         reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
         return f"{path}.name", "", None
-    # Stable: of equal rank the first counts.
+    # Stable: the first of equal rank counts.
     chosen = min(written or spoken, key=lambda candidate: candidate[0])
     kana = min(spoken, key=lambda candidate: candidate[0]) if spoken else None
     reading.left_out += [candidate[1] for candidate in [*written, *spoken] if candidate not in (chosen, kana)]
@@ -226,7 +226,7 @@ def _birth_date(patient: dict[str, Any], path: str, reading: _Reading) -> date |
 
 
 def _shown(text: str) -> str:
-    """Some of what somebody sent, as it can be sent back: JSON lets half a character pass, UTF-8 does not."""
+    """Return a shortened text that can be sent back. JSON allows half a surrogate pair, UTF-8 does not."""
     return text[:60].encode("utf-8", "replace").decode()
 
 

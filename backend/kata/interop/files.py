@@ -1,4 +1,4 @@
-"""Files on their way out: written to the disk first, so that no answer is held in memory, and gone once they are sent."""
+"""File downloads. A file is written to disk first, so that no response is held in memory, and deleted after it is sent."""
 
 import os
 import tempfile
@@ -12,7 +12,7 @@ _PIECE: Final = 1 << 18
 
 
 def file_response(write: Callable[[Path], None], media_type: str, name: str) -> StreamingResponse:
-    """What ``write`` writes to the path it is given, as an answer in pieces, to be saved under a name."""
+    """Return a streamed response with the file that ``write`` writes. ``name``: of the download."""
     file = _written(write)
     headers = {
         "Content-Disposition": f'attachment; filename="{name}"',
@@ -22,7 +22,7 @@ def file_response(write: Callable[[Path], None], media_type: str, name: str) -> 
 
 
 def pieces(file: BinaryIO) -> Iterator[bytes]:
-    """A file from its beginning, and closed at its end."""
+    """Yield a file in pieces and close it at its end."""
     with file:
         while piece := file.read(_PIECE):
             yield piece
@@ -36,5 +36,5 @@ def _written(write: Callable[[Path], None]) -> BinaryIO:
         write(path)
         return path.open("rb")
     finally:
-        # Whoever has it open still reads it; nobody who breaks off leaves it behind.
+        # The open handle stays readable, and an aborted download leaves no file.
         path.unlink()

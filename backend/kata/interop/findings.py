@@ -1,4 +1,4 @@
-"""FHIR resources of what was done and found. Each function is one resource, or those of one row, as plain JSON."""
+"""FHIR resources of sessions, runs and assessments. Each function returns the resources of one row as JSON."""
 
 from collections.abc import Iterator
 from datetime import datetime
@@ -33,7 +33,7 @@ _PAINS = ("rest", "active", "passive", "average")
 
 
 def procedure(row: SessionRow, side: str | None) -> Resource:
-    """One session, with its note and what was added to it."""
+    """Return the Procedure of one session, with its note and addenda."""
     return without_empty(
         {
             "resourceType": "Procedure",
@@ -56,7 +56,7 @@ def procedure(row: SessionRow, side: str | None) -> Resource:
 
 
 def device_use(row: SessionRow, side: str | None) -> Resource:
-    """That the apparatus was used in a session."""
+    """Return the DeviceUseStatement of a session."""
     return without_empty(
         {
             "resourceType": "DeviceUseStatement",
@@ -74,7 +74,7 @@ def device_use(row: SessionRow, side: str | None) -> Resource:
 
 
 def session_pain(row: SessionRow) -> Iterator[Resource]:
-    """Pain before, during and after a session, as far as it was asked for."""
+    """Yield the pain scores before, during and after a session."""
     moments = {"before": row.started_at, "during": row.started_at, "after": row.ended_at or row.started_at}
     for context, at in moments.items():
         score: int | None = getattr(row, f"pain_{context}")
@@ -84,7 +84,7 @@ def session_pain(row: SessionRow) -> Iterator[Resource]:
 
 
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
-    """How well one playback did what was taught: the paper's error; and how the playback ended."""
+    """Return the tracking error of one run (as in the paper) and its outcome."""
     components = [
         _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
         _component("run-repetitions", valueInteger=row.repetitions),
@@ -118,7 +118,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
 
 
 def assessment(row: AssessmentRow, patient_id: UUID) -> Iterator[Resource]:
-    """Everything that was found on a day; what was withdrawn says so, and corrects what was sent before."""
+    """Yield the findings of one assessment. A withdrawn assessment corrects what was sent before."""
     status = "entered-in-error" if row.withdrawn_at else "final"
     who = without_empty({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
     for measured in row.rom:
@@ -210,7 +210,7 @@ def _observation(identity: UUID, patient_id: UUID, at: datetime, category: Resou
 
 
 def _component(code: str, **value: object) -> Resource | None:
-    """None where it has no value."""
+    """Return a component, None without a value."""
     (given,) = value.values()
     return None if given is None else {"code": local_concept(code), **value}
 

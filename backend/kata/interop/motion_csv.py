@@ -1,6 +1,6 @@
-"""A therapist's motion from a CSV file: understood, checked as the device would check it, or refused with line and column.
+"""Read a motion from a CSV file, check it as the device does, or refuse it with line and column.
 
-To be run in the worker process that builds figures: an hour of motion must not keep the service from its heartbeats.
+Run it in the worker process that builds figures: an hour of motion would block the service's heartbeats.
 """
 
 from collections.abc import Iterator
@@ -25,10 +25,10 @@ from kata.plotting import downsampling
 
 Layout = Literal["poses", "motors"]
 MOTOR_LAYOUT: Final = ("time_s", *(f"motor_{motor}_deg" for motor in AXES))
-"""As a recording's own samples go out (:mod:`kata.interop.samples`)."""
+"""The layout of exported samples (:mod:`kata.interop.samples`)."""
 DONE: Final = texts.IMPORTED_FROM_CSV()
 _LIKE_RADIANS: Final = 3.5
-"""No motion that is worth playing stays within so few degrees of 0 in every motor; in radians everyone does."""
+"""A useful motion exceeds this many degrees in some motor. A motion in radians never does."""
 _WHOLE_TURN_DEG: Final = 360.0
 _LONGEST_GAP_S: Final = 1.0
 _SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "comma", ";": "semicolon", "\t": "tab"}
@@ -36,7 +36,7 @@ _SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "com
 
 @dataclass(frozen=True)
 class ParsedMotion:
-    """What a file says. ``series`` are its motor angles as a recording's samples are stored."""
+    """The content of a file. ``series``: its motor angles as stored samples."""
 
     layout: Layout
     separator: Literal["comma", "semicolon", "tab"]
@@ -49,7 +49,7 @@ class ParsedMotion:
 
 
 def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion:
-    """Read it, and check what comes of it.
+    """Parse and check a file.
 
     :raises TableError: naming line and column of what is wrong.
     """
@@ -60,7 +60,7 @@ def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion
     times_s = table.values[:, 0] - table.values[0, 0]
     angles_deg = _of_poses(table, side) if layout == "poses" else table.values[:, 1:]
     series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
-    # What is stored is what will be played.
+    # Check the stored samples: they are what will be played.
     stored = unpack(series)
     try:
         config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
@@ -138,7 +138,7 @@ def _of_poses(table: Table, side: Side) -> Floats:
 
 
 def _at_its_line(error: TrajectoryError, table: Table, times_s: Floats, layout: Layout) -> TableError:
-    """The same, with the line and the column that it is about."""
+    """Return the error with its line and column."""
     if error.at_s is None or error.motor is None:
         return TableError(text_of(error))
     row = min(int(np.searchsorted(times_s, error.at_s)), len(times_s) - 1)

@@ -1,4 +1,4 @@
-"""Everything of a patient as one ZIP: for the patient, for another clinic, for the archive. Made while it is sent, file by file."""
+"""A patient's complete record as one ZIP, for the patient, another clinic or the archive. It is built while it is sent, file by file."""
 
 import csv
 import json
@@ -44,27 +44,27 @@ abduction, flexion, external rotation. Text is UTF-8.
 
 
 class _Outgoing:
-    """What a ZIP file writes, until it is sent. It cannot go back, so that nothing needs to be kept."""
+    """Buffer of a ZIP file until it is sent. It cannot seek, so sent data need not be kept."""
 
     def __init__(self) -> None:
         self._held = bytearray()
 
     def write(self, data: bytes) -> int:
-        """Hold it."""
+        """Add data to the buffer."""
         self._held += data
         return len(data)
 
     def flush(self) -> None:
-        """Nothing is behind this."""
+        """Nothing to do: there is no file behind the buffer."""
 
     def taken(self) -> bytes:
-        """All that is held, once."""
+        """Return the buffered data and empty the buffer."""
         held, self._held = bytes(self._held), bytearray()
         return held
 
 
 def pieces(database: Database, worker: FigureWorker, patient_id: UUID) -> Iterator[bytes]:
-    """The ZIP in pieces. No file of it is in memory as a whole, and the database is never kept waiting for whoever reads."""
+    """Yield the ZIP in pieces. No file is in memory as a whole, and no transaction stays open while a client reads."""
     outgoing = _Outgoing()
     with TemporaryDirectory(prefix="kata-") as folder, ZipFile(outgoing, "w", ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
         for name, path in _files(database, worker, patient_id, Path(folder)):
@@ -132,7 +132,7 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
 
 
 def _written(worker: FigureWorker, series: Series, origin: Origin, path: Path) -> str:
-    """The name under which the samples stand; empty where they are damaged: the rest is worth having all the same."""
+    """Return the name of the samples' file. Empty if they are damaged, so that the rest is still exported."""
     try:
         worker.build(samples.write, series, origin, "parquet", path)
     except ProblemError:
@@ -182,7 +182,7 @@ def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
-    """Every column of a row, and of the rows that are part of it: what is added to a table is exported with it."""
+    """Return every column of a row and of its parts. A new column is exported automatically."""
     columns = {column.key: getattr(row, column.key) for column in inspect(type(row)).column_attrs}
     plain = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
     return plain | {name: [_plain(part) for part in some] for name, some in parts.items()}

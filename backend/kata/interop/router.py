@@ -1,4 +1,4 @@
-"""REST for what goes out to others and comes in from them."""
+"""REST routes of import and export."""
 
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -42,8 +42,8 @@ _ZIP: Final[dict[int | str, dict[str, Any]]] = {
 }
 _MEND: Final = clinic_texts.MEND_FILE()
 
-MotionName = Annotated[Name, Query(description="What to call the recording.")]
-MotionSide = Annotated[Side, Query(description="The shoulder that it is for.")]
+MotionName = Annotated[Name, Query(description="Name of the recording.")]
+MotionSide = Annotated[Side, Query(description="The shoulder of the motion.")]
 MotionCsv = Annotated[
     bytes,
     Body(
@@ -57,11 +57,12 @@ MotionCsv = Annotated[
 
 @router.get(
     "/api/recordings/{recording_id}/samples.csv",
+    summary="Download a recording's samples as CSV",
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 410, 422) | _CSV,
 )
 def get_recording_samples(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
-    """The samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``."""
+    """Return a recording's samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``."""
     with database.read() as session:
         series, origin = service.of_recording(session, recording_id)
     return _samples(worker, series, origin, "csv")
@@ -69,11 +70,12 @@ def get_recording_samples(database: TheDatabase, worker: TheFigures, recording_i
 
 @router.get(
     "/api/recordings/{recording_id}/samples.parquet",
+    summary="Download a recording's samples as Parquet",
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 410, 422) | _PARQUET,
 )
 def get_recording_parquet(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
-    """The samples as Parquet, with where they come from in the file's metadata and the unit in each column's."""
+    """Return a recording's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata."""
     with database.read() as session:
         series, origin = service.of_recording(session, recording_id)
     return _samples(worker, series, origin, "parquet")
@@ -81,11 +83,12 @@ def get_recording_parquet(database: TheDatabase, worker: TheFigures, recording_i
 
 @router.get(
     "/api/runs/{run_id}/samples.csv",
+    summary="Download a run's samples as CSV",
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 410, 422) | _CSV,
 )
 def get_run_samples(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
-    """What was measured as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque."""
+    """Return a run's samples as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque."""
     with database.read() as session:
         series, origin = service.of_run(session, run_id)
     return _samples(worker, series, origin, "csv")
@@ -93,27 +96,37 @@ def get_run_samples(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
 
 @router.get(
     "/api/runs/{run_id}/samples.parquet",
+    summary="Download a run's samples as Parquet",
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 410, 422) | _PARQUET,
 )
 def get_run_parquet(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
-    """What was measured as Parquet, with where it comes from in the file's metadata and the unit in each column's."""
+    """Return a run's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata."""
     with database.read() as session:
         series, origin = service.of_run(session, run_id)
     return _samples(worker, series, origin, "parquet")
 
 
-@router.post("/api/patients/{patient_id}/recordings/import/preview", responses=PROBLEMS.of(404, 422))
+@router.post(
+    "/api/patients/{patient_id}/recordings/import/preview",
+    summary="Check a CSV file of a motion without importing it",
+    responses=PROBLEMS.of(404, 422),
+)
 def preview_imported_motion(
     database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, side: MotionSide, csv: MotionCsv
 ) -> UnderstoodMotion:
-    """What a CSV file of a motion would be taken for; checked as at the import, and not kept."""
+    """Parse and check a CSV file of a motion as the import does. Nothing is stored."""
     with database.read() as session:
         patients.get(session, patient_id)
     return _as_understood(_parsed(worker, station, csv, side), side)
 
 
-@router.post("/api/patients/{patient_id}/recordings/import", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/patients/{patient_id}/recordings/import",
+    summary="Import a motion from CSV",
+    status_code=201,
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def import_motion(
     database: TheDatabase,
     worker: TheFigures,
@@ -122,11 +135,11 @@ def import_motion(
     name: MotionName,
     side: MotionSide,
     csv: MotionCsv,
-    taught_by: Annotated[By, Query(description="Who brings it: you, unless somebody else is named.")] = "",
+    taught_by: Annotated[By, Query(description="Person who imports it: you unless another name is given.")] = "",
 ) -> ImportedMotion:
-    """Keep a motion from a CSV file as a recording, checked against the station's limits as at loading.
+    """Import a motion from a CSV file as a recording, checked against the station's limits as at loading.
 
-    What is wrong is told with line and column; nothing is mended, and nothing is kept of a file that is wrong.
+    Errors are reported with line and column. Nothing is corrected, and a file with an error is not imported.
     """
     with database.read() as session:
         patients.get(session, patient_id)
@@ -144,11 +157,12 @@ def import_motion(
 
 @router.get(
     "/api/patients/{patient_id}/fhir",
+    summary="Export a patient as FHIR",
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _FHIR,
 )
 def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingResponse:
-    """The patient's record as an HL7 FHIR R4 transaction; sent again, it changes nothing where it was sent before."""
+    """Return the patient's record as an HL7 FHIR R4 transaction. A repeated transmission changes nothing at the receiver."""
 
     def write(path: Path) -> None:
         with database.read() as session:
@@ -157,19 +171,19 @@ def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingRespon
     return file_response(write, bundle.MEDIA_TYPE, f"patient-{patient_id}.fhir.json")
 
 
-@router.post("/api/patients/import/fhir", status_code=201, responses=PROBLEMS.of(409, 422))
+@router.post(
+    "/api/patients/import/fhir", summary="Import patients from FHIR", status_code=201, responses=PROBLEMS.of(409, 422)
+)
 def import_fhir_patients(
     database: TheDatabase,
-    affected_side: Annotated[
-        Side, Query(description="The shoulder that is treated; episodes of care are opened with it.")
-    ],
+    affected_side: Annotated[Side, Query(description="The treated shoulder. An episode of care is opened for it.")],
     resource: Annotated[
         dict[str, Any], Body(media_type=bundle.MEDIA_TYPE, description="A FHIR R4 Patient, or a Bundle with Patients.")
     ],
 ) -> ImportedPatients:
-    """Sign up who is in it: all of them, or none where anything is not understood or a clinic number is taken.
+    """Register the patients of a FHIR resource: all of them, or none if an element is not understood or a clinic number is taken.
 
-    What is not kept here, a telephone number say, is left out and named. No record that is there already is changed.
+    Elements that are not stored here, such as a telephone number, are named. Existing records do not change.
     """
     try:
         found, left_out = read_patients(resource, affected_side)
@@ -184,11 +198,12 @@ def import_fhir_patients(
 
 @router.get(
     "/api/patients/{patient_id}/export.zip",
+    summary="Export a patient's complete record",
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _ZIP,
 )
 def export_patient(database: TheDatabase, worker: TheFigures, patient_id: UUID) -> StreamingResponse:
-    """Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run."""
+    """Return a patient's complete record as a ZIP: record, sessions with notes and signatures, FHIR, and every recording and run."""
     with database.read() as session:
         service.identified_patient(session, patient_id)
     headers = {"Content-Disposition": f'attachment; filename="patient-{patient_id}.zip"'}

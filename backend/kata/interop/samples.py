@@ -1,6 +1,6 @@
-"""Samples of a recording or a run as CSV and Parquet: one table, with units in its names and the rest in its metadata.
+"""Samples of a recording or a run as CSV or Parquet: one table with units in the column names and the origin in the metadata.
 
-To be run in the worker process that builds figures: an hour of samples must not keep the service from its heartbeats.
+Run it in the worker process that builds figures: an hour of samples would block the service's heartbeats.
 """
 
 import math
@@ -20,7 +20,7 @@ from kata.motion.axes import AXES
 SampleFormat = Literal["csv", "parquet"]
 SCHEMA_VERSION: Final = "kata-samples-table/1"
 _DECIMALS: Final = {"s": 6, "deg": 4, "Nm": 4}
-"""As finely as samples are stored."""
+"""The resolution of stored samples."""
 _OF_RECORDING: Final = {"angle_deg": ("motor_{}_deg", "deg")}
 _OF_RUN: Final = {
     "setpoint_deg": ("motor_{}_setpoint_deg", "deg"),
@@ -43,7 +43,7 @@ _PHASES: Final = ", ".join(
 
 @dataclass(frozen=True)
 class Origin:
-    """Where samples come from. A patient is known by an id that says nothing to strangers."""
+    """Origin of samples. The patient's id identifies nobody outside the clinic."""
 
     kind: Literal["recording", "run"]
     id: str
@@ -81,7 +81,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
 
     def add(name: str, unit: str, values: NDArray[np.float64]) -> None:
         rounded = np.round(values, _DECIMALS[unit])
-        # Only the place on the path can be missing; a list is slow, and the only way to say null.
+        # Only the place on the path can be missing. A list is slow, but the only way to write null.
         array = (
             Array([None if math.isnan(value) else value for value in rounded.tolist()], DataType.float64())
             if np.isnan(rounded).any()

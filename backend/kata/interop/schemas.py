@@ -1,4 +1,4 @@
-"""What is exchanged, as it goes in and out."""
+"""Request and response models of import, export and erasure."""
 
 from typing import Annotated, Literal
 from uuid import UUID
@@ -13,71 +13,75 @@ Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, m
 
 
 class UnderstoodMotion(Schema):
-    """What a CSV file of a motion says, for whoever brought it to compare."""
+    """The content of a CSV file, to be compared by its owner."""
 
     layout: Literal["poses", "motors"] = Field(
         description="poses: the body's five angles (scapula_abduction ...); motors: motor_1_deg to motor_5_deg."
     )
     separator: Literal["comma", "semicolon", "tab"]
-    left_alone: list[str] = Field(description="Columns of the file that mean nothing here.", examples=[["remark"]])
+    left_alone: list[str] = Field(description="Columns of the file that are ignored.", examples=[["remark"]])
     side: Side
-    samples: int = Field(ge=2, description="Rows of numbers.", examples=[2210])
+    samples: int = Field(ge=2, description="Number of data rows.", examples=[2210])
     duration_s: float = Field(ge=0, description="Seconds.", examples=[22.1])
-    rate_hz: int = Field(ge=1, description="Rows a second, most of the time.", examples=[100])
-    ranges: list[MotorRange] = Field(description="What each motor would do.")
+    rate_hz: int = Field(ge=1, description="Usual number of rows a second.", examples=[100])
+    ranges: list[MotorRange] = Field(description="Range and speed of each motor.")
 
 
 class ImportedMotion(Schema):
-    """A new recording, and what was understood of its file."""
+    """A new recording and the content of its file."""
 
     recording: RecordingDetail
     understood: UnderstoodMotion
 
 
 class ImportedPatients(Schema):
-    """Who was signed up, and what of the resources is not kept here."""
+    """The registered patients and the elements that were not stored."""
 
     items: list[Patient]
     left_out: list[str] = Field(
-        description="Elements that were not taken over, by their path.", examples=[["Patient.telecom"]]
+        description="Elements that were not imported, by their path.", examples=[["Patient.telecom"]]
     )
 
 
 class ErasureRequest(Schema):
-    """A patient asks for the record to be erased."""
+    """A patient's request for erasure of the record."""
 
     reason: Reason = Field(examples=["Asked for it in writing on 20 November."])
-    noted_by: By = Field("", description="Who noted it: you, unless somebody else is named.", examples=["Suzuki Aya"])
+    noted_by: By = Field(
+        "", description="Person who recorded it: you unless another name is given.", examples=["Suzuki Aya"]
+    )
 
 
 class ErasureRefusal(Schema):
-    """The record is kept, and why."""
+    """The refusal of a request, with its reason."""
 
     explanation: Reason = Field(examples=["Records are kept by law for five years after the last visit."])
-    decided_by: By = Field("", description="You, unless somebody else is named.", examples=["Director Kobayashi"])
+    decided_by: By = Field("", description="Your name unless another is given.", examples=["Director Kobayashi"])
 
 
 class ErasureConsent(Schema):
-    """What tells who the patient is, is taken away. Nothing brings it back."""
+    """The approval of a request. The identifying data are erased and cannot be restored."""
 
     clinic_number: str = Field(
-        max_length=32, description="The patient's, typed once more: this cannot be undone.", examples=["K-0042"]
+        max_length=32,
+        description="The patient's clinic number, typed again as confirmation: this cannot be undone.",
+        examples=["K-0042"],
     )
-    explanation: Note = Field("", description="Without naming the patient.", examples=["Nothing forbids it."])
-    decided_by: By = Field("", description="You, unless somebody else is named.", examples=["Director Kobayashi"])
+    explanation: Note = Field("", description="Must not name the patient.", examples=["Nothing forbids it."])
+    decided_by: By = Field("", description="Your name unless another is given.", examples=["Director Kobayashi"])
 
 
 class Erasure(Schema):
-    """A request for erasure, and what was decided."""
+    """A request for erasure and its decision."""
 
     id: UUID
     patient_id: UUID
     asked_at: Moment
-    reason: str = Field(description="Empty once the record is erased: it may have named the patient.")
+    reason: str = Field(description="Empty once the record is erased, because it may have named the patient.")
     noted_by: str
     decided_at: Moment | None
     decided_by: str
-    decision: Literal["erased", "refused"] | None = Field(description="Null while nobody has decided.")
+    decision: Literal["erased", "refused"] | None = Field(description="Null while undecided.")
     explanation: str
 
 

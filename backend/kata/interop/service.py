@@ -1,4 +1,4 @@
-"""What the database has to say for an exchange, and what is kept of one. Commits nothing: the request does."""
+"""Database access of import and export. The caller commits."""
 
 from uuid import UUID, uuid4
 
@@ -25,7 +25,7 @@ from kata.motion.axes import Side
 
 
 def identified_patient(session: Session, patient_id: UUID) -> PatientRow:
-    """A patient of whom it is still known who that is.
+    """Return a patient whose record is not erased.
 
     :raises ProblemError: 404; 409 when the record was erased.
     """
@@ -41,7 +41,7 @@ def identified_patient(session: Session, patient_id: UUID) -> PatientRow:
 
 
 def of_recording(session: Session, recording_id: UUID) -> tuple[Series, Origin]:
-    """A recording's stored samples, and where they come from.
+    """Return a recording's stored samples and their origin.
 
     :raises ProblemError: 404.
     """
@@ -53,7 +53,7 @@ def of_recording(session: Session, recording_id: UUID) -> tuple[Series, Origin]:
 
 
 def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
-    """A run's stored samples, and where they come from.
+    """Return a run's stored samples and their origin.
 
     :raises ProblemError: 404; 409 when nothing was measured in it.
     """
@@ -63,7 +63,7 @@ def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
 
 
 def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
-    """As :func:`of_run`; None when nothing was measured.
+    """Return the same as :func:`of_run`, None if nothing was measured.
 
     :raises ProblemError: 404.
     """
@@ -85,7 +85,7 @@ def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
 
 
 def register_patients(session: Session, patients_in: list[ImportedPatient]) -> list[PatientRow]:
-    """Sign them all up, or none: nobody's record is changed by an import.
+    """Register all patients or none. An import never changes an existing record.
 
     :raises ProblemError: 409 when a clinic number is taken, with its path.
     """
@@ -101,7 +101,7 @@ def register_patients(session: Session, patients_in: list[ImportedPatient]) -> l
 def store_imported_motion(
     session: Session, patient_id: UUID, made: ParsedMotion, *, name: str, side: Side, taught_by: str, station: str
 ) -> RecordingRow:
-    """Write down an imported motion as a recording that has neither a teaching nor a parent.
+    """Store an imported motion as a recording without teaching and parent.
 
     :raises ProblemError: 404; 409 for an archived patient.
     """

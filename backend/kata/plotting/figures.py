@@ -1,4 +1,4 @@
-"""Plotly figures, built in a worker process: a long plot must not keep the service from its heartbeats."""
+"""Plotly figures, built in a worker process: a long plot would block the service's heartbeats."""
 
 import base64
 import copy
@@ -28,18 +28,18 @@ from kata.motion.tracking import compare
 from kata.plotting import downsampling, texts
 from kata.plotting.placed_texts import with_texts
 
-# Red, yellow and cyan are kept for alarms. These are told apart by everybody, and in grey by their brightness.
+# Red, yellow and cyan are reserved for alarms. These colours differ for colour-blind people, and in brightness.
 _TAUGHT: Final = "#1f3a93"
 _PLAYED: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
 _PIECE: Final = 1 << 18
 Window = tuple[float, float]
-"""From and to, seconds on the figure's own clock."""
+"""Start and end, seconds on the figure's clock."""
 _Layout = dict[str, Any]
 _Trace = dict[str, Any]
 _Built = TypeVar("_Built")
 _NICENESS: Final = 10
-"""Whoever waits for a plot waits; the service and its heartbeats go first."""
+"""The service and its heartbeats have priority over figures."""
 _COMMON: Final = {
     "template": "plotly_white",
     "margin": {"l": 60, "r": 60, "t": 30, "b": 45},
@@ -51,7 +51,7 @@ _COMMON: Final = {
 
 @dataclass(frozen=True)
 class RecordingFigureSamples:
-    """What a recording's figure is drawn from: its downsampled, or its samples, those of a window at least."""
+    """Data of a recording's figure: its downsampled lines, or its samples, at least those of the window."""
 
     taught: Series | None
     downsampled: bytes | None
@@ -60,7 +60,7 @@ class RecordingFigureSamples:
 
 @dataclass(frozen=True)
 class RunFigureSamples:
-    """What a run's figures are drawn from: its downsampled, or what was taught and how it was to be played, and its own samples."""
+    """Data of a run's figures: its downsampled lines, or the taught samples with the settings and the run's own samples."""
 
     taught: Series | None
     played: Series | None
@@ -70,14 +70,14 @@ class RunFigureSamples:
 
 
 class FigureWorker:
-    """One process of its own that turns samples into figures, and into other samples."""
+    """One worker process that turns samples into figures and other samples."""
 
     def __init__(self) -> None:
         self._closed = False
         self._pool, self._warm = self._new_pool()
 
     def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
-        """Run something on stored samples and what else it wants; waits for it, so call it from a worker thread.
+        """Run a function on stored samples in the worker and wait for it: call it from a worker thread.
 
         :returns: what that returns: JSON, where it is one of this module's figures.
         :raises ProblemError: 410 when the samples cannot be read.
@@ -94,13 +94,13 @@ class FigureWorker:
         except BrokenProcessPool:
             if self._closed:
                 raise
-            # The worker was killed, for want of memory perhaps. Once more, with a new one.
+            # The worker was killed, perhaps for lack of memory. Try once more with a new one.
             self._pool.shutdown(wait=False)
             self._pool, self._warm = self._new_pool()
             return self._pool.submit(what, *parts).result()
 
     def close(self) -> None:
-        """End the worker. One that is still warming up is not waited for."""
+        """End the worker. A worker that is still warming up is terminated."""
         self._closed = True
         if not self._warm.done():
             for worker in list(self._pool._processes.values()):
@@ -109,10 +109,10 @@ class FigureWorker:
 
     @staticmethod
     def _new_pool() -> tuple[ProcessPoolExecutor, Future[None]]:
-        """And when it is warm."""
+        """Return a new pool and the future of its warm-up."""
         spawning = multiprocessing.get_context("spawn")
         pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
-        # Ctrl-C in a terminal reaches every process of the group; ending the worker is ours. It inherits the mask.
+        # Ctrl-C in a terminal reaches every process of the group. The service ends the worker, so the worker inherits a mask for it.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             warm = pool.submit(_warm_up)
@@ -122,13 +122,13 @@ class FigureWorker:
 
 
 def pieces(figure: str) -> Iterator[bytes]:
-    """A figure as it goes out. In one piece, half a megabyte would keep the event loop from its heartbeats."""
+    """Yield a figure in pieces. Half a megabyte in one piece would block the event loop's heartbeats."""
     for start in range(0, len(figure), _PIECE):
         yield figure[start : start + _PIECE].encode()
 
 
 def recording(parts: RecordingFigureSamples) -> str:
-    """A recording's five angles over time, one under the other, as JSON of a Plotly figure."""
+    """Return a recording's five angles over time, one below the other, as JSON of a Plotly figure."""
     lines = _recording_lines(parts)
     angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
     traces = [
@@ -139,7 +139,7 @@ def recording(parts: RecordingFigureSamples) -> str:
 
 
 def derived(before_series: Series, after_series: Series) -> str:
-    """What is made of a recording over what it is made of, one motor under the other, as JSON of a Plotly figure."""
+    """Return a derived recording over its original, one motor below the other, as JSON of a Plotly figure."""
     before, after = _thinned(unpack(before_series)), _thinned(unpack(after_series))
     traces, angles = [], []
     for axis, motor in enumerate(AXES):
@@ -155,9 +155,9 @@ def derived(before_series: Series, after_series: Series) -> str:
 
 
 def run(parts: RunFigureSamples) -> str:
-    """The paper's figure for each motor, as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
+    """Return the paper's figure for each motor as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
 
-    Teaching is what was taught, played as it was asked for.
+    Teaching is the taught motion with the run's settings.
     """
     lines = run_lines(parts)
     figures = []
@@ -188,7 +188,7 @@ def run(parts: RunFigureSamples) -> str:
 
 
 def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | None, *, legend: bool) -> str:
-    """A row a motor, over one clock."""
+    """Return a figure with one row per motor and a common time axis."""
     layout = copy.deepcopy(_rows()) | _layout() | {"height": 900, "showlegend": legend}
     for motor, angle_deg in zip(AXES, angles_deg, strict=True):
         layout[_axis("yaxis", motor)] |= {
@@ -202,7 +202,7 @@ def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | No
 
 @cache
 def _rows() -> _Layout:
-    """Where the axes of one row a motor are."""
+    """Return the layout with one row of axes per motor."""
     figure = make_subplots(rows=len(AXES), cols=1, shared_xaxes=True, vertical_spacing=0.03)
     layout: _Layout = figure.to_plotly_json()["layout"]
     return layout
@@ -210,7 +210,7 @@ def _rows() -> _Layout:
 
 @cache
 def _layout() -> _Layout:
-    """What all figures have in common. Plotly checks a figure as it is built, its template first of all: that once is enough."""
+    """Return the common layout. Plotly validates a figure and its template when it builds it, which is enough once."""
     layout: _Layout = go.Figure(layout=_COMMON).to_plotly_json()["layout"]
     return layout
 
@@ -237,7 +237,7 @@ def _thinned(taught: dict[str, Floats]) -> downsampling.Lines:
 
 
 def run_lines(parts: RunFigureSamples) -> downsampling.Lines:
-    """What is drawn of a run (:func:`kata.plotting.downsampling.run_lines`).
+    """Return the lines of a run (:func:`kata.plotting.downsampling.run_lines`).
 
     :raises UnreadableError: when its samples, or its recording's, are damaged.
     """
@@ -260,7 +260,7 @@ def run_lines(parts: RunFigureSamples) -> downsampling.Lines:
 
 
 def _around_window(motion: Motion, start_s: float, end_s: float) -> Motion:
-    """The samples within, and the nearest ones besides: its line goes through the whole window."""
+    """Return the samples of the window and the nearest ones outside, so that the line crosses the whole window."""
     first = max(int(np.searchsorted(motion.times_s, start_s)) - 2, 0)
     last = int(np.searchsorted(motion.times_s, end_s)) + 2
     return replace(motion, times_s=motion.times_s[first:last], angles_deg=motion.angles_deg[first:last])
@@ -276,7 +276,7 @@ def _line(
     dash: str = "solid",
     width: float = 2.0,
 ) -> _Trace:
-    """A line on the axes of a row."""
+    """Return a line on the axes of a row."""
     return {
         "type": "scatter",
         "mode": "lines",
@@ -291,12 +291,12 @@ def _line(
 
 
 def _numbers(values: Floats, kind: str) -> _Layout:
-    """As Plotly takes arrays in: their bytes, not their digits."""
+    """Return an array as Plotly's binary encoding."""
     return {"dtype": kind, "bdata": base64.b64encode(values.astype(f"<{kind}").tobytes()).decode()}
 
 
 def _around(angle_deg: Any) -> list[float]:
-    """An angle axis that holds it all, never so narrow that single counts of the encoder look like movement."""
+    """Return the range of an angle axis. It is never so narrow that single encoder counts look like movement."""
     if not len(angle_deg):
         return [-6.0, 6.0]
     low, high = float(angle_deg.min()), float(angle_deg.max())
@@ -305,13 +305,13 @@ def _around(angle_deg: Any) -> list[float]:
 
 
 def _symmetric(error_deg: Any) -> list[float]:
-    """An error axis with zero in the middle, never so narrow that noise looks like a fault."""
+    """Return the range of an error axis, with zero in the middle. It is never so narrow that noise looks like a fault."""
     reach = max(2.0, 1.2 * float(abs(error_deg).max(initial=0.0)))
     return [-reach, reach]
 
 
 def _end_with_parent() -> None:
-    """A service that is killed cannot end its worker; so the worker watches."""
+    """Make the worker end when its parent dies: a killed service cannot end it."""
     os.nice(_NICENESS)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -324,6 +324,6 @@ def _end_with_parent() -> None:
 
 
 def _warm_up() -> None:
-    """Plotly takes a second to import, and to be asked for a layout; better now than at the first plot."""
+    """Import Plotly and build its layouts, which takes a second, before the first figure is requested."""
     _rows()
     _layout()

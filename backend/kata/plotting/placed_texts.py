@@ -1,4 +1,4 @@
-"""The texts of a figure or a table, by where they stand in it: the page translates each at its place."""
+"""Texts of a figure or table with their places. The page translates each at its place."""
 
 import json
 from collections.abc import Iterator
@@ -10,7 +10,8 @@ from kata.messages import Text
 def with_texts(content: dict[str, Any]) -> dict[str, Any]:
     """Return JSON content with every Text as a plain string, and ``texts``: code, parameters and places of each.
 
-    What a person has typed, a recording's name, is no Text and is not in the list. A place is a JSON pointer (RFC 6901) into the content.
+    A text that a person typed, such as a recording's name, is no Text and is not in the list. A place is a JSON pointer (RFC 6901) into the
+    content.
     """
     places: dict[str, dict[str, Any]] = {}
     for pointer, text in _texts(content, ""):

@@ -1,1 +1,1 @@
-"""The session and the episode on paper: one HTML page each, to be printed by a browser or as PDF."""
+"""Reports of sessions and episodes: one HTML page each, printed by a browser or as PDF."""

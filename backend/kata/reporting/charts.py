@@ -1,4 +1,4 @@
-"""Curves as points of an SVG: pure numbers, drawn by a template. Nothing on paper moves, so no plotting library is needed."""
+"""Curves as SVG points, drawn by a template. Paper is static, so no plotting library is needed."""
 
 import math
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ from kata.motion.linkage import Floats
 from kata.plotting.figures import RunFigureSamples, run_lines
 
 _PLACES: Final = 90
-"""A curve this narrow has room for so many places: each has its lowest and its highest angle, so that no peak is lost."""
+"""Number of sections of a curve this narrow. Each keeps its lowest and highest angle, so that no peak is lost."""
 _NARROWEST_DEG: Final = 10.0
-"""An angle axis is never narrower, or single counts of an encoder would look like movement."""
+"""The smallest range of an angle axis; on a smaller one, single encoder counts would look like movement."""
 
 
 @dataclass(frozen=True)
@@ -30,23 +30,23 @@ class Frame:
     bottom: float
 
     def x(self, share: float) -> float:
-        """Where ``share`` (0 to 1) of the way from left to right is."""
+        """Return the x position at ``share`` (0 to 1) of the way from left to right."""
         return round(self.left + share * (self.width - self.left - self.right), 2)
 
     def y(self, share: float) -> float:
-        """Where ``share`` (0 to 1) of the way from bottom to top is."""
+        """Return the y position at ``share`` (0 to 1) of the way from bottom to top."""
         return round(self.height - self.bottom - share * (self.height - self.top - self.bottom), 2)
 
 
 SMALL: Final = Frame(128, 76, 24, 3, 4, 12)
-"""Five of them stand beside each other on a page."""
+"""Five fit beside each other on a page."""
 WIDE: Final = Frame(250, 120, 28, 8, 8, 18)
-"""Two of them do."""
+"""Two fit beside each other on a page."""
 
 
 @dataclass(frozen=True)
 class Tick:
-    """A place on an axis and its label."""
+    """A position on an axis and its label."""
 
     at: float
     label: str
@@ -54,7 +54,7 @@ class Tick:
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve: what it shows, its points as SVG writes them, and whether each point is marked."""
+    """A curve: its name, its points as SVG, and the marked points."""
 
     name: str
     points: str
@@ -63,7 +63,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Chart:
-    """Ready to be drawn."""
+    """A chart that is ready to be drawn."""
 
     name: str
     frame: Frame
@@ -74,7 +74,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class DatedSeries:
-    """Values over days; a value that has no day goes all the way across."""
+    """Values over days. A series without days is a horizontal line."""
 
     name: str
     days: tuple[float, ...]
@@ -82,7 +82,7 @@ class DatedSeries:
 
 
 def tracking(parts: RunFigureSamples) -> tuple[Chart, ...]:
-    """Teaching and playback of each motor over the recording's clock, as small charts.
+    """Return teaching and playback of each motor over the recording's time, as small charts.
 
     :raises UnreadableError: when the samples are damaged.
     """
@@ -99,7 +99,7 @@ def tracking(parts: RunFigureSamples) -> tuple[Chart, ...]:
 
 
 def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], low: float, high: float) -> Chart:
-    """Values between two days: ``labels`` are days from the first and how they are called, the last of them the end."""
+    """Return a chart of values over days. ``labels``: days from the first with their names; the last one is the end."""
     end = max(labels[-1].at, 1.0)
     ticks = nice_ticks(low, high, 4)
     low, high = min(low, ticks[0]), max(high, ticks[-1])
@@ -119,7 +119,7 @@ def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], 
 
 
 def nice_ticks(low: float, high: float, about: int) -> tuple[float, ...]:
-    """Round numbers from at most ``low`` to at least ``high``, some ``about`` steps."""
+    """Return about ``about`` steps of round numbers from at most ``low`` to at least ``high``."""
     rough = max(high - low, 1e-9) / about
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= rough * (1 - 1e-9))
@@ -150,7 +150,7 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
 
 
 def _thinned(times: Floats, angles: Floats) -> list[tuple[float, float]]:
-    """At most the lowest and the highest of every place, in their order."""
+    """Return the lowest and highest point of each section, in order."""
     if len(times) > 2 * _PLACES:
         points = MinMaxDownsampler().downsample(np.ascontiguousarray(angles), n_out=2 * _PLACES)  # type: ignore[no-untyped-call]
         times, angles = times[points], angles[points]

@@ -1,4 +1,4 @@
-"""What stands in a report, in no language yet: plain values that cross to the process which draws them."""
+"""Content of a report, independent of the language: plain values that are sent to the worker process."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from kata.plotting.figures import RunFigureSamples
 
 @dataclass(frozen=True)
 class ReportPatient:
-    """Whose report it is."""
+    """The patient of a report."""
 
     name: str
     kana: str | None
@@ -22,7 +22,7 @@ class ReportPatient:
 
 @dataclass(frozen=True)
 class Check:
-    """One answer of the checklist: what for, when, and by whom; empty where the apparatus told it."""
+    """One answer of the checklist. ``by`` is empty if the apparatus answered."""
 
     check: str
     subject: str
@@ -32,12 +32,12 @@ class Check:
 
 @dataclass(frozen=True)
 class Stop:
-    """What stopped a run."""
+    """The cause of a stop."""
 
     code: str
     message: str
     motor: int | None = None
-    """From 1; None where it belongs to none, or was stored before 0009."""
+    """From 1; None if it belongs to no motor, or was stored before 0009."""
 
 
 def motor_of(key: Mapping[str, Any] | None) -> int | None:
@@ -48,7 +48,7 @@ def motor_of(key: Mapping[str, Any] | None) -> int | None:
 
 @dataclass(frozen=True)
 class PlaybackDescription:
-    """PlaybackDescription a recording is played."""
+    """Settings of a playback."""
 
     asked: PlaybackSettings
     load_level: int | None
@@ -57,7 +57,7 @@ class PlaybackDescription:
 
 @dataclass(frozen=True)
 class MotorErrors:
-    """Playback minus teaching, of one motor."""
+    """Errors of one motor: playback minus teaching."""
 
     motor: int
     peak_deg: float
@@ -69,7 +69,7 @@ class MotorErrors:
 
 @dataclass(frozen=True)
 class MotionReach:
-    """PlaybackDescription far the body went in one basic motion: what was asked, what was reached, what a healthy shoulder does."""
+    """Range of the body in one basic motion: requested, reached, and of a healthy shoulder."""
 
     motion: int
     peak_deg: float
@@ -98,12 +98,12 @@ class RunContent:
     motors: tuple[MotorErrors, ...]
     motions: tuple[MotionReach, ...]
     parts: RunFigureSamples | None
-    """What its curves are drawn from; None where there is nothing to draw."""
+    """Data of its curves; None if there is nothing to draw."""
 
 
 @dataclass(frozen=True)
 class PlannedItem:
-    """One line of a programme, and the runs that came of it: their numbers in the report and how they ended."""
+    """One item of a programme with its runs: their numbers in the report and their outcomes."""
 
     position: int
     recording: str
@@ -114,7 +114,7 @@ class PlannedItem:
 
 @dataclass(frozen=True)
 class Plan:
-    """What was prescribed for a session."""
+    """The plan of a session."""
 
     name: str
     version: int
@@ -127,7 +127,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Addendum:
-    """What was added to a signed note."""
+    """An addendum to a signed note."""
 
     written_at: datetime
     written_by: str
@@ -136,7 +136,7 @@ class Addendum:
 
 @dataclass(frozen=True)
 class SessionContent:
-    """One visit."""
+    """One session."""
 
     patient: ReportPatient
     side: str | None
@@ -160,7 +160,7 @@ class SessionContent:
 
 @dataclass(frozen=True)
 class Stage:
-    """From a day on."""
+    """The stage of a shoulder from a day on."""
 
     stage: str
     since: date
@@ -168,7 +168,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Limit:
-    """What a doctor allows of one basic motion; None: as far as the apparatus goes."""
+    """A doctor's limit of one basic motion. None: the apparatus' own limit."""
 
     motion: int
     lowest_deg: float | None
@@ -177,7 +177,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class DatedValue:
-    """A number and when it was found."""
+    """A value and its date."""
 
     at: datetime
     value: float
@@ -185,7 +185,7 @@ class DatedValue:
 
 @dataclass(frozen=True)
 class RomSeries:
-    """One motion's range: the treated shoulder over time, and what it is held against."""
+    """Range of one motion: the treated shoulder over time, with the values for comparison."""
 
     motion: str
     kind: str
@@ -193,13 +193,13 @@ class RomSeries:
     readings: tuple[DatedValue, ...]
     """Of the treated side, oldest first; at least one."""
     other: DatedValue | None
-    """The newest of the other side."""
+    """The newest value of the other side."""
     reference_deg: float | None
 
 
 @dataclass(frozen=True)
 class ScoreSeries:
-    """One score over time, oldest first; at least one reading."""
+    """One score over time, oldest first; at least one value."""
 
     name: str
     readings: tuple[DatedValue, ...]
@@ -212,9 +212,9 @@ class Visit:
     started_at: datetime
     therapist: str
     planned: int | None
-    """Repetitions that its programme prescribes; None without one."""
+    """Planned repetitions; None without a programme."""
     done: int
-    """PlaybackDescription many of those were played to their end; without a programme, how many were at all."""
+    """Planned repetitions that were completed; without a programme, all completed repetitions."""
     stops: int
     pain_before: int | None
     pain_after: int | None
@@ -244,5 +244,5 @@ class EpisodeContent:
     spadi: tuple[DatedValue, ...]
     visits: tuple[Visit, ...]
     stops: tuple[tuple[Stop, int], ...]
-    """Causes and in how many sessions each came."""
+    """Each cause with the number of sessions in which it occurred."""
     closing_note: str

@@ -1,4 +1,4 @@
-"""An episode's rows as the content of its report."""
+"""Read the content of an episode's report."""
 
 from collections.abc import Iterable
 from typing import Final, NamedTuple
@@ -39,7 +39,7 @@ class _Played(NamedTuple):
 
 
 def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
-    """All that its report says.
+    """Return the content of the report.
 
     :raises ProblemError: 404.
     """
@@ -79,7 +79,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
 
 
 def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomSeries, ...]:
-    """Direction by direction, active before passive."""
+    """Return one series per direction, active before passive."""
     own: dict[tuple[str, str, str], list[DatedValue]] = {}
     other: dict[tuple[str, str, str], DatedValue] = {}
     for assessment in found:
@@ -118,7 +118,7 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
 
 
 def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[Visit, ...]:
-    """Without loading what was measured: an episode may have a hundred sessions."""
+    """Return the sessions without loading tracking: an episode may have a hundred sessions."""
     visits = session.execute(
         select(
             SessionRow.id, SessionRow.started_at, SessionRow.therapist, SessionRow.programme_version_id,
@@ -158,7 +158,7 @@ def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[Visit, ...]:
 
 
 def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played]) -> tuple[int | None, int]:
-    """As :mod:`kata.clinic.programmes.planned` counts: a run of another recording is none of the item."""
+    """Count as :mod:`kata.clinic.programmes.planned` does: a run of another recording does not belong to the item."""
     if items is None:
         return None, sum(run.repetitions for run in runs)
     done = 0
@@ -169,7 +169,7 @@ def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played])
 
 
 def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[Stop, int], ...]:
-    """Each cause with its newest sentence, the most frequent first."""
+    """Return each cause with its newest sentence, the most frequent first."""
     counted: dict[str, tuple[Stop, set[UUID]]] = {}
     for run in session.execute(
         select(RunRow.session_id, RunRow.stop_code, RunRow.stop_message, RunRow.stop_key)

@@ -1,4 +1,4 @@
-"""Who the paper comes from: the clinic's name, address, telephone and logo."""
+"""The clinic's letterhead: name, address, telephone and logo."""
 
 import base64
 import struct
@@ -8,29 +8,29 @@ from typing import Final
 from xml.parsers import expat
 
 LARGEST_LOGO: Final = 256 * 1024
-"""Bytes. It goes into every page that is printed."""
+"""Bytes. The logo is part of every printed page."""
 _LARGEST_SIDE: Final = 4000
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _HEADER_LENGTH: Final = 24
 
 
 class LetterheadError(ValueError):
-    """The letterhead cannot be used; the message says why."""
+    """The letterhead cannot be used. The message has the reason."""
 
 
 @dataclass(frozen=True)
 class Letterhead:
-    """What stands at the top of a report. Empty parts are left out."""
+    """The head of a report. Empty parts are left out."""
 
     name: str = ""
     address: tuple[str, ...] = ()
     phone: str = ""
     logo: str = ""
-    """As a ``data:`` address, so that a page fetches nothing."""
+    """A ``data:`` URL, so that the page fetches nothing."""
 
 
 def read(name: str, address: str, phone: str, logo: Path | None) -> Letterhead:
-    """Make one of the settings; lines of an address are parted by ``|``.
+    """Return the letterhead of the settings. ``|`` separates the lines of the address.
 
     :raises LetterheadError: when the logo cannot be used.
     """
@@ -61,7 +61,7 @@ def _wrong_png(image: bytes) -> str:
 
 
 def _wrong_svg(image: bytes) -> str:
-    """An image element runs no scripts and fetches nothing; what would want to is no logo all the same."""
+    """Return what is wrong with an SVG. An image element runs no scripts and fetches nothing; an SVG that tries to is refused all the same."""
     wrong: list[str] = []
     names: list[str] = []
 
@@ -73,7 +73,7 @@ def _wrong_svg(image: bytes) -> str:
             key.rpartition(":")[2] == "href" and not value.startswith(("#", "data:image/"))
             for key, value in attributes.items()
         ):
-            wrong.append("is an SVG that wants something from elsewhere")
+            wrong.append("is an SVG with external content")
 
     def declares(*declared: object) -> None:
         wrong.append("is an SVG with a document type")

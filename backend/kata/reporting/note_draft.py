@@ -1,4 +1,4 @@
-"""A note, drafted from what was measured: short, as a therapist writes. Pure; somebody reads, edits and signs it."""
+"""Draft a short note from the measurements. Pure functions; a therapist reads, edits and signs the note."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,7 +13,7 @@ _TOLD_METHODS: Final = ("learned", "paper")
 
 
 def draft(session: Session, language: Language = "en") -> str:
-    """The sentences that apply, in the order of a visit."""
+    """Return the applicable sentences, in the order of a session."""
     phrases = NotePhrases(language)
     runs = [run for run in session.runs if run.outcome not in ("loaded", "unloaded")]
     happened = (
@@ -70,7 +70,7 @@ def _not_played(phrases: NotePhrases, session: Session, runs: Sequence[Run]) -> 
 
 
 def _reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    """By motion, the widest of all runs; what was played with less range is not in the comparison."""
+    """Return the widest range per motion of all runs. Parts with reduced range are not compared."""
     reached: dict[int, tuple[str, float, float]] = {}
     for run in runs:
         for motion in run.comparison.motions if run.comparison else ():

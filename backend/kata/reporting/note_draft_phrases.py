@@ -1,4 +1,4 @@
-"""What a drafted note says, in English and in Japanese: whole sentences, with values put in."""
+"""Phrases of a drafted note, in English and Japanese: whole sentences with parameters."""
 
 from typing import Final
 
@@ -59,30 +59,30 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "pain.during": ("{pain} during", "中{pain}"),
     "pain.after": ("{pain} after", "後{pain}"),
 }
-"""Key to English and Japanese. What stands behind a dot is a value of the record."""
+"""Key to English and Japanese. The part of a key after the dot is a value of the record."""
 
 
 class NotePhrases:
-    """Says the sentences of a note in one language."""
+    """The phrases of a note in one language."""
 
     def __init__(self, language: Language) -> None:
         self._column = LANGUAGES.index(language)
         self._report_phrases = Phrases(language, "")
 
     def text(self, key: str, /, **values: object) -> str:
-        """The words for a key, with values put in."""
+        """Return the phrase of a key with its parameters."""
         return WORDS[key][self._column].format(**values)
 
     def join(self, key: str, words: list[str]) -> str:
-        """One behind the other, with what stands between them."""
+        """Join texts with the separator of a key."""
         return self.text(key).join(words)
 
     def motion(self, number: int, english: str) -> str:
-        """A basic motion within a sentence, without its number."""
+        """Return the name of a basic motion within a sentence, without its number."""
         if self._report_phrases.language == "en":
             return f"{english[0].lower()}{english[1:]}"
         return self._report_phrases.named("motion", number).partition(" ")[2]
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
-        """Return what stopped something (:meth:`kata.reporting.phrases.Phrases.stop`)."""
+        """Return the cause of a stop (:meth:`kata.reporting.phrases.Phrases.stop`)."""
         return self._report_phrases.stop(code, message, motor)

@@ -1,4 +1,4 @@
-"""What a report says, in English and in Japanese, and how it writes numbers, days and times."""
+"""Phrases of a report in English and Japanese, and its formats of numbers, dates and times."""
 
 from datetime import date, datetime
 from typing import Final, Literal
@@ -228,7 +228,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "answer.unsigned": ("Draft", "未"),
     "closing_note": ("Closing note", "終了時の所見"),
 }
-"""Key to English and Japanese. What stands behind a dot is a value of the record."""
+"""Key to English and Japanese. The part of a key after the dot is a value of the record."""
 
 STOPS_JA: Final = {
     "estop_pressed": "非常停止スイッチが押された。",
@@ -265,36 +265,36 @@ STOPS_JA: Final = {
     "browser_lost": "操作していたブラウザとの接続が長く途絶えた。",
     "unexpected_error": "制御プログラム内部で異常が発生した。",
 }
-"""The fault table's sentences; the database keeps the English one."""
+"""Japanese sentences of the fault table. The database stores the English ones."""
 
 
 class Phrases:
-    """Says things in one language and one time zone."""
+    """The phrases of one language and the formats of one time zone."""
 
     def __init__(self, language: Language, zone: str) -> None:
-        """``zone`` is an IANA name; the computer's own when empty."""
+        """``zone``: IANA name; the computer's time zone if empty."""
         self.language: Language = language
         self._column = LANGUAGES.index(language)
         self._zone = ZoneInfo(zone) if zone else None
 
     def text(self, key: str, /, **values: object) -> str:
-        """The words for a key, with values put in."""
+        """Return the phrase of a key with its parameters."""
         return WORDS[key][self._column].format(**values)
 
     def named(self, kind: str, value: str | int) -> str:
-        """The word for a value of the record; the value itself where there is no word for it."""
+        """Return the phrase of a value of the record, or the value itself if there is none."""
         words = WORDS.get(f"{kind}.{value}")
         return words[self._column] if words else str(value).replace("_", " ")
 
     def measure(self, motion: str, position: str) -> str:
-        """What was measured with the arm where."""
+        """Return the name of a measure."""
         known = rom.measure_of(motion, position)
         if known is None:
             return f"{motion} {position}".replace("_", " ").strip()
         return known.english if self.language == "en" else known.japanese
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
-        """Return what stopped something; in English where it belongs to a motor and none is stored.
+        """Return the cause of a stop; in English if it belongs to a motor and none is stored.
 
         ``motor``: from 1.
         """
@@ -304,14 +304,14 @@ class Phrases:
         return words.format(motor=motor)
 
     def number(self, value: float | None, digits: int = 1, *, sign: bool = False) -> str:
-        """With a real minus; a dash where there is none."""
+        """Return a number with a typographic minus; a dash if there is none."""
         if value is None:
             return "–"
         text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
         return f"{0:.{digits}f}" if float(text) == 0 else text.replace("-", "−")
 
     def span(self, ends_deg: tuple[float, float] | None, digits: int = 1) -> str:
-        """From the lowest to the highest angle."""
+        """Return the range from the lowest to the highest angle."""
         return (
             "–"
             if ends_deg is None
@@ -319,30 +319,30 @@ class Phrases:
         )
 
     def day(self, when: date | datetime) -> str:
-        """A date, in words that nobody reads the wrong way round."""
+        """Return an unambiguous date with the month as a word."""
         there = self._local(when) if isinstance(when, datetime) else when
         if self.language == "ja":
             return f"{there.year}年{there.month}月{there.day}日"
         return f"{there.day} {_MONTHS[there.month - 1]} {there.year}"
 
     def short_day(self, when: date | datetime) -> str:
-        """A date for a narrow column."""
+        """Return a date for a narrow column."""
         return (self._local(when) if isinstance(when, datetime) else when).strftime("%Y-%m-%d")
 
     def clock(self, when: datetime) -> str:
-        """A time of day."""
+        """Return a time of day."""
         return self._local(when).strftime("%H:%M")
 
     def moment(self, when: datetime) -> str:
-        """Date and time."""
+        """Return date and time."""
         return f"{self.day(when)} {self.clock(when)}"
 
     def zone(self, when: datetime) -> str:
-        """What the clinic's time is called at a moment."""
+        """Return the name of the clinic's time zone at a moment."""
         return self._local(when).tzname() or ""
 
     def years(self, born: date, when: datetime) -> int:
-        """PlaybackDescription old somebody was."""
+        """Return a person's age in years."""
         today = self._local(when).date()
         return today.year - born.year - ((today.month, today.day) < (born.month, born.day))
 

@@ -1,7 +1,7 @@
-"""A report as HTML, and the same HTML as PDF. To be run in the worker process that builds figures.
+"""Render a report as HTML and as PDF. Run it in the worker process that builds figures.
 
-What was entered by people reaches a page only escaped: in the template by Jinja, in the style sheet's margins by
-:func:`css_string`. The page runs no script and fetches nothing, and its policy forbids both.
+Texts that people entered are always escaped: by Jinja in the template, by :func:`css_string` in the style sheet's margins. The page runs no
+script and fetches nothing, and its policy forbids both.
 """
 
 import base64
@@ -32,7 +32,7 @@ _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}
 
 @dataclass(frozen=True)
 class Print:
-    """PlaybackDescription it is to be printed: by whom, in which words, and when it is now in the clinic."""
+    """Settings of a print: letterhead, language, time zone and time."""
 
     letterhead: Letterhead
     language: Language
@@ -42,14 +42,14 @@ class Print:
 
 @dataclass(frozen=True)
 class Page:
-    """A page and the policy that it is to be shown under."""
+    """A page and its content security policy."""
 
     html: str
     policy: str
 
 
 def session_page(content: SessionContent, how: Print) -> Page:
-    """The report of one session."""
+    """Return the report of one session as a page."""
     phrases = Phrases(how.language, how.zone)
     title = phrases.text("comma").join([phrases.text("session_report"), phrases.day(content.started_at)])
     curves = {run.number: _curves(run) for run in content.runs}
@@ -57,7 +57,7 @@ def session_page(content: SessionContent, how: Print) -> Page:
 
 
 def episode_page(content: EpisodeContent, how: Print) -> Page:
-    """The report of one episode."""
+    """Return the report of one episode as a page."""
     phrases = Phrases(how.language, how.zone)
     drawn = trends.draw(content, phrases)
     return _page(
@@ -72,17 +72,17 @@ def episode_page(content: EpisodeContent, how: Print) -> Page:
 
 
 def session_pdf(content: SessionContent, how: Print) -> bytes:
-    """The same on A4."""
+    """Return the report of one session as PDF on A4."""
     return _pdf(session_page(content, how), how)
 
 
 def episode_pdf(content: EpisodeContent, how: Print) -> bytes:
-    """The same on A4."""
+    """Return the report of one episode as PDF on A4."""
     return _pdf(episode_page(content, how), how)
 
 
 def css_string(text: str) -> Markup:
-    """A string of a style sheet that holds any text, and can end neither the string nor the sheet."""
+    """Return a CSS string that holds any text. The text can end neither the string nor the style sheet."""
     return Markup(f'"{"".join(letter if letter.isalnum() else f"{chr(92)}{ord(letter):x} " for letter in text)}"')  # noqa: S704 - escaped right here
 
 
@@ -114,7 +114,7 @@ def _page(
 
 
 def _curves(run: RunContent) -> tuple[Chart, ...] | None:
-    """None where the samples are damaged: what else is known of the run is told all the same."""
+    """Return the run's charts. None if the samples are damaged; the rest of the run is still reported."""
     if run.parts is None:
         return ()
     try:
@@ -137,7 +137,7 @@ def _environment() -> Environment:
 
 
 class _OnlyOurs(plutoprint.ResourceFetcher):
-    """Hands out the font and what an address itself contains; nothing else exists for a page."""
+    """Provide the font and ``data:`` URLs only. A page has no other resources."""
 
     def fetch_url(self, url: str) -> plutoprint.ResourceData:
         if url == _FONT:

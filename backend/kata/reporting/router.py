@@ -1,4 +1,4 @@
-"""REST for reports: pages to be read, printed, or fetched as PDF."""
+"""REST routes of reports, as HTML and PDF, and of note drafts."""
 
 from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
@@ -21,7 +21,7 @@ router = APIRouter(tags=["reports"])
 drafts = APIRouter(tags=["sessions"])
 
 _PRIVATE: Final = {
-    # A patient's papers stay in no cache, and tell no other site where they were read.
+    # No cache stores a patient's report, and no other site learns where it was read.
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -54,45 +54,65 @@ def _how(
 ThePrint = Annotated[Print, Depends(_how)]
 
 
-@router.get("/api/sessions/{session_id}/report.html", response_class=HTMLResponse, responses=_HTML)
+@router.get(
+    "/api/sessions/{session_id}/report.html",
+    summary="Get a session's report as HTML",
+    response_class=HTMLResponse,
+    responses=_HTML,
+)
 def get_session_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
-    """A session's report, to be read and printed. Until it is signed, it says so on every page."""
+    """Return a session's report as HTML, to be read and printed. Every page says if it is not signed."""
     with database.read() as reading:
         content = session.content(reading, session_id)
     return _shown(worker.build(rendering.session_page, content, how))
 
 
-@router.get("/api/sessions/{session_id}/report.pdf", response_class=Response, responses=_PDF)
+@router.get(
+    "/api/sessions/{session_id}/report.pdf",
+    summary="Get a session's report as PDF",
+    response_class=Response,
+    responses=_PDF,
+)
 def get_session_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> Response:
-    """The same as PDF, on A4."""
+    """Return a session's report as PDF on A4."""
     with database.read() as reading:
         content = session.content(reading, session_id)
     return _printed(worker.build(rendering.session_pdf, content, how), f"session-{content.started_at:%Y-%m-%d}")
 
 
-@router.get("/api/episodes/{episode_id}/report.html", response_class=HTMLResponse, responses=_HTML)
+@router.get(
+    "/api/episodes/{episode_id}/report.html",
+    summary="Get an episode's report as HTML",
+    response_class=HTMLResponse,
+    responses=_HTML,
+)
 def get_episode_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
-    """An episode's report, to be read and printed: assessments, trends, sessions."""
+    """Return an episode's report as HTML: assessments, trends and sessions."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
     return _shown(worker.build(rendering.episode_page, content, how))
 
 
-@router.get("/api/episodes/{episode_id}/report.pdf", response_class=Response, responses=_PDF)
+@router.get(
+    "/api/episodes/{episode_id}/report.pdf",
+    summary="Get an episode's report as PDF",
+    response_class=Response,
+    responses=_PDF,
+)
 def get_episode_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> Response:
-    """The same as PDF, on A4."""
+    """Return an episode's report as PDF on A4."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
     return _printed(worker.build(rendering.episode_pdf, content, how), f"episode-{how.at:%Y-%m-%d}")
 
 
-@drafts.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
+@drafts.get("/api/sessions/{session_id}/draft", summary="Draft a session's note", responses=PROBLEMS.of(404, 422))
 def get_note_draft(
     database: TheDatabase,
     session_id: UUID,
     language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
 ) -> Draft:
-    """A note from what was measured, to be read and edited; nothing is kept of it."""
+    """Return a note drafted from the measurements, to be read and edited. Nothing is stored."""
     with database.read() as reading:
         ended = service.as_session(service.get(reading, session_id))
     planned = ended.programme.items if ended.programme else []

@@ -1,4 +1,4 @@
-"""A session's rows as the content of its report."""
+"""Read the content of a session's report."""
 
 from datetime import datetime
 from uuid import UUID
@@ -30,7 +30,7 @@ from kata.reporting.content import (
 
 
 def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
-    """All that its report says.
+    """Return the content of the report.
 
     :raises ProblemError: 404.
     """
@@ -60,7 +60,7 @@ def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
 
 
 def report_patient(row: PatientRow) -> ReportPatient:
-    """Whose report it is."""
+    """Return the patient of a report."""
     return ReportPatient(row.name, row.kana, row.clinic_number, row.birth_date, row.sex)
 
 

@@ -1,4 +1,4 @@
-"""An episode's numbers over its weeks, as charts."""
+"""Charts of an episode's values over its weeks."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from kata.reporting.phrases import Phrases
 
 _DAY_S: Final = 86400.0
 _SHORTEST_TREND: Final = 2
-"""One reading is a number, not a trend."""
+"""A single value is no trend."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,12 @@ class Trends:
 
     @property
     def all(self) -> tuple[Chart, ...]:
-        """In the order in which they are shown."""
+        """In the order of the report."""
         return (*self.rom, *(chart for chart in (self.pain, self.spadi) if chart))
 
 
 def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
-    """Whatever was found on at least two days."""
+    """Return the charts of everything that was measured on at least two days."""
     visited = [visit.started_at for visit in content.visits]
     moments = sorted([*content.assessed_at, *visited])
     if not moments:
@@ -54,7 +54,7 @@ def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
 
 
 class _Axis:
-    """Days from the first thing that happened to the last."""
+    """Time axis in days from the first to the last date."""
 
     def __init__(self, first: datetime, last: datetime, phrases: Phrases) -> None:
         self._first = first
@@ -68,7 +68,7 @@ class _Axis:
         return (when - self._first).total_seconds() / _DAY_S
 
     def series(self, name: str, readings: Iterable[DatedValue]) -> DatedSeries:
-        """A curve; its points are readings."""
+        """Return a series of dated values."""
         found = list(readings)
         return DatedSeries(
             name, tuple(self._day(reading.at) for reading in found), tuple(reading.value for reading in found)

@@ -1,1 +1,1 @@
-"""Assessments: range of motion, pain and SPADI, as they were found on a day."""
+"""Assessments of one day: range of motion, pain and SPADI."""

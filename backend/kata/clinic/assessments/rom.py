@@ -1,12 +1,12 @@
-"""Range of motion: which motions are measured, with the arm where, what is plausible, and how far a healthy shoulder goes.
+"""Range of motion: the measured motions, the arm's position, plausible angles and the reference of a healthy shoulder.
 
-Reference angles are those of the Japanese Orthopaedic Association and the Japanese Association of Rehabilitation Medicine,
-"Indication and measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabil Med 32, 207-217 and 58,
-1188-1200; rotation with the arm raised sideways from its section on other methods. Rotation with the arm raised forward
-has none there: it is the reference of the apparatus' motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
+Reference angles are those of the Japanese Orthopaedic Association and the Japanese Association of Rehabilitation Medicine, "Indication and
+measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabil Med 32, 207-217 and 58, 1188-1200. The reference of
+rotation with the arm raised sideways is from its section on other methods. Rotation with the arm raised forward has no reference there; its
+value is that of the apparatus' motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
 
-The bounds tell a slip of the keys from a finding: beyond the most supple shoulder above, and below zero as far as a
-contracture can keep an arm from neutral.
+The bounds detect typing errors. The upper bound lies beyond the most supple shoulder. The lower bound is as far below zero as a contracture
+can keep an arm from neutral.
 """
 
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
 @dataclass(frozen=True)
 class Loinc:
-    """LOINC's codes of one motion; they say nothing of side and arm position."""
+    """LOINC codes of one motion. They do not state the side or the position of the arm."""
 
     active: str
     passive: str
@@ -43,11 +43,11 @@ class Loinc:
 
 @dataclass(frozen=True)
 class Measure:
-    """One motion with the arm in one position: what is measured, whichever side, actively or passively."""
+    """One motion with the arm in one position, for either side, active or passive."""
 
     motion: MotionId
     position: Position
-    """Empty where nothing is to be said of it."""
+    """Empty if the position does not matter."""
     english: str
     japanese: str
     lowest_deg: float
@@ -77,22 +77,22 @@ MEASURES: Final = (
     Measure("scapular_elevation", "", texts.ROM_SCAPULAR_ELEVATION(), "肩甲帯 挙上", -20, 60, 20),
     Measure("scapular_depression", "", texts.ROM_SCAPULAR_DEPRESSION(), "肩甲帯 引き下げ", -20, 60, 10),
 )
-"""In the order in which they are asked for and listed."""
+"""In the order in which the form asks for them."""
 
 _BY_KEY: Final[dict[tuple[str, str], Measure]] = {(measure.motion, measure.position): measure for measure in MEASURES}
 _PLACES: Final[dict[tuple[str, str], int]] = {key: place for place, key in enumerate(_BY_KEY)}
 
 
 def measure_of(motion: str, position: str) -> Measure | None:
-    """The measure of a motion with the arm in a position; None where there is no such thing."""
+    """Return the measure of a motion with the arm in a position, None if there is none."""
     return _BY_KEY.get((motion, position))
 
 
 def positions_of(motion: MotionId) -> tuple[Position, ...]:
-    """In which positions of the arm a motion is measured; only the empty one where nothing is to be said of it."""
+    """Return the positions of the arm in which a motion is measured. Only the empty one if the position does not matter."""
     return tuple(measure.position for measure in MEASURES if measure.motion == motion)
 
 
 def place_of(motion: str, position: str) -> int:
-    """Where in the order of :data:`MEASURES`; at the end for what an older version knew."""
+    """Return the place in :data:`MEASURES`. The end for a measure that only an older version knew."""
     return _PLACES.get((motion, position), len(MEASURES))

@@ -1,4 +1,4 @@
-"""Assessments as they go in and out."""
+"""Request and response models of assessments."""
 
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, Final, Self
@@ -15,18 +15,20 @@ from kata.types import By, Moment, Name, Note, Schema, Side
 _CLOCKS_DIFFER: Final = timedelta(minutes=5)
 _EARLIEST_YEAR: Final = 1990
 
-Pain = Annotated[int, Field(ge=0, le=10, description="0 is none, 10 the worst imaginable.", examples=[4])]
+Pain = Annotated[int, Field(ge=0, le=10, description="0 is no pain, 10 the worst imaginable pain.", examples=[4])]
 SpadiAnswer = Annotated[int, Field(ge=0, le=spadi.HIGHEST)]
 SpadiAnswers = Annotated[
     list[SpadiAnswer | None],
     Field(
         min_length=len(spadi.ITEMS),
         max_length=len(spadi.ITEMS),
-        description="The 13 items in their order, 0 to 10 each; null where one was not answered.",
+        description="Answers to the 13 items in their order, 0 to 10 each; null for an unanswered item.",
         examples=[[7, 8, 6, 5, 4, 5, 7, 4, 3, 3, 6, 7, None]],
     ),
 ]
-AssessedAt = Annotated[AwareDatetime, Field(description="When it was found. UTC.", examples=["2026-11-21T09:30:00Z"])]
+AssessedAt = Annotated[
+    AwareDatetime, Field(description="When the findings were taken. UTC.", examples=["2026-11-21T09:30:00Z"])
+]
 
 
 def _in_the_past(assessed_at: datetime | None) -> datetime | None:
@@ -38,19 +40,19 @@ def _in_the_past(assessed_at: datetime | None) -> datetime | None:
 
 
 class RomEntry(Schema):
-    """How far a shoulder went in one direction."""
+    """The angle that a shoulder reached in one direction."""
 
     side: Side
     motion: rom.MotionId
     kind: rom.Kind
     position: rom.Position = Field(
-        "", validate_default=True, description="Where the arm was; of rotation only. Empty for every other motion."
+        "", validate_default=True, description="Position of the arm, for rotation only. Empty for every other motion."
     )
     angle_deg: float = Field(
         ge=min(measure.lowest_deg for measure in rom.MEASURES),
         le=max(measure.highest_deg for measure in rom.MEASURES),
         allow_inf_nan=False,
-        description="Degrees; below zero where neutral is not reached. What is plausible depends on the motion.",
+        description="Degrees; negative if neutral is not reached. The plausible range depends on the motion.",
         examples=[125.0],
     )
 
@@ -81,7 +83,7 @@ class RomEntry(Schema):
 def _each_once(entries: list[RomEntry] | None) -> list[RomEntry] | None:
     keys = [(entry.side, entry.motion, entry.kind, entry.position) for entry in entries or []]
     if len(set(keys)) < len(keys):
-        raise PydanticCustomError("measured_twice", "must hold each side, motion, kind and position once")
+        raise PydanticCustomError("measured_twice", "must contain each side, motion, kind and position once")
     return entries
 
 
@@ -90,10 +92,10 @@ RomEntries = Annotated[list[RomEntry], Field(max_length=_MOST_ENTRIES)]
 
 
 class AssessmentCreate(Schema):
-    """What was found. Nothing has to be measured, but something."""
+    """A new assessment. It must contain at least one finding."""
 
     assessed_at: AssessedAt
-    assessed_by: By = Field("", description="You, unless somebody else is named.", examples=["Kimura Jun"])
+    assessed_by: By = Field("", description="Your name unless another is given.", examples=["Kimura Jun"])
     rom: RomEntries = Field(default_factory=list)
     pain_rest: Pain | None = None
     pain_active: Pain | None = None
@@ -108,14 +110,14 @@ class AssessmentCreate(Schema):
     @model_validator(mode="after")
     def _not_empty(self) -> Self:
         if not has_findings(self):
-            raise PydanticCustomError("nothing_found", "must hold something that was found")
+            raise PydanticCustomError("nothing_found", "must contain at least one finding")
         return self
 
 
 class AssessmentUpdate(Schema):
-    """Any part of it. What is given replaces what was there: ``rom`` all its entries, null what is taken back.
+    """A change of an assessment. A given field replaces the stored one: ``rom`` replaces all entries, null removes a value.
 
-    ``updated_at`` is the one the editor saw; if it has been changed since, nothing is saved.
+    ``updated_at`` is the version that the editor saw. If the assessment has changed since, nothing is saved.
     """
 
     updated_at: AwareDatetime = Field(description="UTC.", examples=["2026-11-21T09:30:00Z"])
@@ -134,24 +136,24 @@ class AssessmentUpdate(Schema):
 
 
 class AssessmentWithdraw(Schema):
-    """It was entered by mistake."""
+    """Withdraw an assessment that was entered by mistake."""
 
     updated_at: AwareDatetime = Field(
-        description="The one that was seen: what has been changed since is not withdrawn. UTC.",
+        description="The version that the user saw. An assessment that has changed since is not withdrawn. UTC.",
         examples=["2026-11-21T09:30:00Z"],
     )
 
 
 class SpadiScore(Schema):
-    """0 is none, 100 the worst; null where more than two items of a subscale were left unanswered."""
+    """Scores from 0 (none) to 100 (worst). Null if more than two items of a subscale are unanswered."""
 
     pain: float | None = Field(ge=0, le=100)
     disability: float | None = Field(ge=0, le=100)
-    total: float | None = Field(ge=0, le=100, description="The mean of both.", examples=[54.6])
+    total: float | None = Field(ge=0, le=100, description="The mean of both subscales.", examples=[54.6])
 
 
 class Assessment(Schema):
-    """What was found on a day."""
+    """The findings of one day."""
 
     id: UUID
     episode_id: UUID
@@ -163,23 +165,23 @@ class Assessment(Schema):
     pain_passive: Pain | None
     pain_average: Pain | None = Field(description="Over the last week.")
     spadi: SpadiAnswers | None
-    spadi_score: SpadiScore | None = Field(description="Null where it was not asked.")
+    spadi_score: SpadiScore | None = Field(description="Null if the questionnaire was not asked.")
     note: str
     updated_at: Moment
-    withdrawn_at: Moment | None = Field(description="When it was said to have been entered by mistake. UTC.")
+    withdrawn_at: Moment | None = Field(description="When it was marked as entered by mistake. UTC.")
 
 
 class AssessmentPage(Schema):
-    """Some of them, newest first; withdrawn ones are among them."""
+    """One page of assessments, newest first, with the withdrawn ones."""
 
     items: list[Assessment]
     next: Next
 
 
 class EpisodeAssessments(AssessmentPage):
-    """An episode's, and what they are held against."""
+    """An episode's assessments with their baseline."""
 
-    baseline: Assessment | None = Field(description="The first that was not withdrawn.")
+    baseline: Assessment | None = Field(description="The first assessment that was not withdrawn.")
 
 
 class RomMeasure(Schema):
@@ -189,13 +191,13 @@ class RomMeasure(Schema):
     position: rom.Position
     name: str = Field(examples=["External rotation, arm at the side"])
     name_ja: str = Field(examples=["外旋(1st)"])
-    lowest_deg: float = Field(description="Less is not plausible, degrees.")
-    highest_deg: float = Field(description="More is not plausible, degrees.")
-    reference_deg: float = Field(description="Of a healthy shoulder, degrees.")
+    lowest_deg: float = Field(description="Lowest plausible angle, degrees.")
+    highest_deg: float = Field(description="Highest plausible angle, degrees.")
+    reference_deg: float = Field(description="Reference of a healthy shoulder, degrees.")
 
 
 class SpadiItem(Schema):
-    """One question, in words of our own."""
+    """One question, in our own words."""
 
     subscale: spadi.Subscale
     text: str = Field(examples=["Washing the hair"])
@@ -203,16 +205,16 @@ class SpadiItem(Schema):
 
 
 class AssessmentForm(Schema):
-    """What an assessment may hold, in the order in which it is asked for."""
+    """The content of an assessment, in the order of the form."""
 
     rom: list[RomMeasure]
     spadi: list[SpadiItem]
-    spadi_perhaps_important: float = Field(ge=0, le=100, description="Less of a change is not important to patients.")
-    spadi_important: float = Field(ge=0, le=100, description="As much of a change, or more, is.")
+    spadi_perhaps_important: float = Field(ge=0, le=100, description="A smaller change is not important to patients.")
+    spadi_important: float = Field(ge=0, le=100, description="A change of this size or more is important to patients.")
 
 
 def has_findings(assessment: "AssessmentCreate | Assessment") -> bool:
-    """Whether anything stands in it."""
+    """True if the assessment contains a finding."""
     pains = (assessment.pain_rest, assessment.pain_active, assessment.pain_passive, assessment.pain_average)
     answered = any(answer is not None for answer in assessment.spadi or [])
     return bool(assessment.rom or assessment.note or answered or any(pain is not None for pain in pains))

@@ -1,4 +1,4 @@
-"""What is done with assessments. Commits nothing: the request does."""
+"""Read and write assessments. The caller commits."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -34,7 +34,7 @@ _MAY_BE_EMPTIED: Final = {"pain_rest", "pain_active", "pain_passive", "pain_aver
 
 
 def form() -> AssessmentForm:
-    """What may be asked for."""
+    """Return the content of the form."""
     measures = [
         RomMeasure(
             motion=measure.motion,
@@ -53,7 +53,7 @@ def form() -> AssessmentForm:
 
 
 def episode_of(session: Session, episode_id: UUID) -> EpisodeRow:
-    """The episode that is assessed.
+    """Return the episode.
 
     :raises ProblemError: 404.
     """
@@ -64,7 +64,7 @@ def episode_of(session: Session, episode_id: UUID) -> EpisodeRow:
 
 
 def get(session: Session, assessment_id: UUID) -> AssessmentRow:
-    """One assessment.
+    """Return one assessment.
 
     :raises ProblemError: 404.
     """
@@ -77,7 +77,7 @@ def get(session: Session, assessment_id: UUID) -> AssessmentRow:
 def of_episode(
     session: Session, episode_id: UUID, limit: int, after: str | None
 ) -> tuple[Sequence[AssessmentRow], str | None, AssessmentRow | None]:
-    """An episode's, newest first; where the next page begins; and the first of them all that was not withdrawn.
+    """Return a page of an episode's assessments (newest first), the next cursor and the first assessment that was not withdrawn.
 
     :raises ProblemError: 404; 422 when ``after`` is damaged.
     """
@@ -95,7 +95,7 @@ def of_episode(
 def of_patient(
     session: Session, patient_id: UUID, limit: int, after: str | None
 ) -> tuple[Sequence[AssessmentRow], str | None]:
-    """Those of all of a patient's episodes, newest first; and where the next page begins.
+    """Return a page of the assessments of all of a patient's episodes (newest first) and the next cursor.
 
     :raises ProblemError: 404; 422 when ``after`` is damaged.
     """
@@ -104,7 +104,7 @@ def of_patient(
 
 
 def create(session: Session, episode_id: UUID, found: AssessmentCreate) -> AssessmentRow:
-    """Keep what was found.
+    """Store an assessment.
 
     :raises ProblemError: 404; 409 for an archived patient.
     """
@@ -127,9 +127,9 @@ def create(session: Session, episode_id: UUID, found: AssessmentCreate) -> Asses
 
 
 def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> AssessmentRow:
-    """Change what is given, leave the rest.
+    """Change the given fields only.
 
-    :raises ProblemError: 404; 409 when somebody else changed it meanwhile, or it was withdrawn; 422 when nothing is left.
+    :raises ProblemError: 404; 409 when it was changed meanwhile, or it was withdrawn; 422 when nothing is left.
     """
     row = _to_change(session, assessment_id, given.updated_at)
     if row.withdrawn_at:
@@ -148,9 +148,9 @@ def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> As
 
 
 def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
-    """It was entered by mistake; from now on it counts for nothing, and can still be seen. Once.
+    """Withdraw an assessment that was entered by mistake. It remains visible and counts for nothing. A repeated call changes nothing.
 
-    :raises ProblemError: 404; 409 when somebody else changed it meanwhile.
+    :raises ProblemError: 404; 409 when it was changed meanwhile.
     """
     if (row := get(session, assessment_id)).withdrawn_at:
         return row
@@ -161,7 +161,10 @@ def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> Assessmen
 
 
 def as_assessment(row: AssessmentRow) -> Assessment:
-    """As it goes out. What an older version may have stored and this one does not know is left out, the rest stays readable."""
+    """Return the response model.
+
+    Measures of an older version that this version does not know are left out, so that the rest stays readable.
+    """
     entries = sorted(row.rom, key=lambda row: (rom.place_of(row.motion, row.position), row.side, row.kind))
     scored = SpadiScore(**asdict(spadi.score(row.spadi))) if row.spadi else None
     return Assessment(
@@ -190,7 +193,7 @@ def _find(
 
 
 def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
-    """Locked on PostgreSQL, where two could otherwise find the same version and both save; SQLite has one writer."""
+    """Lock the row on PostgreSQL, where two requests could otherwise save over the same version. SQLite has one writer."""
     row = session.get(AssessmentRow, assessment_id, with_for_update=True, populate_existing=True)
     if row is None:
         raise not_found(texts.ASSESSMENT_NOT_FOUND)
@@ -200,7 +203,7 @@ def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> Assessm
 
 
 def _entry(row: RomRow) -> RomEntry:
-    """Not judged again: what was stored when other bounds held is still to be read."""
+    """Return a stored entry without validation: it may have been stored under other bounds."""
     stored: dict[str, Any] = {"side": row.side, "motion": row.motion, "kind": row.kind, "position": row.position}
     return RomEntry.model_construct(**stored, angle_deg=row.angle_deg)
 

@@ -1,12 +1,12 @@
-"""Shoulder Pain and Disability Index: its 13 items, their score, and which change of it matters.
+"""Shoulder Pain and Disability Index (SPADI): its 13 items, their score, and the change that matters.
 
-Roach, Budiman-Mak, Songsiridej and Lertratanakul 1991, Arthritis Care Res 4(4), 143-149; items answered 0 to 10 as in
-Williams, Holleman and Simel 1995, J Rheumatol 22(4), 727-732. The items stand here in words of our own, as a reminder
-for whoever types the answers in: the patient fills in the questionnaire itself.
+Roach, Budiman-Mak, Songsiridej and Lertratanakul 1991, Arthritis Care Res 4(4), 143-149; items answered 0 to 10 as in Williams, Holleman
+and Simel 1995, J Rheumatol 22(4), 727-732. The item texts are our own words. They remind the person who types the answers in; the patient
+fills in the questionnaire itself.
 
-What does not apply to a patient, or was not answered, is left out of its subscale's sum and of what that could have come to; the
-total is the mean of both subscales (Roach et al.). Some printed forms divide the sum of all 13 by 130 instead, which weighs
-disability more: their totals are not to be mixed with these.
+An item that does not apply or is unanswered is left out of its subscale's sum and of the highest possible sum. The total is the mean of
+both subscales (Roach et al.). Some printed forms divide the sum of all 13 items by 130, which weighs disability more. Do not mix their
+totals with these.
 """
 
 from collections.abc import Sequence
@@ -16,16 +16,18 @@ from typing import Final, Literal
 Subscale = Literal["pain", "disability"]
 HIGHEST: Final = 10
 MOST_UNANSWERED: Final = 2
-"""A subscale with more than these unanswered has no score."""
+"""A subscale with more unanswered items has no score."""
 IMPORTANT_CHANGE: Final = (8.0, 13.0)
-"""Between these lies the least change that patients call important: Roy, MacDermid and Woodhouse 2009, Arthritis Rheum
-61(5), 623-632. Less is not, more is. (Of a single patient a change below 17 or 18 may also be chance: the same; Tveita et al.
-2008, BMC Musculoskelet Disord 9, 161, in adhesive capsulitis.)"""
+"""The least change that patients call important lies between these: Roy, MacDermid and Woodhouse 2009, Arthritis Rheum 61(5), 623-632.
+
+A smaller change is not important, a larger one is. (For a single patient a change below 17 or 18 may also be chance: the same authors;
+Tveita et al. 2008, BMC Musculoskelet Disord 9, 161, in adhesive capsulitis.)
+"""
 
 
 @dataclass(frozen=True)
 class Item:
-    """What is asked, in our own words."""
+    """One question, in our own words."""
 
     subscale: Subscale
     english: str
@@ -51,16 +53,16 @@ ITEMS: Final = (
 
 @dataclass(frozen=True)
 class Score:
-    """0 is none, 100 the worst. None where too much was left unanswered."""
+    """Scores from 0 (none) to 100 (worst). None if too many items are unanswered."""
 
     pain: float | None
     disability: float | None
     total: float | None
-    """The mean of both."""
+    """The mean of both subscales."""
 
 
 def score(answers: Sequence[int | None]) -> Score:
-    """The score of 13 answers in the items' order, 0 to 10 each, None where it was not answered."""
+    """Return the score of 13 answers in the items' order, 0 to 10 each, None if unanswered."""
     pain, disability = (_subscale(answers, subscale) for subscale in ("pain", "disability"))
     total = None if pain is None or disability is None else (pain + disability) / 2
     return Score(pain, disability, total)

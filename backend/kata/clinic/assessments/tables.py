@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class AssessmentRow(Base):
-    """What was found on a day. Withdrawn when it was entered by mistake, never deleted."""
+    """The findings of one day. An assessment entered by mistake is withdrawn, never deleted."""
 
     __tablename__ = "assessments"
 
@@ -25,7 +25,7 @@ class AssessmentRow(Base):
     pain_average: Mapped[int | None]
     """0 to 10; the average over the last week."""
     spadi: Mapped[list[int | None] | None] = mapped_column(JSON(none_as_null=True))
-    """Its 13 items in their order, 0 to 10 each, None where it was not answered."""
+    """Answers to the 13 items in their order, 0 to 10 each, None if unanswered."""
     spadi_score: Mapped[float | None]
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     withdrawn_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
@@ -34,7 +34,7 @@ class AssessmentRow(Base):
 
 
 class RomRow(Base):
-    """How far a shoulder went in one direction."""
+    """The angle that a shoulder reached in one direction."""
 
     __tablename__ = "rom_measurements"
 
@@ -44,5 +44,5 @@ class RomRow(Base):
     kind: Mapped[str] = mapped_column(String(8), primary_key=True)
     """Active or passive."""
     position: Mapped[str] = mapped_column(String(32), primary_key=True)
-    """Where the arm was meanwhile; of importance for rotation. Empty where nothing is to be said."""
+    """Position of the arm during the measurement; it matters for rotation. Empty if it does not matter."""
     angle_deg: Mapped[float]

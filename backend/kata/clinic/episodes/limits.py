@@ -1,7 +1,8 @@
-"""A doctor's limits, held against what is about to be played.
+"""Check a planned motion against a doctor's limits.
 
-They are of the body's angles. What is one motor's alone the device is told as well, and refuses setpoints beyond it; motions 1
-and 2, which both turn on motors 1 and 2, and which of its two motions motor 4 makes, are looked at here, before anything moves.
+The limits apply to the body's angles. The device also receives the limits that belong to one motor alone, and refuses setpoints beyond
+them. This module checks the others before anything moves: motions 1 and 2, which both turn motors 1 and 2, and which of its two motions
+motor 4 makes.
 """
 
 import math
@@ -29,33 +30,33 @@ from kata.motion.trajectory import Trajectory
 from kata.types import side_of
 
 MotorLimits = tuple[tuple[float, float], ...]
-"""Lowest and highest angle of each motor, or none at all (:attr:`kata.device.messages.Load.limits_deg`)."""
+"""Lowest and highest angle of each motor, or empty (:attr:`kata.device.messages.Load.limits_deg`)."""
 
 _STEP_S: Final = 0.01
-"""Setpoints are no closer together."""
+"""The smallest distance of two setpoints."""
 _FREE_DEG: Final = (-360.0, 360.0)
-"""No motor goes so far."""
+"""No motor can reach these angles."""
 _SCAPULA: Final = (1, 2)
 _MOTOR_4: Final = (3, 5)
 
 
 @dataclass(frozen=True)
 class DoctorLimits:
-    """What a doctor allows a shoulder."""
+    """A doctor's limits for one shoulder."""
 
     side: Side
     by: str
     """The doctor who set the limits."""
     max_load_level: int | None
     max_speed_deg_s: float | None
-    """Of every motor (:attr:`kata.device.messages.Load.max_speed_deg_s`)."""
+    """For every motor (:attr:`kata.device.messages.Load.max_speed_deg_s`)."""
     motions: tuple[MotionLimit, ...]
 
     def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:
-        """Refuse what is not allowed. Needs no database, and seconds for a motion of an hour.
+        """Refuse a run beyond the limits. Needs no database. Takes seconds for a motion of an hour.
 
         :param motion: what the run asks of the motors.
-        :returns: what of it the device can keep an eye on itself.
+        :returns: the limits that the device itself can check.
         :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
         """
         if self.max_load_level is not None and load_level > self.max_load_level:
@@ -69,7 +70,7 @@ class DoctorLimits:
         return _of_motors(self._by_motion)
 
     def check_path(self, motion: Motion, method: Method) -> None:
-        """As :meth:`check`, of angles and speeds alone: of a programme's item, whose level is looked at without its samples.
+        """Check angles and speeds only, for a programme's item. Its load level is checked without its samples.
 
         :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
         """
@@ -87,7 +88,7 @@ class DoctorLimits:
 
 
 def allowed(session: Session, patient_id: UUID, side: Side) -> DoctorLimits:
-    """What a doctor allows this shoulder.
+    """Return the doctor's limits for this shoulder.
 
     :raises ProblemError: 409 without an open episode of it.
     """
@@ -104,7 +105,7 @@ def allowed(session: Session, patient_id: UUID, side: Side) -> DoctorLimits:
 
 
 def of_episode(episode: EpisodeRow) -> DoctorLimits:
-    """What a doctor allows the shoulder of this episode."""
+    """Return the doctor's limits for the shoulder of this episode."""
     motions = tuple(map(MotionLimit.model_validate, episode.limits))
     return DoctorLimits(
         side=side_of(episode.side),
@@ -123,7 +124,7 @@ def _check_speed(path: Trajectory, limit_deg_s: float, doctor: str) -> None:
         raise ProblemError(
             422,
             "too_fast_for_doctor",
-            # Rounded up, so that a refused speed never reads like an allowed one.
+            # Rounded up: a refused speed must not read like an allowed one.
             texts.MOTOR_FASTER_THAN_ALLOWED(
                 motor=axis + 1,
                 speed_deg_s=math.ceil(fastest * 10) / 10,
@@ -151,7 +152,7 @@ def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, do
         worst = int(np.argmax(beyond))
         if beyond[worst] > 0:
             over = angle[worst] > highest
-            # Away from the limit, so that what is refused never reads like what is allowed.
+            # Rounded beyond the limit: a refused angle must not read like an allowed one.
             shown = (math.ceil if over else math.floor)(angle[worst] * 10) / 10
             name = Text(basic.name.lower(), basic.name.key)
             beyond_limit = {
@@ -180,7 +181,7 @@ def _body(motors_deg: Floats, side: Side) -> Floats:
 
 
 def _of_motors(limits: dict[int, MotionLimit]) -> MotorLimits:
-    """Of motor 4 only what neither of its motions may leave."""
+    """Return the limits per motor. For motor 4 only what neither of its two motions may exceed."""
     if not any(motion in limits for motion in (3, 4, 5, 6)):
         return ()
     return tuple(_of_motor(motor, limits) for motor in AXES)

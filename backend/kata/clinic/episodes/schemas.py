@@ -1,4 +1,4 @@
-"""Episodes of care as they go in and out."""
+"""Request and response models of episodes of care."""
 
 from typing import Annotated, Final, Literal, Self
 from uuid import UUID
@@ -18,21 +18,21 @@ _HIGHEST_DEG: Final = max(motion.range_deg[1] for motion in BASIC_MOTIONS)
 
 
 class MotionLimit(Schema):
-    """How far a doctor lets one of the six basic motions go, in the body's angle."""
+    """A doctor's limit of one of the six basic motions, in the body's angle."""
 
-    motion: int = Field(ge=1, le=6, description="Its row of Table 2 of Sun et al. (2025).", examples=[4])
+    motion: int = Field(ge=1, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
     lowest_deg: float | None = Field(
         None,
         ge=_LOWEST_DEG,
         le=_HIGHEST_DEG,
-        description="Degrees; null: as far as the apparatus goes.",
+        description="Degrees; null: the apparatus' own limit.",
         examples=[0.0],
     )
     highest_deg: float | None = Field(
         None,
         ge=_LOWEST_DEG,
         le=_HIGHEST_DEG,
-        description="Degrees; null: as far as the apparatus goes.",
+        description="Degrees; null: the apparatus' own limit.",
         examples=[90.0],
     )
 
@@ -46,7 +46,7 @@ class MotionLimit(Schema):
 
 
 class _Given(Schema):
-    """What both opening and changing may say."""
+    """Fields that opening and changing have in common."""
 
     @model_validator(mode="after")
     def _each_motion_once(self) -> Self:
@@ -64,17 +64,17 @@ _SPEED: Final = (
 )
 _DOCTOR: Final = "The doctor who set the limits: needed where there are any."
 SPEED_RANGE_DEG_S: Final = (1.0, 150.0)
-"""A slower limit makes an approach last minutes; no station moves a motor faster than the highest."""
+"""A lower limit makes an approach last minutes. No station moves a motor faster than the highest."""
 SpeedLimit = Annotated[float, Field(ge=SPEED_RANGE_DEG_S[0], le=SPEED_RANGE_DEG_S[1])]
 Limits = Annotated[list[MotionLimit], Field(max_length=len(BASIC_MOTIONS), description=_LIMITS)]
 
 
 class EpisodeCreate(_Given):
-    """What is known when the care of a shoulder begins."""
+    """A new episode of care."""
 
     side: Side
     diagnosis: Diagnosis = Field("", examples=["Adhesive capsulitis"])
-    onset_on: PastDay | None = Field(None, description="When the trouble began.", examples=["2026-05-01"])
+    onset_on: PastDay | None = Field(None, description="When the complaint began.", examples=["2026-05-01"])
     contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
     limits: Limits = Field(default_factory=list)
     max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
@@ -83,7 +83,7 @@ class EpisodeCreate(_Given):
 
 
 class EpisodeUpdate(_Given):
-    """Any part of it. ``updated_at`` is the one the editor saw; if the episode has changed since, nothing is saved."""
+    """A change of an episode. ``updated_at`` is the version that the editor saw. If the episode has changed since, nothing is saved."""
 
     diagnosis: Diagnosis | None = None
     onset_on: PastDay | None = None
@@ -96,21 +96,21 @@ class EpisodeUpdate(_Given):
 
 
 class EpisodeClose(Schema):
-    """How the care of a shoulder ended."""
+    """The end of an episode."""
 
     closing_note: Note = Field("", examples=["Discharged: full range, no pain."])
     updated_at: Moment | None = None
 
 
 class StageCreate(Schema):
-    """From a day on, the shoulder is in a stage."""
+    """The stage of a shoulder from a day on."""
 
     stage: StageName
     since: PastDay = Field(examples=["2026-08-01"])
 
 
 class Stage(StageCreate):
-    """A stage that was noted."""
+    """A recorded stage."""
 
     id: UUID
     noted_at: Moment
@@ -133,11 +133,11 @@ class Episode(Schema):
     closed_at: Moment | None
     closing_note: str
     updated_at: Moment
-    stage: Stage | None = Field(description="The newest one; null where none was noted.")
-    stages: list[Stage] = Field(description="In the order of their days.")
+    stage: Stage | None = Field(description="The newest stage; null if none is recorded.")
+    stages: list[Stage] = Field(description="Ordered by day.")
 
 
 class EpisodeList(Schema):
-    """A patient's episodes: those that go on first, then by when they were opened, newest first."""
+    """A patient's episodes: open ones first, then the newest first."""
 
     items: list[Episode]

@@ -1,4 +1,4 @@
-"""What is done with episodes of care. Commits nothing: the request does."""
+"""Read and write episodes of care. The caller commits."""
 
 from datetime import date
 from typing import Final
@@ -22,7 +22,7 @@ _MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level", "max_speed_deg_s"}
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[EpisodeRow]:
-    """A patient's episodes: those that go on first, then the newest first.
+    """Return a patient's episodes: open ones first, then the newest first.
 
     :raises ProblemError: 404.
     """
@@ -31,7 +31,7 @@ def of_patient(session: Session, patient_id: UUID) -> list[EpisodeRow]:
 
 
 def get(session: Session, episode_id: UUID) -> EpisodeRow:
-    """One episode.
+    """Return one episode.
 
     :raises ProblemError: 404.
     """
@@ -42,15 +42,15 @@ def get(session: Session, episode_id: UUID) -> EpisodeRow:
 
 
 def open_episode(session: Session, patient_id: UUID, side: str) -> EpisodeRow | None:
-    """The open episode of a shoulder: there is one at most."""
+    """Return the open episode of a shoulder. There is at most one."""
     query = select(EpisodeRow).where(EpisodeRow.patient_id == patient_id, EpisodeRow.side == side)
     return session.scalars(query.where(EpisodeRow.closed_at.is_(None))).first()
 
 
 def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> EpisodeRow:
-    """Begin the care of a shoulder.
+    """Open an episode of care.
 
-    :raises ProblemError: 404; 409 for an archived patient, and while that shoulder's episode goes on; 422 where limits have no
+    :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode; 422 where limits have no
         doctor, or a day lies before birth.
     """
     patient = patients.get(session, patient_id, to_change=True)
@@ -65,9 +65,9 @@ def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> Episo
 
 
 def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeRow:
-    """Change what is given, leave the rest.
+    """Change the given fields only.
 
-    :raises ProblemError: 404; 409 when it is closed, or somebody else changed it meanwhile; 422 where limits have no doctor, or
+    :raises ProblemError: 404; 409 when it is closed, or it was changed meanwhile; 422 where limits have no doctor, or
         the onset lies before birth.
     """
     row, patient = _to_change(session, episode_id)
@@ -82,9 +82,9 @@ def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeR
 
 
 def close(session: Session, episode_id: UUID, given: EpisodeClose) -> EpisodeRow:
-    """End the care of a shoulder, once.
+    """Close an episode of care.
 
-    :raises ProblemError: 404; 409 when it is closed, somebody else changed it meanwhile, or a session in it is open.
+    :raises ProblemError: 404; 409 when it is closed, it was changed meanwhile, or a session in it is open.
     """
     row, _ = _to_change(session, episode_id)
     _must_go_on(row)
@@ -98,9 +98,9 @@ def close(session: Session, episode_id: UUID, given: EpisodeClose) -> EpisodeRow
 
 
 def reopen(session: Session, episode_id: UUID) -> EpisodeRow:
-    """Go on with it; the closing note stays to be read, and is written anew at the next closing.
+    """Reopen an episode. The closing note stays until the next closing replaces it.
 
-    :raises ProblemError: 404; 409 for an archived patient, and while an episode of that shoulder goes on.
+    :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode.
     """
     row, patient = _to_change(session, episode_id)
     _may_open(session, patient, row.side)
@@ -110,9 +110,9 @@ def reopen(session: Session, episode_id: UUID) -> EpisodeRow:
 
 
 def add_stage(session: Session, episode_id: UUID, given: StageCreate) -> EpisodeRow:
-    """Note that from a day on the shoulder is in a stage.
+    """Record the stage of the shoulder from a day on.
 
-    :raises ProblemError: 404; 409 when the episode is closed, or a stage is noted for that day already; 422 before birth.
+    :raises ProblemError: 404; 409 when the episode is closed, or a stage is already recorded for that day; 422 before birth.
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
@@ -126,7 +126,7 @@ def add_stage(session: Session, episode_id: UUID, given: StageCreate) -> Episode
 
 
 def remove_stage(session: Session, episode_id: UUID, stage_id: UUID) -> EpisodeRow:
-    """Take back a stage that was noted by mistake.
+    """Remove a stage that was recorded by mistake.
 
     :raises ProblemError: 404; 409 when the episode is closed.
     """
@@ -142,7 +142,10 @@ def remove_stage(session: Session, episode_id: UUID, stage_id: UUID) -> EpisodeR
 
 
 def _to_change(session: Session, episode_id: UUID) -> tuple[EpisodeRow, PatientRow]:
-    """With its patient, whose record nobody else changes until this is committed: of two who open one, the second is told."""
+    """Return the episode with its patient.
+
+    The patient's row is locked until the commit: of two requests that open an episode, the second is refused.
+    """
     patient_id = get(session, episode_id).patient_id
     patient = patients.get(session, patient_id, to_change=True)
     patients.check_not_erased(patient)

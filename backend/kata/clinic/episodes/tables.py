@@ -22,10 +22,10 @@ class EpisodeRow(Base):
     onset_on: Mapped[date | None]
     contraindications: Mapped[str] = mapped_column(Text, default="")
     limits: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
-    """What a doctor has set, one entry a motion of Table 2 (:class:`kata.clinic.episodes.schemas.MotionLimit`)."""
+    """The doctor's limits, at most one entry per motion of Table 2 (:class:`kata.clinic.episodes.schemas.MotionLimit`)."""
     max_load_level: Mapped[int | None]
     max_speed_deg_s: Mapped[float | None]
-    """No motor is moved faster, approach and return included. None: as fast as the station allows."""
+    """Highest speed of every motor, approach and return included. None: the station's own limit."""
     limits_by: Mapped[str] = mapped_column(String(100), default="")
     """The doctor who set the limits."""
     opened_at: Mapped[datetime] = mapped_column(UtcDateTime)
@@ -37,12 +37,12 @@ class EpisodeRow(Base):
 
     @property
     def stage(self) -> "StageRow | None":
-        """The newest one noted."""
+        """The newest stage."""
         return self.stages[-1] if self.stages else None
 
 
 class StageRow(Base):
-    """From a day on, the shoulder was in a stage: freezing, frozen or thawing."""
+    """The stage of the shoulder from a day on: freezing, frozen or thawing."""
 
     __tablename__ = "stages"
 

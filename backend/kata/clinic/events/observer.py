@@ -1,4 +1,4 @@
-"""What the device tells, made into rows to write down: its events, what stopped it, and that its emergency stop was tried."""
+"""Turn the device's telemetry into rows: events, alarms and emergency-stop tests."""
 
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -12,14 +12,14 @@ from kata.station.schemas import EventLive, Live, TextKey
 from kata.station.station import Occupation
 
 ESTOP_TESTED: Final = "estop_tested"
-"""The emergency stop was pressed, and released again."""
+"""The emergency stop was pressed and released."""
 _REPORTED_AS_ALARM: Final = "fault"
-"""The device's event for what the live state tells with category, motor and when it is over."""
+"""The device's event for a fault. The live state reports the same fault with category, motor and end."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NewDeviceEvent:
-    """A row of ``device_events``; its id is made here, so that however often it is tried it is written once."""
+    """A new row of ``device_events``. Its id is generated here, so a repeated write stores it once."""
 
     id: UUID = field(default_factory=uuid4)
     station: str
@@ -37,17 +37,17 @@ class NewDeviceEvent:
 
 @dataclass(frozen=True)
 class AlarmsEnded:
-    """These alarms were acknowledged."""
+    """Acknowledgement of alarms."""
 
     ids: tuple[UUID, ...]
     at: datetime
 
 
 class Observer:
-    """Looks at one station. No database, no waiting."""
+    """Observe one station. Uses no database and never blocks."""
 
     def __init__(self, station: str) -> None:
-        """``station`` is its name."""
+        """``station`` is the station's name."""
         self._station = station
         self._occupation: Occupation | None = None
         self._run_id: UUID | None = None
@@ -55,22 +55,22 @@ class Observer:
         self._pressed = False
 
     def observe_event(self, event: EventLive) -> list[NewDeviceEvent]:
-        """One of the device's events."""
+        """Return the rows for one event of the device."""
         if event.code == _REPORTED_AS_ALARM:
             return []
         return [self._new_event(event.at, "event", event.code, _text(event.message, event.message_key))]
 
     def observe_state(self, live: Live, occupation: Occupation | None) -> list[NewDeviceEvent | AlarmsEnded]:
-        """What is new in the state, seen again and again."""
+        """Return the rows for what is new in the state. Call it with every state."""
         if live.device != "running":
-            # What was latched has gone with its control program; whatever the next one finds is told again.
+            # The alarms ended with their control program. The next control program reports its own.
             self._pressed = False
             return self._end_alarms()
         self._attribute(live, occupation)
         return [*self._alarms_of(live), *self._estop_of(live)]
 
     def _attribute(self, live: Live, occupation: Occupation | None) -> None:
-        """A stop belongs to whoever was on the apparatus when it came, although it has ended their run."""
+        """Attribute a stop to the session that was on the apparatus when it came, although the stop ended its run."""
         running = live.run or live.teaching
         if running:
             self._occupation = occupation

@@ -1,4 +1,4 @@
-"""A listener of the station's telemetry that has everything written down."""
+"""Record the station's telemetry."""
 
 import asyncio
 import logging
@@ -14,12 +14,12 @@ log = logging.getLogger(__name__)
 
 @asynccontextmanager
 async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnded], None]) -> AsyncIterator[None]:
-    """While the context lasts, what the station tells is put down; at its end, what was told last too. ``put`` returns at once."""
+    """Pass the station's events to ``put`` while the context lasts, the last ones at its end. ``put`` returns at once."""
     observer = Observer(station.info.name)
 
     def take(subscription: Subscription) -> None:
         if subscription.overflown:
-            log.error("the service was too busy to hear every event of the device; some are not written down")
+            log.error("the service was too busy for all events of the device; some are not recorded")
             subscription.overflown = False
         for item in observer.observe_state(station.live(), station.occupation):
             put(item)
@@ -36,8 +36,8 @@ async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnde
             try:
                 take(subscription)
             except Exception:
-                # What is written down about the apparatus must never keep anybody from using it.
-                log.exception("what the device told is not written down")
+                # A failure to record events must never block the use of the apparatus.
+                log.exception("device events could not be recorded")
 
     with station.subscribed() as subscription:
         listening = asyncio.create_task(listen(subscription), name="device events")

@@ -1,4 +1,4 @@
-"""REST for what happened on the apparatus."""
+"""REST routes of the apparatus' events."""
 
 from typing import Annotated
 from uuid import UUID
@@ -15,7 +15,7 @@ from kata.pagination import After, Limit
 router = APIRouter(tags=["events"])
 
 
-@router.get("/api/events", responses=PROBLEMS.of(422))
+@router.get("/api/events", summary="List device events", responses=PROBLEMS.of(422))
 def list_events(
     database: TheDatabase,
     actor: TheActor,
@@ -27,8 +27,9 @@ def list_events(
     after: After = None,
     limit: Limit = 50,
 ) -> DeviceEventPage:
-    """What the device told, newest first: every event, and every alarm with when it was acknowledged. Whose arm it was is told to
-    whom that patient's record is open.
+    """Return the device's events, newest first.
+
+    An alarm has the time of its acknowledgement. The patient is named only to users who may see that record.
     """
     with database.read() as session:
         rows, following = service.find(

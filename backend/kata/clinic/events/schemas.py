@@ -1,4 +1,4 @@
-"""Device events as they go out."""
+"""Response models of device events."""
 
 from typing import Literal
 from uuid import UUID
@@ -13,7 +13,7 @@ EventKind = Literal["alarm", "event"]
 
 
 class DeviceEvent(Schema):
-    """Something that the device told; an alarm where it stopped something."""
+    """An event of the device. An alarm has stopped something."""
 
     id: UUID
     station: str = Field(examples=["Station 1"])
@@ -22,20 +22,20 @@ class DeviceEvent(Schema):
     code: str = Field(examples=["estop_pressed"])
     message: str = Field(examples=["The emergency stop was pressed."])
     message_key: OptionalKey = None
-    category: int | None = Field(ge=0, le=2, description="Of the stop, where it is an alarm.")
-    axis: int | None = Field(ge=1, le=5, description="Motor number, where it belongs to one.")
+    category: int | None = Field(ge=0, le=2, description="Category of the stop, for an alarm.")
+    axis: int | None = Field(ge=1, le=5, description="Motor number, if it belongs to a motor.")
     patient_id: UUID | None
     session_id: UUID | None
     run_id: UUID | None
-    ended_at: Moment | None = Field(description="When an alarm was acknowledged, its cause gone.")
+    ended_at: Moment | None = Field(description="When an alarm was acknowledged after its cause had gone.")
 
     def of_nobody(self) -> "DeviceEvent":
-        """What happened, and not to whom."""
+        """Return the event without patient, session and run."""
         return self.model_copy(update=dict.fromkeys(("patient_id", "session_id", "run_id")))
 
 
 class DeviceEventPage(Schema):
-    """Some of the events that match, newest first."""
+    """One page of matching events, newest first."""
 
     items: list[DeviceEvent]
     next: Next

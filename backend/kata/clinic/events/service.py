@@ -1,4 +1,4 @@
-"""What is asked of device events. Commits nothing: the request does."""
+"""Read device events. The caller commits."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -15,11 +15,11 @@ from kata.pagination import Keyset
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], DeviceEventRow.at, DeviceEventRow.id, descending=True)
 _LEFT_OPEN_AMONG: Final = 1000
-"""An alarm that was open when the service ended is among a station's last events."""
+"""An alarm that was open when the service ended is among this many last events of its station."""
 
 
 def end_left_open(session: Session, station: str, now: datetime) -> None:
-    """A station's service has started: what it left open when it ended is over."""
+    """End the alarms that a station left open when its service ended. Called at the service's start."""
     last = select(DeviceEventRow).where(DeviceEventRow.station == station).order_by(DeviceEventRow.at.desc())
     among = last.limit(_LEFT_OPEN_AMONG).subquery()
     left_open = select(among.c.id).where(among.c.kind == "alarm", among.c.ended_at.is_(None))
@@ -37,7 +37,7 @@ def find(
     after: str | None,
     limit: int,
 ) -> tuple[Sequence[DeviceEventRow], str | None]:
-    """Events, newest first; and where the next page begins.
+    """Return a page of events (newest first) and the next cursor.
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """
@@ -55,7 +55,7 @@ def find(
 
 
 def estop_tested_at(session: Session, station: str, since: datetime) -> datetime | None:
-    """When the emergency stop was last pressed and released, if it was since then."""
+    """Return when the emergency stop was last pressed and released, None if not since then."""
     query = select(DeviceEventRow.at).where(
         DeviceEventRow.station == station, DeviceEventRow.at >= since, DeviceEventRow.code == ESTOP_TESTED
     )

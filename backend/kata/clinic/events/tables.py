@@ -1,4 +1,4 @@
-"""Table of what happened on the apparatus."""
+"""Table of device events."""
 
 from datetime import datetime
 from typing import Any
@@ -11,7 +11,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class DeviceEventRow(Base):
-    """Something that the device process told; an alarm where it stopped something."""
+    """An event of the device process. An alarm has stopped something."""
 
     __tablename__ = "device_events"
     __table_args__ = (Index("ix_device_events_station_at", "station", "at"),)
@@ -26,11 +26,11 @@ class DeviceEventRow(Base):
     message_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     """Code and parameters of the message; None in rows from before 0009, and for a mode."""
     category: Mapped[int | None]
-    """Of the stop, where it is an alarm."""
+    """Category of the stop, for an alarm."""
     axis: Mapped[int | None]
     patient_id: Mapped[UUID | None] = mapped_column(ForeignKey("patients.id"), index=True)
     session_id: Mapped[UUID | None] = mapped_column(ForeignKey("sessions.id"), index=True)
     run_id: Mapped[UUID | None]
-    """No foreign key: a run that the device refused is forgotten, what happened is not."""
+    """No foreign key: a run that the device refused is deleted, its events stay."""
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """When an alarm was acknowledged, its cause gone."""
+    """When an alarm was acknowledged after its cause had gone."""

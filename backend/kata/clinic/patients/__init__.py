@@ -1,1 +1,1 @@
-"""Patients: whom the clinic treats."""
+"""Patients of the clinic."""

@@ -1,4 +1,4 @@
-"""REST for patients."""
+"""REST routes of patients."""
 
 from typing import Annotated
 from uuid import UUID
@@ -15,7 +15,7 @@ from kata.types import NO_NUL
 router = APIRouter(prefix="/api/patients", tags=["patients"])
 
 
-@router.get("", responses=PROBLEMS.of(422))
+@router.get("", summary="List or search patients", responses=PROBLEMS.of(422))
 def list_patients(
     database: TheDatabase,
     actor: TheActor,
@@ -29,12 +29,13 @@ def list_patients(
             examples=["yamada 1968"],
         ),
     ] = "",
-    archived: Annotated[bool, Query(description="Archived patients instead of present ones.")] = False,
+    archived: Annotated[bool, Query(description="True returns archived patients instead of current ones.")] = False,
     limit: Limit = 50,
     after: After = None,
 ) -> PatientPage:
-    """Patients in the order of their names. A restricted record that is not open to you is found by its whole clinic number
-    alone, and tells no more than number and name.
+    """Return patients in the order of their names.
+
+    A restricted record that is not open to you is found only by its complete clinic number, and shows only number and name.
     """
     with database.read() as session:
         without = restricted.hidden(actor)
@@ -46,24 +47,24 @@ def list_patients(
         return PatientPage(items=[item.without_record() if item.id in hidden else item for item in items], next=further)
 
 
-@router.post("", status_code=201, responses=PROBLEMS.of(409, 422))
+@router.post("", summary="Register a patient", status_code=201, responses=PROBLEMS.of(409, 422))
 def create_patient(database: TheDatabase, patient: PatientCreate) -> Patient:
-    """Sign a patient up."""
+    """Register a patient."""
     with database.write() as session:
         row = service.create(session, patient)
     return Patient.model_validate(row)
 
 
-@router.get("/{patient_id}", responses=PROBLEMS.of(404, 422))
+@router.get("/{patient_id}", summary="Get a patient", responses=PROBLEMS.of(404, 422))
 def get_patient(database: TheDatabase, patient_id: UUID) -> Patient:
-    """One patient."""
+    """Return one patient."""
     with database.read() as session:
         return Patient.model_validate(service.get(session, patient_id))
 
 
-@router.patch("/{patient_id}", responses=PROBLEMS.of(404, 409, 422))
+@router.patch("/{patient_id}", summary="Change, archive or restore a patient", responses=PROBLEMS.of(404, 409, 422))
 def update_patient(database: TheDatabase, patient_id: UUID, change: PatientUpdate) -> Patient:
-    """Change any part of a patient's record; archive or restore it."""
+    """Change a patient's record, or archive or restore it."""
     with database.write() as session:
         row = service.update(session, patient_id, change)
     return Patient.model_validate(row)

@@ -1,4 +1,4 @@
-"""Patients as they go in and out."""
+"""Request and response models of patients."""
 
 from datetime import date
 from typing import Annotated, Literal
@@ -14,20 +14,20 @@ ClinicNumber = Annotated[str, StringConstraints(strip_whitespace=True, min_lengt
 
 
 class PatientCreate(Schema):
-    """What is needed to sign a patient up."""
+    """A new patient."""
 
-    clinic_number: ClinicNumber = Field(description="The clinic's own number, unique.", examples=["K-0042"])
+    clinic_number: ClinicNumber = Field(description="The clinic's own unique number.", examples=["K-0042"])
     name: Name = Field(examples=["Yamada Hanako"])
-    kana: Name | None = Field(None, description="Reading of the name.", examples=["ヤマダ ハナコ"])
+    kana: Name | None = Field(None, description="Reading of the name in kana.", examples=["ヤマダ ハナコ"])
     birth_date: PastDay | None = Field(None, examples=["1968-04-12"])
     sex: Sex = "unknown"
     dominant_side: Side | None = None
-    affected_side: Side = Field(description="The shoulder that is treated; its episode of care is opened with this.")
+    affected_side: Side = Field(description="The treated shoulder. An episode of care is opened for it.")
     notes: Note = Field("", examples=["Sleeps badly on the left side."])
 
 
 class PatientUpdate(Schema):
-    """Any part of it. ``updated_at`` is the one the editor saw; if the record has changed since, nothing is saved."""
+    """A change of a record. ``updated_at`` is the version that the editor saw. If the record has changed since, nothing is saved."""
 
     clinic_number: ClinicNumber | None = None
     name: Name | None = None
@@ -50,23 +50,25 @@ class Patient(Schema):
     birth_date: date | None
     sex: Sex
     dominant_side: Side | None
-    affected_side: Side | None = Field(description="Of the episode that goes on, or was the last; null without any.")
-    episode_id: UUID | None = Field(description="Of the episode that goes on, or was the last; null without any.")
+    affected_side: Side | None = Field(
+        description="Of the open episode, else of the last one; null without an episode."
+    )
+    episode_id: UUID | None = Field(description="The open episode, else the last one; null without an episode.")
     notes: str
     created_at: Moment
     updated_at: Moment
     archived_at: Moment | None
-    erased_at: Moment | None = Field(description="When what tells who this is was taken away. UTC.")
-    restricted: bool = Field(description="Only a care team sees the record; others break the glass.")
+    erased_at: Moment | None = Field(description="When the identifying data were erased. UTC.")
+    restricted: bool = Field(description="Only the care team sees the record. Others need a break-glass access.")
 
     def without_record(self) -> "Patient":
-        """Who it is, and nothing of what is known of them: for whoever has not broken the glass yet."""
+        """Return the record with name and clinic number only, for a user without access to it."""
         nothing = dict.fromkeys(("kana", "birth_date", "dominant_side", "affected_side", "episode_id", "erased_at"))
         return self.model_copy(update=nothing | {"sex": "unknown", "notes": ""})
 
 
 class PatientPage(Schema):
-    """Some of the patients that match, in the order of their names."""
+    """One page of matching patients, in the order of their names."""
 
     items: list[Patient]
     next: Next

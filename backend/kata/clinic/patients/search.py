@@ -1,4 +1,4 @@
-"""How patients are searched for: their text and the words looked for are brought to one form first."""
+"""Search text of patients. Stored text and search words are normalized in the same way."""
 
 import re
 import unicodedata
@@ -9,30 +9,30 @@ LONGEST: Final = 400
 _ACCENTS: Final = re.compile("[\u0300-\u036f]")
 _TO_HIRAGANA: Final = {katakana: katakana - 0x60 for katakana in range(ord("ァ"), ord("ヶ") + 1)}
 _HYPHEN: Final = re.compile("(?<=[0-9A-Za-z])[ー‐‑‒–—―−]")
-"""What a Japanese keyboard writes where somebody means a hyphen: while it writes kana, the long vowel."""
+"""Characters that a Japanese keyboard writes instead of a hyphen; in kana mode it is the long vowel mark."""
 _DAY: Final = re.compile(r"(\d{4})[-/.年](\d{1,2})(?:[-/.月](\d{1,2})日?|月)?")
 
 
 def folded(text: str) -> str:
-    """Without what the same name may be written with or not: case, accents, width, kind of kana, spaces."""
+    """Return the text without the differences that one name may have: case, accents, width, kind of kana, spaces."""
     plain = unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFKD", text)))
     return "".join(plain.casefold().translate(_TO_HIRAGANA).split())
 
 
 def text_of(name: str, kana: str | None, clinic_number: str, birth_date: date | None) -> str:
-    """What a patient is found by, a line each."""
+    """Return the text that a patient is found by, one line per field."""
     parts = (name, kana, clinic_number, birth_date and birth_date.isoformat())
     return "\n".join(folded(part) for part in parts if part)[:LONGEST]
 
 
 def words_of(search: str) -> list[list[str]]:
-    """What somebody looks for, word by word, each as typed and as meant; a day as ISO 8601 writes it, however it was written."""
+    """Return the search words, each as typed and with its likely hyphens. A date becomes ISO 8601."""
     words = unicodedata.normalize("NFKC", search).split()
     return [[folded(_DAY.sub(_iso, form)) for form in _forms(word)] for word in words]
 
 
 def numbers_of(search: str) -> list[str]:
-    """The clinic numbers that somebody may mean who looks for a whole one, in whatever width it was typed."""
+    """Return the clinic numbers that a search for a complete number may mean, in any width."""
     typed = search.strip()
     return [typed, *_forms(unicodedata.normalize("NFKC", typed))]
 

@@ -1,4 +1,4 @@
-"""What is done with patients. Commits nothing: the request does."""
+"""Read and write patients. The caller commits."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -24,13 +24,13 @@ _MAY_BE_EMPTIED: Final = {"kana", "birth_date", "dominant_side"}
 def find(
     session: Session, *, search: str, archived: bool, limit: int, after: str | None, hidden: Select[UUID] | None = None
 ) -> tuple[Sequence[PatientRow], str | None]:
-    """Patients by name, kana, number or birth date, in the order of their names; and where the next page begins.
+    """Return a page of patients found by name, kana, number or birth date (in the order of their names), and the next cursor.
 
-    Those that are ``hidden`` from whoever asks, by a query of their ids, are found by their whole number alone.
+    Patients in ``hidden``, a query of ids, are found only by their complete number.
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """
-    # First only who they are, which one index tells; then their records, a page of them.
+    # Find the ids first, which needs one index only; then load one page of records.
     query = select(PatientRow.id)
     query = query.where(PatientRow.archived_at.is_not(None) if archived else PatientRow.archived_at.is_(None))
     for forms in words_of(search):
@@ -38,19 +38,19 @@ def find(
     if hidden is not None:
         shown: ColumnElement[bool] = PatientRow.id.not_in(hidden)
         if search.strip():
-            # Looked up beforehand, so that the list is still told by its index alone.
+            # A separate query, so that the list still needs only its index.
             named = select(PatientRow.id).where(PatientRow.clinic_number.in_(numbers_of(search)))
             shown = or_(shown, PatientRow.id.in_(named))
         query = query.where(shown)
     found = _BY_NAME.page(query, after, limit).subquery()
     records = select(PatientRow).join(found, found.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)
-    # In one query: one more, with the id of everybody in the page, takes longer than their few episodes.
+    # One query: a second one with the ids of the page takes longer than the join with their few episodes.
     rows = session.scalars(records.options(joinedload(PatientRow.episodes).lazyload(EpisodeRow.stages))).unique().all()
     return _BY_NAME.cut(rows, limit, lambda row: (row.name, row.id))
 
 
 def get(session: Session, patient_id: UUID, *, to_change: bool = False) -> PatientRow:
-    """One patient; ``to_change``: kept from everybody else until this is committed.
+    """Return one patient. ``to_change`` locks the row until the commit.
 
     :raises ProblemError: 404.
     """
@@ -61,7 +61,7 @@ def get(session: Session, patient_id: UUID, *, to_change: bool = False) -> Patie
 
 
 def create(session: Session, patient: PatientCreate) -> PatientRow:
-    """Sign a patient up, and open the episode of care.
+    """Register a patient and open the episode of care.
 
     :raises ProblemError: 409 when the clinic number is taken.
     """
@@ -75,9 +75,9 @@ def create(session: Session, patient: PatientCreate) -> PatientRow:
 
 
 def update(session: Session, patient_id: UUID, change: PatientUpdate) -> PatientRow:
-    """Change what is given, leave the rest.
+    """Change the given fields only.
 
-    :raises ProblemError: 404; 409 when somebody else changed it meanwhile, the clinic number is taken, or it was erased.
+    :raises ProblemError: 404; 409 when it was changed meanwhile, the clinic number is taken, or it was erased.
     """
     row = get(session, patient_id, to_change=True)
     check_not_erased(row)
@@ -94,7 +94,7 @@ def update(session: Session, patient_id: UUID, change: PatientUpdate) -> Patient
 
 
 def check_not_erased(row: PatientRow) -> None:
-    """Nothing is written any more about somebody of whom nobody knows who it is.
+    """Reject writes to an erased patient.
 
     :raises ProblemError: 409.
     """

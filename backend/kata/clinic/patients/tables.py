@@ -19,13 +19,13 @@ def _found_by(context: DefaultExecutionContext) -> str:
 
 
 class PatientRow(Base):
-    """A patient; archived, never deleted."""
+    """A patient. Archived, never deleted."""
 
     __tablename__ = "patients"
     __table_args__ = (
-        # The whole search is answered from it, in the order of the list.
+        # A search needs only this index, in the order of the list.
         Index("ix_patients_name_id", "name", "id", "archived_at", "search_text"),
-        # Which records a list leaves out, without a look at the others.
+        # Finds the restricted records without reading the others.
         Index("ix_patients_restricted", "id", sqlite_where=text("restricted = 1"), postgresql_where=text("restricted")),
     )
 
@@ -41,29 +41,29 @@ class PatientRow(Base):
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     restricted: Mapped[bool] = mapped_column(default=False)
-    """Only its care team sees this record; others break the glass."""
+    """Only the care team sees this record. Others need a break-glass access."""
     erased_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """When what tells who this is was taken away at the patient's request."""
+    """When the identifying data were erased at the patient's request."""
     search_text: Mapped[str] = mapped_column(String(search.LONGEST), default=_found_by)
-    """:func:`kata.clinic.patients.search.text_of`; written with every change of what it is made of."""
+    """:func:`kata.clinic.patients.search.text_of`; updated with every change of its fields."""
 
     episodes: Mapped[list[EpisodeRow]] = relationship(order_by=EpisodeRow.opened_at, lazy="selectin")
 
     @property
     def episode(self) -> EpisodeRow | None:
-        """The one that goes on, the newest of them; the last one where none does."""
+        """The newest open episode, else the last one."""
         going_on = [episode for episode in self.episodes if episode.closed_at is None]
         newest = going_on or self.episodes
         return newest[-1] if newest else None
 
     @property
     def episode_id(self) -> UUID | None:
-        """Of :attr:`episode`."""
+        """Id of :attr:`episode`."""
         return self.episode.id if self.episode else None
 
     @property
     def affected_side(self) -> str | None:
-        """The shoulder that is treated, or was last."""
+        """The shoulder that is treated, or was treated last."""
         return self.episode.side if self.episode else None
 
 
@@ -73,7 +73,7 @@ def _changed(mapper: Mapper[PatientRow], connection: Connection, row: PatientRow
 
 
 class ErasureRow(Base):
-    """A patient asked for the record to be erased, and what was decided."""
+    """A patient's request for erasure and its decision."""
 
     __tablename__ = "erasures"
 

@@ -1,1 +1,1 @@
-"""Programmes: what is prescribed, recordings in order with how each is played; every change is a new version."""
+"""Programmes: prescribed recordings in their order, with their settings. Every change is a new version."""

@@ -1,4 +1,4 @@
-"""How regularly an episode's programmes are done, week by week. Counted by the database: no samples, and no run by itself."""
+"""Adherence to an episode's programmes, week by week. The database counts; no samples and no single run are loaded."""
 
 from collections import defaultdict
 from collections.abc import Iterable
@@ -26,22 +26,28 @@ _WEEK: Final = timedelta(days=7)
 class AdherenceWeek(Schema):
     """One week, from Monday."""
 
-    begins_on: date = Field(description="Its Monday, by the clinic's clock.", examples=["2026-11-16"])
-    sessions: int = Field(ge=0, description="Sessions in which something was played.", examples=[2])
-    sessions_wished: Wish = Field(description="What the programme wishes at its end; null where none wishes anything.")
-    repetitions_planned: int = Field(ge=0, description="By the programmes of these sessions.", examples=[60])
-    repetitions_done: int = Field(ge=0, description="Of those; more than planned counts nothing.", examples=[54])
+    begins_on: date = Field(description="The Monday, in the clinic's time zone.", examples=["2026-11-16"])
+    sessions: int = Field(ge=0, description="Number of sessions in which something was played.", examples=[2])
+    sessions_wished: Wish = Field(
+        description="Prescribed sessions at the end of the week; null if none are prescribed."
+    )
+    repetitions_planned: int = Field(ge=0, description="According to the programmes of these sessions.", examples=[60])
+    repetitions_done: int = Field(
+        ge=0,
+        description="Planned repetitions that were played. Repetitions beyond the plan do not count.",
+        examples=[54],
+    )
 
 
 class Adherence(Schema):
-    """From the first session or programme to the present week, or to that in which the episode was closed."""
+    """The weeks from the first session or programme to the present week, or to the week in which the episode was closed."""
 
-    weeks: list[AdherenceWeek] = Field(description="Oldest first; weeks without a session are there too.")
+    weeks: list[AdherenceWeek] = Field(description="Oldest first, with the weeks without a session.")
 
 
 @dataclass(frozen=True)
 class Visit:
-    """A session in which something was played: when, and repetitions planned and done of its programme."""
+    """A session in which something was played, with its planned and completed repetitions."""
 
     started_at: datetime
     planned: int = 0
@@ -50,7 +56,7 @@ class Visit:
 
 @dataclass(frozen=True)
 class VersionWish:
-    """A version of a programme wishes from a moment on how many sessions a week there are to be, or that no more."""
+    """The sessions per week that a programme's version prescribes from its date on. None: no prescription."""
 
     programme_id: UUID
     made_at: datetime
@@ -61,7 +67,10 @@ class VersionWish:
 def by_week(
     visits: Iterable[Visit], wishes: Iterable[VersionWish], until: datetime, offset: timedelta
 ) -> list[AdherenceWeek]:
-    """``offset``: of the clinic's clock from UTC. The weeks of what lies after ``until`` are there only if something was done."""
+    """Return the weeks. ``offset``: the clinic's time zone from UTC.
+
+    Weeks after ``until`` are included only if something was played in them.
+    """
     visits, wishes = list(visits), sorted(wishes, key=lambda wish: wish.made_at)
     moments = [visit.started_at for visit in visits] + [wish.made_at for wish in wishes]
     if not moments:
@@ -79,7 +88,7 @@ def by_week(
 
 
 def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> Adherence:
-    """An episode's weeks.
+    """Return an episode's weeks.
 
     :raises ProblemError: 404.
     """
@@ -94,7 +103,7 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
 
 
 def _visits(session: Session, episode_id: UUID) -> list[Visit]:
-    """One row a session, whatever was played in it: an item done twice makes up for no other one."""
+    """Return one entry per session. Extra repetitions of one item do not compensate for another item."""
     of_items = (
         select(RunRow.session_id, RunRow.programme_position, func.sum(RunRow.repetitions_done).label("done"))
         .join(SessionRow, SessionRow.id == RunRow.session_id)
@@ -158,7 +167,7 @@ def _week(monday: date, visits: list[Visit], wish: int | None) -> AdherenceWeek:
 
 
 def _wish(wishes: list[VersionWish], begins: datetime) -> int | None:
-    """What the programmes wishes at the end of a week, in the order in which they wishes it; where several wish, the newest."""
+    """Return the prescribed sessions per week at the end of a week. If several programmes prescribe a number, the newest counts."""
     newest: dict[UUID, VersionWish] = {}
     for wish in wishes:
         if wish.made_at < begins + _WEEK and not (wish.archived_at and wish.archived_at < begins):

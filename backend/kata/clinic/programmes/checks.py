@@ -1,7 +1,7 @@
-"""Whether recordings can be played as a programme says, and how long that takes.
+"""Check whether recordings can be played as a programme prescribes, and how long that takes.
 
-What the database knows is looked up first; samples are looked at in the worker process that builds figures, because an hour
-of motion must not keep the service from its heartbeats, and outside of any transaction.
+The database is read first. Samples are then examined outside any transaction, in the worker process that builds figures: an hour of motion
+would block the service's heartbeats.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ from kata.plotting.figures import FigureWorker
 
 @dataclass(frozen=True)
 class CheckData:
-    """What the database knows of the items: who does not fit, by place, the samples of the others, and the doctor's limits."""
+    """The records that the check needs: problems by place, samples of the other items, and the doctor's limits."""
 
     problems: dict[int, ProblemError]
     samples: dict[UUID, Series]
@@ -41,7 +41,7 @@ class CheckData:
 
 @dataclass(frozen=True)
 class ItemProblem:
-    """Why one recording cannot be played in its way."""
+    """Why an item cannot be played."""
 
     why: Text
     code: str = "unplayable"
@@ -50,7 +50,7 @@ class ItemProblem:
 
 @dataclass(frozen=True)
 class ItemPlayback:
-    """One recording, and how it is played."""
+    """One recording with the settings that determine its duration."""
 
     recording_id: UUID
     asked: PlaybackSettings
@@ -58,13 +58,13 @@ class ItemPlayback:
 
 
 def playback_of(item: ItemWanted) -> ItemPlayback:
-    """All that how long it takes depends on."""
+    """Return the settings that an item's duration depends on."""
     asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
     return ItemPlayback(item.recording_id, asked, item.method)
 
 
 def item_problems(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> dict[int, ProblemError]:
-    """By place, from 1: which of the recordings cannot be in this episode's programme, and why."""
+    """Return the items that cannot be in this episode's programme, by place from 1, with the reason."""
     found = {}
     for place, item in enumerate(items, start=1):
         problem = _item_problem(session.get(RecordingRow, item.recording_id), item, episode, place)
@@ -74,7 +74,7 @@ def item_problems(session: Session, episode: EpisodeRow, items: Sequence[ItemWan
 
 
 def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> CheckData:
-    """What is needed to check these items."""
+    """Return the records that the check needs."""
     problems = item_problems(session, episode, items)
     fitting = {item.recording_id for place, item in enumerate(items, start=1) if place not in problems}
     samples = {key: recordings.stored_samples(session, key) for key in fitting}
@@ -84,7 +84,7 @@ def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) 
 def check(
     worker: FigureWorker, found: CheckData, items: Sequence[ItemWanted], config: StationConfig
 ) -> list[float | ProblemError]:
-    """How many seconds each item takes, or why it cannot be played; waits for the worker, so call it from a worker thread."""
+    """Return each item's duration in seconds, or why it cannot be played. Waits for the worker: call it from a worker thread."""
     playbacks = {playback_of(item) for place, item in enumerate(items, start=1) if place not in found.problems}
     lasting = dict(worker.build(durations, tuple(playbacks), found.samples, config, found.allowed)) if playbacks else {}
     checked: list[float | ProblemError] = []
@@ -97,7 +97,7 @@ def check(
 def durations(
     playbacks: Sequence[ItemPlayback], samples: dict[UUID, Series], config: StationConfig, allowed: DoctorLimits
 ) -> list[tuple[ItemPlayback, float | ItemProblem]]:
-    """In the worker process: how many seconds each takes, or why this station could not play it, or the doctor forbids it."""
+    """Return each duration in seconds, or why this station cannot play it or the doctor forbids it. Runs in the worker process."""
     return [(playback, _duration(playback, samples[playback.recording_id], config, allowed)) for playback in playbacks]
 
 
@@ -108,7 +108,7 @@ def _duration(
         columns = unpack(series)
         motion = Motion(columns["time_s"], columns["angle_deg"])
         found = pace(motion, playback.asked)
-        # All that is in many repetitions is in two of them.
+        # Two repetitions contain all that many repetitions contain.
         few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
         config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg))
         allowed.check_path(few, playback.method)

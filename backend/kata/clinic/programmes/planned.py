@@ -1,4 +1,4 @@
-"""Planned against done: a session's programme item by item, with the runs of it, what was left out and what was played besides."""
+"""Compare plan and result of a session: runs of each item, skipped items and extra runs."""
 
 from collections.abc import Sequence
 from typing import Final, Literal
@@ -28,7 +28,7 @@ _Count = Field(ge=0, description="Repetitions.", examples=[10])
 
 
 class PlannedRun(PlaybackSettings):
-    """One playback, beside what was planned of it."""
+    """One playback, compared with its plan."""
 
     run_id: UUID
     recording_id: UUID
@@ -38,45 +38,44 @@ class PlannedRun(PlaybackSettings):
     load_level: LoadLevel | None
     method: Method | None
     least_range_percent: float | None = Field(
-        description="How little of its range was played after somebody asked for less; null where nobody did."
+        description="Smallest share of the range that was played after the range was reduced; null if it was not reduced."
     )
     repetitions_done: int | None = Field(
-        ge=0, description="Played to their end; null while it goes on, and where that was not counted yet."
+        ge=0,
+        description="Completed repetitions; null while the run continues, and for runs from before they were counted.",
     )
-    changed: list[Setting] = Field(description="Which settings were other ones than planned.")
+    changed: list[Setting] = Field(description="The settings that differ from the plan.")
 
 
 class ItemDone(ProgrammeItem):
-    """One item of the programme, and what was done of it."""
+    """One item of the programme and its result."""
 
     runs: list[PlannedRun] = Field(description="In their order.")
     repetitions_done: int = _Count
-    done: Share = Field(
-        description="none: left out, or its turn has not come yet. some: fewer repetitions than planned."
-    )
+    done: Share = Field(description="none: skipped or not due yet. some: fewer repetitions than planned.")
 
 
 class PlanTimer(Schema):
-    """How much of the programme's time is left."""
+    """The remaining time of the programme."""
 
-    minutes: float = Field(ge=0, description="Minutes of playing after which no further item is begun.")
+    minutes: float = Field(ge=0, description="Minutes of playing after which no further item is started.")
     played_s: Duration
-    left_s: float = Field(ge=0, description="Seconds; 0: no further item is to be begun.")
+    left_s: float = Field(ge=0, description="Seconds; 0: no further item may be started.")
 
 
 class Plan(Schema):
-    """What was done of a programme."""
+    """The result of a programme."""
 
     items: list[ItemDone]
-    besides: list[PlannedRun] = Field(description="Played without being planned.")
+    besides: list[PlannedRun] = Field(description="Runs that were not planned.")
     repetitions_planned: int = _Count
     repetitions_done: int = Field(
-        ge=0, description="Of those that were planned; what is more than planned counts nothing."
+        ge=0, description="Planned repetitions that were played. Repetitions beyond the plan do not count."
     )
 
 
 class PlannedProgramme(Schema):
-    """Which programme, as it was when the session began."""
+    """The programme, in the version that the session began with."""
 
     id: UUID
     name: str
@@ -86,22 +85,22 @@ class PlannedProgramme(Schema):
 
 
 class SessionPlan(Plan):
-    """A session's programme, and what was done of it."""
+    """A session's programme and its result."""
 
     session_id: UUID
     ended: bool
-    programme: PlannedProgramme | None = Field(description="Null where recordings were chosen item by item.")
+    programme: PlannedProgramme | None = Field(description="Null if recordings were chosen one by one.")
     played_s: Duration
     timer: PlanTimer | None
 
 
 def left_s(timer_minutes: float, played_s: float) -> float:
-    """How much playing time is left; at 0 no further item is begun, what has begun is played to its end."""
+    """Return the remaining playing time. At 0 no further item is started; a started item is played to its end."""
     return max(0.0, 60.0 * timer_minutes - played_s)
 
 
 def check_timer(session: Session, session_id: UUID) -> None:
-    """Before another item is begun.
+    """Check the timer before an item is started.
 
     :raises ProblemError: 404; 409 when the programme's time is over.
     """
@@ -111,7 +110,7 @@ def check_timer(session: Session, session_id: UUID) -> None:
 
 
 def timer_over(minutes: float) -> ProblemError:
-    """So many minutes of playing were planned."""
+    """Return the error for a programme whose playing time is over."""
     return ProblemError(
         409,
         "timer_over",
@@ -121,7 +120,7 @@ def timer_over(minutes: float) -> ProblemError:
 
 
 def compare(items: Sequence[ProgrammeItem], runs: Sequence[RunRow]) -> Plan:
-    """Item by item; a run of another recording than the item's was none of it."""
+    """Compare item by item. A run of another recording does not belong to the item."""
     recordings = {item.position: item.recording_id for item in items}
     of_items: dict[int, list[RunRow]] = {item.position: [] for item in items}
     besides = []
@@ -141,7 +140,7 @@ def compare(items: Sequence[ProgrammeItem], runs: Sequence[RunRow]) -> Plan:
 
 
 def of_session(session: Session, session_id: UUID) -> SessionPlan:
-    """What was planned in a session, and done.
+    """Return plan and result of a session.
 
     :raises ProblemError: 404.
     """
@@ -179,7 +178,7 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
 
 
 def _runs(session: Session, session_id: UUID) -> list[RunRow]:
-    """Without what was measured in them."""
+    """Return the runs without their tracking."""
     query = (
         select(RunRow)
         .where(RunRow.session_id == session_id)
@@ -220,6 +219,6 @@ def _as_run(run: RunRow, item: ProgrammeItem | None) -> PlannedRun:
 
 def _differs(name: Setting, run: RunRow, item: ProgrammeItem) -> bool:
     if name == "pause_s" and run.repetitions == item.repetitions == 1:
-        # Nothing is repeated, so nothing pauses.
+        # A single repetition has no pause.
         return False
     return bool(getattr(run, name) != getattr(item, name))

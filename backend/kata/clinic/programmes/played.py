@@ -1,4 +1,4 @@
-"""How much of a run was played, counted once, when its journal is imported: later nobody loads samples for that."""
+"""Count the repetitions of a run once, at the import of its journal, so that no later request loads samples for it."""
 
 from collections.abc import Callable
 from typing import Final
@@ -11,14 +11,14 @@ from kata.motion.edit import Motion, PlaybackSettings
 from kata.motion.repetitions import pace_of
 
 _FORWARD: Final = (PHASE_PLAYING, PHASE_REDUCED_RANGE)
-"""With less range it is a repetition all the same."""
+"""A repetition with reduced range counts too."""
 _ON_THE_PATH: Final = (*_FORWARD, PHASE_REVERSING)
 
 
 def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Motion, Motion]]) -> None:
-    """Repetitions played to their end, and seconds on the path, of a run that has ended.
+    """Store the completed repetitions and the seconds on the path of a finished run.
 
-    ``made``: the recording, and what was made of it for this run; asked for only where it has to be looked at.
+    ``made`` returns the recording and the run's motion; it is called only if they are needed.
     """
     row.played_s = float(np.isin(journal.phase, _ON_THE_PATH).sum()) / journal.rate_hz
     reached_s = journal.path_s[np.isin(journal.phase, _FORWARD)]
@@ -29,5 +29,5 @@ def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Mo
     else:
         asked = PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
         found = pace_of(*made(), asked)
-        # The last sample of a repetition lies up to one sample before its end, and is not exactly punctual.
+        # The last sample of a repetition lies up to one sample before its end, with some jitter.
         row.repetitions_done = found.done(float(reached_s.max()) + 1.5 / journal.rate_hz)

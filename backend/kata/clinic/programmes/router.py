@@ -1,4 +1,4 @@
-"""REST for programmes, for what was done of them, and for how regularly."""
+"""REST routes of programmes, session plans and adherence."""
 
 from collections.abc import Sequence
 from typing import Annotated
@@ -30,18 +30,25 @@ from kata.station.station import Station
 router = APIRouter(tags=["programmes"])
 
 
-@router.get("/api/patients/{patient_id}/programmes", responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/patients/{patient_id}/programmes", summary="List a patient's programmes", responses=PROBLEMS.of(404, 422)
+)
 def list_programmes(database: TheDatabase, patient_id: UUID) -> ProgrammeList:
-    """A patient's programmes with what they say now: the one changed last first, archived ones last."""
+    """Return a patient's programmes in their newest versions: the last changed first, archived ones last."""
     with database.read() as session:
         return ProgrammeList(items=[service.as_programme(row) for row in service.of_patient(session, patient_id)])
 
 
-@router.post("/api/patients/{patient_id}/programmes", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/patients/{patient_id}/programmes",
+    summary="Create a programme",
+    status_code=201,
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def create_programme(
     database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: ProgrammeCreate
 ) -> ProgrammeDetail:
-    """A new programme. Each item is checked as at loading: what this station could not play is refused."""
+    """Create a programme. Each item is checked as at loading; an item that this station cannot play is refused."""
     with database.read() as session:
         episode = service.open_episode(session, patient_id, wanted.episode_id)
         found = checks.look_up(session, episode, wanted.items)
@@ -50,11 +57,15 @@ def create_programme(
         return service.as_detail(session, service.create(session, patient_id, wanted, durations_s))
 
 
-@router.post("/api/patients/{patient_id}/programmes/preview", responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/patients/{patient_id}/programmes/preview",
+    summary="Check a programme without storing it",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def preview_programme(
     database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: PreviewWanted
 ) -> Preview:
-    """How long each item would take, or why it cannot be played; nothing is kept."""
+    """Return how long each item would take, or why it cannot be played. Nothing is stored."""
     with database.read() as session:
         episode = service.open_episode(session, patient_id, wanted.episode_id)
         found = checks.look_up(session, episode, wanted.items)
@@ -68,25 +79,36 @@ def preview_programme(
     return Preview(duration_s=sum(item.duration_s or 0.0 for item in items), items=items)
 
 
-@router.get("/api/programmes/{programme_id}", responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/programmes/{programme_id}", summary="Get a programme with its versions", responses=PROBLEMS.of(404, 422)
+)
 def get_programme(database: TheDatabase, programme_id: UUID) -> ProgrammeDetail:
-    """One programme with all its versions."""
+    """Return one programme with all its versions."""
     with database.read() as session:
         return service.as_detail(session, service.get(session, programme_id))
 
 
-@router.patch("/api/programmes/{programme_id}", responses=PROBLEMS.of(404, 409, 422))
+@router.patch(
+    "/api/programmes/{programme_id}",
+    summary="Rename, archive or restore a programme",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def update_programme(database: TheDatabase, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeDetail:
-    """Rename, archive or restore; what it says changes by a new version only."""
+    """Rename, archive or restore a programme. A change of its items needs a new version."""
     with database.write() as session:
         return service.as_detail(session, service.update(session, programme_id, change))
 
 
-@router.post("/api/programmes/{programme_id}/versions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/programmes/{programme_id}/versions",
+    summary="Add a version to a programme",
+    status_code=201,
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def create_programme_version(
     database: TheDatabase, worker: TheFigures, station: TheStation, programme_id: UUID, wanted: VersionCreate
 ) -> ProgrammeDetail:
-    """What the programme says from now on; checked as a new one. What it said stays readable."""
+    """Add a version to a programme, checked like a new programme. Older versions stay readable."""
     with database.read() as session:
         row = service.changeable(session, programme_id)
         found = checks.look_up(session, row.episode, wanted.items)
@@ -95,22 +117,26 @@ def create_programme_version(
         return service.as_detail(session, service.add_version(session, programme_id, wanted, durations_s))
 
 
-@router.get("/api/sessions/{session_id}/plan", responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/sessions/{session_id}/plan", summary="Compare plan and result of a session", responses=PROBLEMS.of(404, 422)
+)
 def get_session_plan(database: TheDatabase, session_id: UUID) -> SessionPlan:
-    """The session's programme, item by item, with what was done of it, and what was played besides."""
+    """Return the session's programme item by item with its result, and the runs that were not planned."""
     with database.read() as session:
         return planned.of_session(session, session_id)
 
 
-@router.get("/api/episodes/{episode_id}/adherence", responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/episodes/{episode_id}/adherence", summary="Get an episode's weekly adherence", responses=PROBLEMS.of(404, 422)
+)
 def get_adherence(
     database: TheDatabase,
     episode_id: UUID,
     utc_offset_minutes: Annotated[
-        int, Query(ge=-720, le=840, description="Of the clinic's clock: a week begins when Monday does there.")
+        int, Query(ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone.")
     ] = 0,
 ) -> Adherence:
-    """Week by week: sessions against how many were wished for, repetitions done against those planned."""
+    """Return per week: sessions held and prescribed, repetitions completed and planned."""
     with database.read() as session:
         return adherence.of_episode(session, episode_id, utc_offset_minutes)
 

@@ -1,4 +1,4 @@
-"""Programmes as they go in and out."""
+"""Request and response models of programmes."""
 
 from typing import Annotated
 from uuid import UUID
@@ -22,17 +22,15 @@ Timer = Annotated[
     Field(
         ge=1,
         le=240,
-        description="After so many minutes of playing in a session no further item is begun. Null: there is no timer.",
+        description="Minutes of playing in a session after which no further item is started. Null: no timer.",
         examples=[20.0],
     ),
 ]
-Wish = Annotated[
-    int | None, Field(ge=1, le=21, description="How many sessions a week it is to be done in.", examples=[3])
-]
+Wish = Annotated[int | None, Field(ge=1, le=21, description="Prescribed sessions per week.", examples=[3])]
 
 
 class ItemWanted(PlaybackSettings):
-    """One recording to be played, and how. Unless given, as it was taught, once."""
+    """One recording and its settings. By default as taught, once."""
 
     recording_id: UUID
     load_level: LoadLevel
@@ -40,22 +38,22 @@ class ItemWanted(PlaybackSettings):
 
 
 class ItemsWanted(Schema):
-    """Recordings in the order in which they are to be played."""
+    """Recordings in the order of playback."""
 
     items: list[ItemWanted] = Field(min_length=1, max_length=MOST_ITEMS)
 
 
 class PreviewWanted(ItemsWanted):
-    """What a programme would say."""
+    """The programme to be checked."""
 
-    episode_id: UUID | None = Field(None, description="Unless given, the episode that goes on.")
+    episode_id: UUID | None = Field(None, description="By default the open episode.")
 
 
 class VersionWanted(ItemsWanted):
-    """What a programme is to say from now on."""
+    """The content of a version."""
 
-    made_by: By = Field("", description="Who prescribes it: you, unless somebody else is named.", examples=["Aoki Rin"])
-    note: Note = Field("", description="Why.", examples=["Less range: pain after the last session."])
+    made_by: By = Field("", description="Prescribing person: you unless another name is given.", examples=["Aoki Rin"])
+    note: Note = Field("", description="Reason.", examples=["Less range: pain after the last session."])
     timer_minutes: Timer = None
     sessions_per_week: Wish = None
 
@@ -64,17 +62,20 @@ class ProgrammeCreate(VersionWanted):
     """A new programme, with its first version."""
 
     name: Name = Field(examples=["Morning"])
-    episode_id: UUID | None = Field(None, description="Unless given, the episode that goes on.")
+    episode_id: UUID | None = Field(None, description="By default the open episode.")
 
 
 class VersionCreate(VersionWanted):
     """A new version of a programme."""
 
-    based_on: Number = Field(description="The version that the editor saw; if there is a newer one, nothing is saved.")
+    based_on: Number = Field(description="The version that the editor saw. If there is a newer one, nothing is saved.")
 
 
 class ProgrammeUpdate(Schema):
-    """Any part of what is no prescription. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved."""
+    """A change of name or archiving.
+
+    ``updated_at`` is the version that the editor saw. If the programme has changed since, nothing is saved.
+    """
 
     name: Name | None = None
     archived: StrictBool | None = Field(None, description="True archives, false restores.")
@@ -86,12 +87,12 @@ class ProgrammeItem(ItemWanted):
 
     position: Position
     recording_name: str = Field(examples=["Flexion, take 1"])
-    recording_archived: bool = Field(description="True: it cannot be played until it is restored.")
+    recording_archived: bool = Field(description="True: the recording must be restored before it can be played.")
     duration_s: Duration
 
 
 class ProgrammeVersion(Schema):
-    """What was prescribed from a moment on; it never changes."""
+    """A prescription from a date on. It never changes."""
 
     id: UUID
     number: Number
@@ -105,7 +106,7 @@ class ProgrammeVersion(Schema):
 
 
 class Programme(Schema):
-    """A prescription within an episode, as it stands."""
+    """A prescription within an episode, with its newest version."""
 
     id: UUID
     episode_id: UUID
@@ -117,36 +118,36 @@ class Programme(Schema):
 
 
 class ProgrammeList(Schema):
-    """A patient's programmes, the one changed last first, archived ones last."""
+    """A patient's programmes: the last changed first, archived ones last."""
 
     items: list[Programme]
 
 
 class ProgrammePatient(Schema):
-    """Whose programme it is."""
+    """The patient of a programme."""
 
     id: UUID
     name: str
 
 
 class ProgrammeDetail(Programme):
-    """A programme with all that it ever said."""
+    """A programme with all its versions."""
 
     patient: ProgrammePatient
-    closed: bool = Field(description="Its episode is closed: it takes no new version.")
+    closed: bool = Field(description="True if its episode is closed: no new version is accepted.")
     versions: list[ProgrammeVersion] = Field(description="Newest first.")
 
 
 class ItemPreview(Schema):
-    """How long one item would take, or why it cannot be one."""
+    """Duration of one item, or why it cannot be played."""
 
-    duration_s: float | None = Field(ge=0, description="Playing time, seconds; null where it cannot be played.")
-    problem: str | None = Field(description="Why not, in a sentence.")
+    duration_s: float | None = Field(ge=0, description="Playing time, seconds; null if it cannot be played.")
+    problem: str | None = Field(description="Reason, as a sentence.")
     problem_key: OptionalKey = None
 
 
 class Preview(Schema):
-    """What would come of it, item by item."""
+    """The result of the check, item by item."""
 
-    duration_s: Duration = Field(description="Of those that can be played together, seconds.")
+    duration_s: Duration = Field(description="Of all playable items together, seconds.")
     items: list[ItemPreview]

@@ -1,4 +1,4 @@
-"""What is done with programmes. Commits nothing: the request does."""
+"""Read and write programmes. The caller commits."""
 
 from collections.abc import Iterable, Sequence
 from uuid import UUID, uuid4
@@ -28,7 +28,7 @@ from kata.errors import ProblemError, check_version, edited_meanwhile, not_found
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:
-    """The newest version of each of a patient's programmes: the one changed last first, archived ones last.
+    """Return the newest version of each of a patient's programmes: the last changed first, archived ones last.
 
     :raises ProblemError: 404.
     """
@@ -37,7 +37,7 @@ def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:
 
 
 def of_patients(session: Session, patient_ids: Iterable[UUID]) -> list[ProgrammeVersionRow]:
-    """The newest version of each programme of all of these patients, in the order of :func:`of_patient`."""
+    """Return the newest version of each programme of these patients, in the order of :func:`of_patient`."""
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
     query = (
@@ -52,7 +52,7 @@ def of_patients(session: Session, patient_ids: Iterable[UUID]) -> list[Programme
 
 
 def get(session: Session, programme_id: UUID) -> ProgrammeRow:
-    """One programme.
+    """Return one programme.
 
     :raises ProblemError: 404.
     """
@@ -63,7 +63,7 @@ def get(session: Session, programme_id: UUID) -> ProgrammeRow:
 
 
 def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = None) -> EpisodeRow:
-    """The episode that a new programme is for: the one that is named, or the one that goes on.
+    """Return the episode for a new programme: the named one, else the open one.
 
     :raises ProblemError: 404; 409 when the patient is archived, there is no episode, or it is closed.
     """
@@ -82,9 +82,9 @@ def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = N
 
 
 def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
-    """A programme that takes a new version.
+    """Return a programme that accepts a new version.
 
-    :raises ProblemError: 404; 409 when it is archived, its patient is, or its episode is closed.
+    :raises ProblemError: 404; 409 when it is archived, its patient is archived, or its episode is closed.
     """
     row = get(session, programme_id)
     if row.archived_at:
@@ -94,7 +94,7 @@ def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
 
 
 def create(session: Session, patient_id: UUID, wanted: ProgrammeCreate, durations_s: Sequence[float]) -> ProgrammeRow:
-    """Write down a programme with its first version; ``durations_s`` of its items, as they were checked.
+    """Store a programme with its first version. ``durations_s``: the checked durations of its items.
 
     :raises ProblemError: as :func:`open_episode`, and when a recording does not fit.
     """
@@ -112,9 +112,9 @@ def create(session: Session, patient_id: UUID, wanted: ProgrammeCreate, duration
 def add_version(
     session: Session, programme_id: UUID, wanted: VersionCreate, durations_s: Sequence[float]
 ) -> ProgrammeRow:
-    """Write down what a programme is to say from now on; what it said stays.
+    """Store a new version. Older versions stay.
 
-    :raises ProblemError: as :func:`changeable`, when a recording does not fit, and 409 when somebody was quicker.
+    :raises ProblemError: as :func:`changeable`, when a recording does not fit, and 409 when a newer version exists.
     """
     row = changeable(session, programme_id)
     if newest_number(session, row.id) != wanted.based_on:
@@ -125,7 +125,7 @@ def add_version(
 
 
 def newest_number(session: Session, programme_id: UUID) -> int | None:
-    """Of a programme's versions; None where there is no such programme."""
+    """Return the newest version's number, None if there is no such programme."""
     return session.scalar(
         select(func.max(ProgrammeVersionRow.number)).where(ProgrammeVersionRow.programme_id == programme_id)
     )
@@ -134,7 +134,7 @@ def newest_number(session: Session, programme_id: UUID) -> int | None:
 def update(session: Session, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeRow:
     """Rename, archive or restore.
 
-    :raises ProblemError: 404; 409 when somebody else changed it meanwhile.
+    :raises ProblemError: 404; 409 when it was changed meanwhile.
     """
     row = get(session, programme_id)
     patients.check_not_erased(patients.get(session, row.episode.patient_id))
@@ -173,7 +173,7 @@ def _add_version(
     try:
         session.flush()
     except IntegrityError as error:
-        # Two at the same moment: the number is taken.
+        # Two requests at the same moment used the same number.
         raise edited_meanwhile() from error
     session.add_all(
         ProgrammeItemRow(version_id=version.id, position=position, duration_s=duration_s, **item.model_dump())
@@ -184,7 +184,7 @@ def _add_version(
 
 
 def as_item(row: ProgrammeItemRow) -> ProgrammeItem:
-    """As it goes out."""
+    """Return the response model."""
     return ProgrammeItem(
         position=row.position,
         recording_id=row.recording_id,
@@ -201,7 +201,7 @@ def as_item(row: ProgrammeItemRow) -> ProgrammeItem:
 
 
 def as_version(row: ProgrammeVersionRow) -> ProgrammeVersion:
-    """As it goes out."""
+    """Return the response model."""
     return ProgrammeVersion(
         id=row.id,
         number=row.number,
@@ -216,7 +216,7 @@ def as_version(row: ProgrammeVersionRow) -> ProgrammeVersion:
 
 
 def as_programme(current: ProgrammeVersionRow) -> Programme:
-    """As it goes out in a list: with its newest version."""
+    """Return the response model of a list, with the newest version."""
     row = current.programme
     return Programme(
         id=row.id,
@@ -230,7 +230,7 @@ def as_programme(current: ProgrammeVersionRow) -> Programme:
 
 
 def as_detail(session: Session, row: ProgrammeRow) -> ProgrammeDetail:
-    """As it goes out, with all its versions."""
+    """Return the response model with all versions."""
     patient = patients.get(session, row.episode.patient_id)
     versions = [as_version(version) for version in reversed(row.versions)]
     return ProgrammeDetail(

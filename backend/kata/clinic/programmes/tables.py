@@ -12,7 +12,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class ProgrammeRow(Base):
-    """A prescription within an episode; what it says stands in its versions."""
+    """A prescription within an episode. Its versions have the content."""
 
     __tablename__ = "programmes"
 
@@ -27,11 +27,11 @@ class ProgrammeRow(Base):
     versions: Mapped[list["ProgrammeVersionRow"]] = relationship(
         order_by="ProgrammeVersionRow.number", back_populates="programme"
     )
-    """Loaded when they are asked for: a list shows the newest of each only."""
+    """Loaded on access: a list shows only the newest version."""
 
 
 class ProgrammeVersionRow(Base):
-    """What was prescribed from a moment on; immutable."""
+    """A prescription from a date on. Immutable."""
 
     __tablename__ = "programme_versions"
     __table_args__ = (UniqueConstraint("programme_id", "number"),)
@@ -44,16 +44,16 @@ class ProgrammeVersionRow(Base):
     made_by: Mapped[str] = mapped_column(String(100))
     note: Mapped[str] = mapped_column(Text)
     timer_minutes: Mapped[float | None]
-    """After so much playing in a session no further item is begun."""
+    """Minutes of playing in a session after which no further item is started."""
     sessions_per_week: Mapped[int | None]
-    """How often it is to be done; None where that is not said."""
+    """Prescribed sessions per week; None if not prescribed."""
 
     programme: Mapped[ProgrammeRow] = relationship(back_populates="versions")
     items: Mapped[list["ProgrammeItemRow"]] = relationship(order_by="ProgrammeItemRow.position", lazy="selectin")
 
 
 class ProgrammeItemRow(Base):
-    """One recording of a version, and how it is played."""
+    """One recording of a version with its settings."""
 
     __tablename__ = "programme_items"
 
@@ -68,6 +68,6 @@ class ProgrammeItemRow(Base):
     load_level: Mapped[int]
     method: Mapped[str] = mapped_column(String(16))
     duration_s: Mapped[float] = mapped_column(default=0.0)
-    """How long all its repetitions take, with their pauses; worked out when the version was made: neither of them changes."""
+    """Duration of all repetitions with pauses, computed when the version was made. Neither recording nor version changes."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)

@@ -1,1 +1,1 @@
-"""Progress: what an episode's assessments and sessions have come to, week by week."""
+"""Progress charts of an episode, week by week."""

@@ -1,8 +1,8 @@
-"""The progress charts as Plotly figures, written out as Plotly's JSON.
+"""Progress charts as Plotly JSON.
 
-Building a chart of a hundred traces through Plotly's classes takes longer than all the rest of its answer, and handing its
-numbers to the figure worker longer than writing it here: a few milliseconds. That Plotly's classes accept what is written
-is a test's affair. No red, yellow or cyan, and nothing told apart by colour alone: each thing has a dash and a marker of its own.
+Building a chart of a hundred traces with Plotly's classes takes longer than the rest of the request, and passing its numbers to the figure
+worker takes longer than writing the JSON here: a few milliseconds. A test checks that Plotly's classes accept the JSON. No red, yellow or
+cyan is used. Each line has its own dash and marker, because colour alone does not distinguish lines for everyone.
 """
 
 from collections import defaultdict
@@ -56,7 +56,7 @@ _NAMED_BY_METHOD: Final = {
 
 
 def rom(panels: Sequence[RomPanel]) -> Figure:
-    """A panel a motion: active and passive over the weeks; baseline, other side and reference as level lines."""
+    """One panel per motion: active and passive angles over the weeks, with baseline, other side and reference as horizontal lines."""
     rows = max(1, -(-len(panels) // _COLUMNS))
     height = _MARGINS + rows * _PANEL_HEIGHT
     last = _last_week(point for panel in panels for line in panel.lines for point in line.points)
@@ -79,7 +79,7 @@ def rom(panels: Sequence[RomPanel]) -> Figure:
 
 
 def pain(lines: Sequence[LineSeries]) -> Figure:
-    """Pain 0 to 10 over the weeks; of assessments in whole lines, around sessions in broken ones."""
+    """Pain 0 to 10 over the weeks: solid lines for assessments, broken lines for sessions."""
     looks: dict[str, tuple[int, str]] = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
     broken = zip(PAIN_IN_SESSIONS, ("dash", "dot", "dashdot"), strict=True)
     looks |= {name: (len(PAIN_CONTEXTS) + place, dash) for place, (name, dash) in enumerate(broken)}
@@ -92,7 +92,7 @@ def pain(lines: Sequence[LineSeries]) -> Figure:
 
 
 def spadi(points: Sequence[SpadiPoint]) -> Figure:
-    """Total and both halves over the weeks; how far below its baseline the total has to come to matter."""
+    """Total and both subscales over the weeks, with the change of the total that matters."""
     halves = (("SPADI", "total"), (texts.FIGURE_PAIN(), "pain"), (texts.FIGURE_DISABILITY(), "disability"))
     lines = [
         LineSeries(
@@ -132,7 +132,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
 
 
 def tracking(tracked: Sequence[Tracked]) -> Figure:
-    """Error of each recording's playbacks by each method, session by session: mean RMSE above, largest error below."""
+    """Error of each recording by method, session by session: mean RMSE above, largest error below."""
     by_recording: dict[str, list[Tracked]] = defaultdict(list)
     for playbacks in tracked:
         by_recording[_NAMED_BY_METHOD[playbacks.method](recording=playbacks.recording)].append(playbacks)
@@ -157,7 +157,7 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
 
 
 def correction(lines: Sequence[LineSeries]) -> Figure:
-    """Size of what the learned method had come to at the end of each session, a line a recording."""
+    """Size of the learned correction at the end of each session, one line per recording."""
     highest = max((point.value for line in lines for point in line.points), default=0.5)
     last = _last_week(point for line in lines for point in line.points)
     return _figure(
@@ -167,7 +167,7 @@ def correction(lines: Sequence[LineSeries]) -> Figure:
 
 
 def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
-    """Sessions a week as bars, and as a line how many there were to be."""
+    """Sessions per week as bars, prescribed sessions as a line."""
     mondays = [week.begins_on for week in weeks]
     hover = texts.FIGURE_WEEK_HOVER()
     came = {
@@ -201,7 +201,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
 
 
 class _Panel:
-    """One of several small plots: its axes, and where they stand."""
+    """One of several small plots, with its axes and their position."""
 
     def __init__(self, place: int, rows: int, height: int, columns: int = _COLUMNS) -> None:
         row, column = divmod(place, columns)
@@ -214,7 +214,7 @@ class _Panel:
         self._y = [1 - row * (share + gap) - share, 1 - row * (share + gap)]
 
     def layout(self, last: float, y_range: list[float]) -> dict[str, Any]:
-        """Both axes."""
+        """Return both axes."""
         return {
             f"xaxis{self._number}": _week_axis(last, named=self._lowest)
             | {"domain": self._x, "anchor": f"y{self._number}"},
@@ -222,10 +222,10 @@ class _Panel:
         }
 
     def title(self, text: str) -> dict[str, Any]:
-        """What stands over it."""
+        """Return the panel's title."""
         return {
             "text": text,
-            # Not by markup: Plotly writes what that means into a style attribute, which the page's policy refuses.
+            # No bold markup: Plotly turns it into a style attribute, which the page's security policy refuses.
             "font": {"weight": "bold"},
             "xref": "paper",
             "yref": "paper",
@@ -237,7 +237,7 @@ class _Panel:
         }
 
     def own(self, trace: _Trace, *, first: bool) -> _Trace:
-        """A trace in it; panels share one legend."""
+        """Return a trace on the panel's axes. The panels share one legend."""
         shared = {"xaxis": f"x{self._number}", "yaxis": f"y{self._number}", "legendgroup": str(trace["name"])}
         return trace | shared | {"showlegend": first}
 
@@ -261,7 +261,7 @@ def _values(line: RomLine) -> list[float]:
 
 
 def _nth_line(line: LineSeries, place: int, hover: str) -> _Trace:
-    """The n-th thing of a chart: no two of the first thirty look alike, in grey neither."""
+    """Return the n-th line of a chart. The first thirty lines look different from each other, in grey too."""
     colour = _COLOURS[place % len(_COLOURS)]
     return _line(line, colour, _DASHES[place % len(_DASHES)], _MARKERS[place % len(_MARKERS)], hover)
 
@@ -298,7 +298,7 @@ def _last_week(points: Iterable[Point | SpadiPoint | Tracked]) -> float:
 
 
 def _show_each_name_once(traces: list[_Trace]) -> None:
-    """Not every panel has every line."""
+    """Show each name once in the legend: a panel may lack a line."""
     shown: set[str] = set()
     for trace in traces:
         trace["showlegend"] = trace["name"] not in shown
@@ -306,13 +306,13 @@ def _show_each_name_once(traces: list[_Trace]) -> None:
 
 
 def _layout(height: int) -> dict[str, Any]:
-    """The legend stands above the titles of the panels."""
+    """Place the legend above the titles of the panels."""
     legend = {"orientation": "h", "y": 1 + 26 / (height - _MARGINS), "yanchor": "bottom", "x": 0}
     return _LAYOUT | {"height": height, "legend": legend}
 
 
 def _week_axis(last: float, *, named: bool = True) -> dict[str, Any]:
-    """Whole weeks, about a dozen of them."""
+    """Label about a dozen whole weeks."""
     title = {"text": texts.FIGURE_WEEK() if named else ""}
     return _GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
 

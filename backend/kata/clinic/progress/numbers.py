@@ -1,4 +1,4 @@
-"""The numbers behind the charts, as tables that are read without seeing the charts."""
+"""The numbers of the charts, as accessible tables."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ Cell = str | float | datetime | None
 
 @dataclass(frozen=True)
 class Column:
-    """What stands in one column (:class:`kata.clinic.progress.schemas.ProgressColumn`)."""
+    """One column (:class:`kata.clinic.progress.schemas.ProgressColumn`)."""
 
     name: str
     kind: Literal["text", "moment", "number"]
@@ -26,14 +26,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """As it goes out (:class:`kata.clinic.progress.schemas.ProgressTable`)."""
+    """A table as it is sent (:class:`kata.clinic.progress.schemas.ProgressTable`)."""
 
     columns: list[Column]
     rows: list[list[Cell]]
 
 
 def rom(panels: Sequence[RomPanel]) -> Table:
-    """A row a measurement of the affected shoulder."""
+    """One row per measurement of the affected shoulder."""
     rows: list[list[Cell]] = [
         [
             panel.measure.english,
@@ -64,7 +64,7 @@ def rom(panels: Sequence[RomPanel]) -> Table:
 
 
 def pain(lines: Sequence[LineSeries]) -> Table:
-    """A row a moment, a column a context."""
+    """One row per time, one column per context."""
     values_at: dict[datetime, dict[str, float]] = defaultdict(dict)
     for line in lines:
         for point in line.points:
@@ -76,7 +76,7 @@ def pain(lines: Sequence[LineSeries]) -> Table:
 
 
 def spadi(points: Sequence[SpadiPoint]) -> Table:
-    """A row an assessment in which it was asked."""
+    """One row per assessment with a SPADI."""
     baseline = next((point.total for point in points if point.total is not None), None)
     rows: list[list[Cell]] = []
     for point in points:
@@ -92,7 +92,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Table:
 
 
 def verdict(change: float | None) -> str:
-    """Whether a change of the SPADI matters to patients; less is better."""
+    """Return whether a change of the SPADI matters to patients. A lower score is better."""
     least, most = IMPORTANT_CHANGE
     if change is None:
         return ""
@@ -104,7 +104,7 @@ def verdict(change: float | None) -> str:
 
 
 def tracking(tracked: Sequence[Tracked]) -> Table:
-    """A row a recording, method and session."""
+    """One row per recording, method and session."""
     rows: list[list[Cell]] = [
         [row.at, row.recording, METHODS[row.method], row.playbacks, row.rmse_deg, row.peak_deg] for row in tracked
     ]
@@ -120,7 +120,7 @@ def tracking(tracked: Sequence[Tracked]) -> Table:
 
 
 def correction(lines: Sequence[LineSeries]) -> Table:
-    """A row a recording and session in which something was learned."""
+    """One row per recording and session in which a correction was learned."""
     learned = sorted((point.at, line.name, point.value) for line in lines for point in line.points)
     rows: list[list[Cell]] = [[at, name, value] for at, name, value in learned]
     columns = [
@@ -132,7 +132,7 @@ def correction(lines: Sequence[LineSeries]) -> Table:
 
 
 def adherence(weeks: Sequence[AdherenceWeek]) -> Table:
-    """A row a week."""
+    """One row per week."""
     rows: list[list[Cell]] = [
         [
             week.begins_on.isoformat(),

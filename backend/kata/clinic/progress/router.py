@@ -1,4 +1,4 @@
-"""REST for progress."""
+"""REST route of the progress charts."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -26,16 +26,21 @@ _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callabl
     "correction": (service.correction_lines, figures.correction, numbers.correction),
     "adherence": (service.weeks, figures.adherence, numbers.adherence),
 }
-"""How each is read, drawn and tabulated: what the first returns the other two take."""
+"""Functions that read, draw and tabulate each chart. The result of the first is the input of the other two."""
 
 
-@router.get("/api/episodes/{episode_id}/progress/{chart}", response_model=Progress, responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/episodes/{episode_id}/progress/{chart}",
+    summary="Get a progress chart of an episode",
+    response_model=Progress,
+    responses=PROBLEMS.of(404, 422),
+)
 def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart) -> Response:
-    """One chart of an episode over its weeks, and the numbers behind it.
+    """Return one chart of an episode over its weeks, with its numbers as a table.
 
-    rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its
-    minimal important change. tracking: how well recordings were reproduced. correction: what the learned method has come to.
-    adherence: sessions a week, as prescribed and done; weeks begin on Monday, UTC.
+    rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its minimal
+    important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week, held and
+    prescribed; weeks begin on Monday, UTC.
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:

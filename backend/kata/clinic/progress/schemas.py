@@ -1,4 +1,4 @@
-"""Progress as it goes out."""
+"""Response models of progress charts."""
 
 from typing import Literal
 
@@ -9,23 +9,23 @@ from kata.types import Schema
 
 
 class ProgressColumn(Schema):
-    """What stands in one column."""
+    """One column."""
 
     name: str = Field(examples=["Angle, deg"])
     kind: Literal["text", "moment", "number"] = Field(description="moment: UTC, to be shown in local time.")
-    digits: int = Field(0, ge=0, le=3, description="Of a number, after the point.")
+    digits: int = Field(0, ge=0, le=3, description="Decimal digits of a number.")
 
 
 class ProgressTable(Schema):
-    """The numbers behind a figure."""
+    """The numbers of a figure."""
 
     columns: list[ProgressColumn]
-    rows: list[list[str | float | None]] = Field(description="A value a column; null where there is none.")
-    texts: list[PlacedText] = Field([], description="For the translation of its English texts.")
+    rows: list[list[str | float | None]] = Field(description="One value per column; null if there is none.")
+    texts: list[PlacedText] = Field([], description="Codes of its English texts, for translation.")
 
 
 class Progress(Schema):
-    """A chart, and its numbers for whoever cannot see it or wants to know."""
+    """A chart with its numbers."""
 
     figure: Figure
     table: ProgressTable

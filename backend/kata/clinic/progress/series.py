@@ -1,4 +1,4 @@
-"""What the charts are drawn from. Time is told in weeks from the episode's first visit: the same in every time zone."""
+"""Data of the charts. Time is counted in weeks from the episode's first visit, which is the same in every time zone."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -12,7 +12,7 @@ Chart = Literal["rom", "pain", "spadi", "tracking", "correction", "adherence"]
 
 @dataclass(frozen=True)
 class Point:
-    """One number of one day."""
+    """One value of one day."""
 
     at: datetime
     week: float
@@ -21,7 +21,7 @@ class Point:
 
 @dataclass(frozen=True)
 class LineSeries:
-    """One thing over the weeks, oldest first."""
+    """One value over the weeks, oldest first."""
 
     name: str
     """A Text, or the name of a recording."""
@@ -30,12 +30,12 @@ class LineSeries:
 
 @dataclass(frozen=True)
 class RomLine:
-    """How far the affected shoulder went in one direction; the first point is its baseline."""
+    """The angles of the affected shoulder in one direction. The first point is the baseline."""
 
     kind: Kind
     points: tuple[Point, ...]
     other_side_deg: float | None
-    """The newest of the other shoulder."""
+    """The newest angle of the other shoulder."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class RomPanel:
 
 @dataclass(frozen=True)
 class SpadiPoint:
-    """One day's scores, 0 to 100; None where too much was left unanswered."""
+    """One day's scores, 0 to 100; None if too many items are unanswered."""
 
     at: datetime
     week: float
@@ -59,7 +59,7 @@ class SpadiPoint:
 
 @dataclass(frozen=True)
 class Tracked:
-    """How one recording was reproduced in one session by one method: the worst motor's error, of all its playbacks."""
+    """Error of all playbacks of one recording in one session by one method, of the worst motor."""
 
     recording: str
     method: str
@@ -67,20 +67,20 @@ class Tracked:
     week: float
     playbacks: int
     rmse_deg: float
-    """Mean of the playbacks'."""
+    """Mean over the playbacks."""
     peak_deg: float
-    """The largest, without sign."""
+    """The largest absolute error."""
 
 
 KINDS: Final = {"active": texts.FIGURE_KIND_ACTIVE(), "passive": texts.FIGURE_KIND_PASSIVE()}
-"""What the kinds of a measurement are called."""
+"""Names of the kinds of a measurement."""
 METHODS: Final = {"smooth": texts.FIGURE_SMOOTH(), "learned": texts.FIGURE_LEARNED(), "paper": texts.FIGURE_PAPER()}
-"""What the methods are called."""
+"""Names of the methods."""
 PAIN_CONTEXTS: Final = (
     texts.FIGURE_PAIN_AT_REST(),
     texts.FIGURE_PAIN_MOVING(),
     texts.FIGURE_PAIN_MOVED(),
     texts.FIGURE_PAIN_AVERAGE(),
 )
-"""Of assessments."""
+"""In assessments."""
 PAIN_IN_SESSIONS: Final = (texts.FIGURE_PAIN_BEFORE(), texts.FIGURE_PAIN_DURING(), texts.FIGURE_PAIN_AFTER())

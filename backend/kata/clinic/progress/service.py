@@ -1,4 +1,4 @@
-"""What is read for the charts: columns, never samples, and as few of them as a chart needs."""
+"""Read the data of the charts: columns only, never samples."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -35,19 +35,19 @@ _WEEK: Final = timedelta(weeks=1)
 
 @dataclass(frozen=True)
 class EpisodeTimeline:
-    """An episode, and the moment from which its weeks are counted."""
+    """An episode and the moment from which its weeks are counted."""
 
     episode_id: UUID
     side: str
     begins_at: datetime
 
     def week(self, at: datetime) -> float:
-        """How many weeks later."""
+        """Return the number of weeks since the beginning."""
         return round((at - self.begins_at) / _WEEK, 3)
 
 
 def timeline_of(session: Session, episode_id: UUID) -> EpisodeTimeline:
-    """Weeks are counted from the first assessment or session.
+    """Return the episode's timeline. Its weeks are counted from the first assessment or session.
 
     :raises ProblemError: 404.
     """
@@ -66,7 +66,7 @@ def timeline_of(session: Session, episode_id: UUID) -> EpisodeTimeline:
 
 
 def rom_panels(session: Session, timeline: EpisodeTimeline) -> list[RomPanel]:
-    """The affected shoulder's motions that were measured, in their order."""
+    """Return the measured motions of the affected shoulder, in their order."""
     query = (
         select(AssessmentRow.assessed_at, RomRow.side, RomRow.motion, RomRow.position, RomRow.kind, RomRow.angle_deg)
         .join(RomRow, RomRow.assessment_id == AssessmentRow.id)
@@ -92,7 +92,7 @@ def rom_panels(session: Session, timeline: EpisodeTimeline) -> list[RomPanel]:
 
 
 def pain_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:
-    """Pain as it was told in assessments, four contexts, and before, during and after sessions; those never told are left out."""
+    """Return the pain scores of assessments (four contexts) and of sessions (before, during, after). Empty lines are left out."""
     assessed = select(
         AssessmentRow.assessed_at,
         AssessmentRow.pain_rest,
@@ -111,7 +111,7 @@ def pain_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:
 
 
 def spadi_points(session: Session, timeline: EpisodeTimeline) -> list[SpadiPoint]:
-    """Every score, and those of its two halves."""
+    """Return the scores with both subscales."""
     query = select(AssessmentRow.assessed_at, AssessmentRow.spadi)
     query = query.where(*_counted(timeline.episode_id), AssessmentRow.spadi.is_not(None)).order_by(
         AssessmentRow.assessed_at
@@ -125,7 +125,7 @@ def spadi_points(session: Session, timeline: EpisodeTimeline) -> list[SpadiPoint
 
 
 def tracked(session: Session, timeline: EpisodeTimeline) -> list[Tracked]:
-    """How well each recording was reproduced by each method, session by session."""
+    """Return the error of each recording by method, session by session."""
     query = (
         select(
             SessionRow.started_at,
@@ -150,7 +150,7 @@ def tracked(session: Session, timeline: EpisodeTimeline) -> list[Tracked]:
 
 
 def correction_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:
-    """What the learned method had come to at the end of each session, a line a recording."""
+    """Return the size of the learned correction at the end of each session, one line per recording."""
     query = (
         select(SessionRow.started_at, RunRow.recording_id, RunRow.learned_rms_deg)
         .join(RunRow, RunRow.session_id == SessionRow.id)
@@ -166,17 +166,17 @@ def correction_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSe
 
 
 def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:
-    """Every week from the first session or programme on, also those in which nobody came."""
+    """Return every week from the first session or programme on, with the weeks without a session."""
     return adherence.of_episode(session, timeline.episode_id, utc_offset_minutes=0).weeks
 
 
 def _counted(episode_id: UUID) -> tuple[ColumnElement[bool], ...]:
-    """Assessments that were not withdrawn."""
+    """Select assessments that were not withdrawn."""
     return AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None)
 
 
 def _lines(timeline: EpisodeTimeline, names: Sequence[str], rows: Sequence[Row[*tuple[Any, ...]]]) -> list[LineSeries]:
-    """A line a column, after the moment in the first; where nothing was said there is no point."""
+    """Return one line per column after the time in the first column. A missing value is no point."""
     return [
         LineSeries(
             name, tuple(Point(row[0], timeline.week(row[0]), row[column]) for row in rows if row[column] is not None)
@@ -186,7 +186,7 @@ def _lines(timeline: EpisodeTimeline, names: Sequence[str], rows: Sequence[Row[*
 
 
 def _names(session: Session, timeline: EpisodeTimeline) -> dict[UUID, str]:
-    """What the patient's recordings are called; one that has another's name gets a number, in the order of their making."""
+    """Return the names of the patient's recordings. A repeated name gets a number, in the order of creation."""
     patient = select(EpisodeRow.patient_id).where(EpisodeRow.id == timeline.episode_id).scalar_subquery()
     query = select(RecordingRow.id, RecordingRow.name).where(RecordingRow.patient_id == patient)
     used: Counter[str] = Counter()

@@ -1,1 +1,1 @@
-"""Recordings: motions that were taught, one a take, and what was made of them; immutable."""
+"""Recordings: taught motions, one per take, and motions derived from them. Immutable."""

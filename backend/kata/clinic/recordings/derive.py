@@ -1,6 +1,6 @@
-"""A recording made of another, checked as the device checks what it loads.
+"""Derive a recording from another, checked as the device checks a load.
 
-To be run in the worker process that builds figures: an hour of motion must not keep the service from its heartbeats.
+Run it in the worker process that builds figures: an hour of motion would block the service's heartbeats.
 """
 
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from kata.plotting import downsampling
 
 @dataclass(frozen=True)
 class Source:
-    """What there is: samples as they are stored, for which shoulder, and what was done to them already."""
+    """The source: stored samples, side and earlier edits."""
 
     series: Series
     side: Side
@@ -31,7 +31,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Derived:
-    """What came of it: samples as they are to be stored, for which shoulder, and all that was done, in words."""
+    """The result: samples to be stored, side and all edits as texts."""
 
     series: Series
     downsampled: bytes | None
@@ -42,7 +42,7 @@ class Derived:
 
 
 def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
-    """Do it, and check what comes of it.
+    """Apply an edit and check the result.
 
     :raises UnreadableError: when the samples are damaged.
     :raises EditError: when it cannot be done to this motion.
@@ -55,7 +55,7 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     if made.duration_s > LONGEST_S:
         raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=made.duration_s / 60))
     series = pack({"time_s": made.times_s, "angle_deg": made.angles_deg}, SAMPLE_COLUMNS)
-    # What is stored is what will be played.
+    # Check the stored samples: they are what will be played.
     stored = unpack(series)
     config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
     downsampled = downsampling.of_recording(stored["time_s"], stored["angle_deg"])

@@ -1,4 +1,4 @@
-"""A motion as the page's 3-D apparatus plays it: few enough samples to be sent at once, at the motion's own time."""
+"""Motion data for the page's 3-D apparatus: few samples, in real time."""
 
 from typing import Final
 
@@ -13,15 +13,15 @@ _MOST: Final = 3000
 
 
 class MotionPreview(Schema):
-    """Where the motors stand over time; between two samples they go straight."""
+    """Motor angles over time, linear between two samples."""
 
     side: Side
-    times_s: list[float] = Field(description="Seconds, rising; the first is 0, the last the motion's length.")
-    angles_deg: list[list[float]] = Field(description="A row a time: motor angles in axis order 1-5, degrees.")
+    times_s: list[float] = Field(description="Seconds, ascending; the first is 0, the last the motion's duration.")
+    angles_deg: list[list[float]] = Field(description="One row per time: motor angles in axis order 1-5, degrees.")
 
 
 def motion_preview(motion: Motion, side: Side) -> MotionPreview:
-    """A motion at 20 samples a second; at fewer where it is longer than two and a half minutes."""
+    """Return a motion at 20 samples a second; fewer for a motion longer than two and a half minutes."""
     count = int(np.clip(np.ceil(motion.duration_s / _STEP_S) + 1, 2, _MOST))
     times_s = np.linspace(0.0, motion.duration_s, count)
     columns = [np.interp(times_s, motion.times_s, angles) for angles in motion.angles_deg.T]

@@ -1,4 +1,4 @@
-"""REST for recordings."""
+"""REST routes of recordings."""
 
 from uuid import UUID
 
@@ -33,36 +33,47 @@ from kata.types import side_of
 router = APIRouter(tags=["recordings"])
 
 
-@router.get("/api/patients/{patient_id}/recordings", responses=PROBLEMS.of(404, 422))
+@router.get(
+    "/api/patients/{patient_id}/recordings", summary="List a patient's recordings", responses=PROBLEMS.of(404, 422)
+)
 def list_recordings(database: TheDatabase, patient_id: UUID) -> RecordingList:
-    """A patient's recordings, newest first, archived ones last."""
+    """Return a patient's recordings, newest first, archived ones last."""
     with database.read() as session:
         patients.get(session, patient_id)
         rows = service.of_patient(session, patient_id)
         return RecordingList(items=[Recording.model_validate(row) for row in rows])
 
 
-@router.get("/api/recordings/{recording_id}", responses=PROBLEMS.of(404, 422))
+@router.get("/api/recordings/{recording_id}", summary="Get a recording", responses=PROBLEMS.of(404, 422))
 def get_recording(database: TheDatabase, recording_id: UUID) -> RecordingDetail:
-    """One recording, with the range and speed of each motor."""
+    """Return one recording with the range and speed of each motor."""
     return _detail(database, recording_id)
 
 
-@router.patch("/api/recordings/{recording_id}", responses=PROBLEMS.of(404, 409, 422))
+@router.patch(
+    "/api/recordings/{recording_id}",
+    summary="Rename, annotate, archive or restore a recording",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def update_recording(database: TheDatabase, recording_id: UUID, change: RecordingUpdate) -> RecordingDetail:
-    """Rename, annotate, archive or restore; what was recorded does not change."""
+    """Rename, annotate, archive or restore a recording. Its samples do not change."""
     with database.write() as session:
         service.update(session, recording_id, change)
     return _detail(database, recording_id)
 
 
-@router.post("/api/recordings/{recording_id}/derived", status_code=201, responses=PROBLEMS.of(404, 410, 422))
+@router.post(
+    "/api/recordings/{recording_id}/derived",
+    summary="Edit a recording into a new one",
+    status_code=201,
+    responses=PROBLEMS.of(404, 410, 422),
+)
 def derive_recording(
     database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
 ) -> RecordingDetail:
-    """Do something to a recording, and keep what comes of it as a new one of the same patient; the old one stays as it is.
+    """Apply an edit and store the result as a new recording of the same patient. The original stays unchanged.
 
-    It is checked against the station's limits first, as at loading: what leaves them is refused with motor and time.
+    The result is checked against the station's limits as at loading. A refusal names motor and time.
     """
     _, made = _derived(database, worker, station, recording_id, wanted)
     with database.write() as session:
@@ -71,33 +82,45 @@ def derive_recording(
 
 
 @router.post(
-    "/api/recordings/{recording_id}/derived/preview", response_model=Figure, responses=PROBLEMS.of(404, 410, 422)
+    "/api/recordings/{recording_id}/derived/preview",
+    summary="Preview an edit of a recording",
+    response_model=Figure,
+    responses=PROBLEMS.of(404, 410, 422),
 )
 def preview_derived_recording(
     database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
 ) -> StreamingResponse:
-    """What would come of it, over what it is made of; checked in the same way, and not kept."""
+    """Return a figure of the edited motion over the original. It is checked in the same way and not stored."""
     source, made = _derived(database, worker, station, recording_id, wanted)
     figure = worker.build(figures.derived, source.series, made.series)
     return StreamingResponse(figures.pieces(figure), media_type="application/json")
 
 
-@router.get("/api/recordings/{recording_id}/figure", response_model=Figure, responses=PROBLEMS.of(404, 410, 422))
+@router.get(
+    "/api/recordings/{recording_id}/figure",
+    summary="Get a recording's figure",
+    response_model=Figure,
+    responses=PROBLEMS.of(404, 410, 422),
+)
 def get_recording_figure(
     database: TheDatabase, worker: TheFigures, window: TheWindow, recording_id: UUID
 ) -> StreamingResponse:
-    """The five motors' angles over time, one under the other; each line with its peaks.
+    """Return a figure of the five motor angles over time. Peaks are preserved.
 
-    Of a short one, or of a window that is short, every sample; a window is given in seconds of the figure's clock.
+    A short recording or window contains every sample. The window is given in seconds of the figure's clock.
     """
     with database.read() as session:
         parts = service.figure_samples(session, recording_id, window)
     return StreamingResponse(figures.pieces(worker.build(figures.recording, parts)), media_type="application/json")
 
 
-@router.get("/api/recordings/{recording_id}/motion", responses=PROBLEMS.of(404, 410, 422))
+@router.get(
+    "/api/recordings/{recording_id}/motion",
+    summary="Get a recording's motion for the 3-D apparatus",
+    responses=PROBLEMS.of(404, 410, 422),
+)
 def get_recording_motion(database: TheDatabase, recording_id: UUID) -> MotionPreview:
-    """What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second."""
+    """Return the taught motion for the 3-D apparatus, with at most 20 samples a second."""
     with database.read() as session:
         taught = service.samples(session, recording_id)
         return motion_preview(

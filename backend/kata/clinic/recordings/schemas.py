@@ -1,4 +1,4 @@
-"""Recordings as they go in and out."""
+"""Request and response models of recordings."""
 
 from typing import Annotated, Any
 from uuid import UUID
@@ -12,38 +12,39 @@ Fixtures = Annotated[
     set[Fixture],
     Field(
         max_length=3,
-        description="What the arm was in: arm fixer 1 for motions 1 to 5, arm fixer 2 with elbow fixer 1 for motion 6. Empty where "
-        "nobody has said.",
+        description="Fixtures that held the arm: arm fixer 1 for motions 1 to 5, arm fixer 2 with elbow fixer 1 for "
+        "motion 6. Empty if unknown.",
         examples=[["arm_fixer_1"]],
     ),
 ]
 
 
 class Recording(Schema):
-    """What was taught in one take, or made of another recording."""
+    """A motion that was taught in one take, derived or imported."""
 
     id: UUID
     patient_id: UUID
-    teaching_id: UUID | None = Field(description="Null for what was made of another recording, or came in a file.")
-    take: int | None = Field(ge=1, description="Which press of the pedal within its teaching.")
+    teaching_id: UUID | None = Field(description="Null for a derived or imported recording.")
+    take: int | None = Field(ge=1, description="Number of the pedal press within its teaching.")
     parent_id: UUID | None = Field(
-        description="The recording that it was made of; null for what was taught or came in a file."
+        description="The recording that it was derived from; null for a taught or imported one."
     )
     done: list[str] = Field(
-        description="What was done to what was taught, in order; the last of it to the parent.",
+        description="All edits in order; the last one was applied to the parent.",
         examples=[["trimmed to 1.0 s to 6.5 s", "mirrored for the left shoulder"]],
     )
     done_keys: Annotated[list[OptionalKey], BeforeValidator(lambda keys: keys or [])] = Field(
-        [], description="Code and parameters of each of `done`; none for a recording from before they were stored."
+        [],
+        description="Code and parameters of each text in `done`; empty for a recording from before they were stored.",
     )
     name: str = Field(examples=["Flexion, take 1"])
     side: Side
-    station: str = Field(description="Where it was taught, or made.", examples=["Station 1"])
-    taught_by: str = Field(description="Whose hands guided the arm; empty where nobody has said.", examples=["Sato"])
-    fixtures: list[Fixture] = Field(description="What the arm was in.", examples=[["arm_fixer_1"]])
-    taught_at: Moment = Field(description="When it was taught, or made. UTC.")
+    station: str = Field(description="The station at which it was taught or derived.", examples=["Station 1"])
+    taught_by: str = Field(description="The person who guided the arm; empty if unknown.", examples=["Sato"])
+    fixtures: list[Fixture] = Field(description="Fixtures that held the arm.", examples=[["arm_fixer_1"]])
+    taught_at: Moment = Field(description="When it was taught or derived. UTC.")
     duration_s: float = Field(ge=0, description="Seconds.", examples=[22.1])
-    rate_hz: int = Field(ge=1, description="Samples a second of what was taught.", examples=[100])
+    rate_hz: int = Field(ge=1, description="Samples a second of the taught motion.", examples=[100])
     samples: int = Field(ge=2, examples=[2210])
     note: str
     updated_at: Moment
@@ -57,7 +58,7 @@ class RecordingList(Schema):
 
 
 class MotorRange(Schema):
-    """What one motor does in a recording."""
+    """Range and speed of one motor in a recording."""
 
     motor: Motor
     min_deg: float = Field(description="Degrees.")
@@ -66,14 +67,14 @@ class MotorRange(Schema):
 
 
 class RecordingDetail(Recording):
-    """A recording with what its samples say."""
+    """A recording with the ranges of its motors."""
 
-    readable: bool = Field(description="False when its samples are damaged: it can be looked up, but not played.")
-    ranges: list[MotorRange] = Field(description="One a motor; empty when the samples are damaged.")
+    readable: bool = Field(description="False if its samples are damaged: it can be viewed but not played.")
+    ranges: list[MotorRange] = Field(description="One entry per motor; empty if the samples are damaged.")
 
 
 class RecordingUpdate(Schema):
-    """Any part of what may change. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved."""
+    """A change of a recording. ``updated_at`` is the version that the editor saw. If the recording has changed since, nothing is saved."""
 
     name: Name | None = None
     note: Note | None = None
@@ -82,14 +83,14 @@ class RecordingUpdate(Schema):
 
 
 class PlacedText(TextKey):
-    """Code and parameters of an English text, and where it stands."""
+    """Code and parameters of an English text, with its places."""
 
     places: list[str] = Field(description="JSON pointers.", examples=[["/layout/xaxis/title/text"]])
 
 
 class Figure(Schema):
-    """A Plotly figure, to be drawn as it is."""
+    """A Plotly figure."""
 
     data: list[dict[str, Any]]
     layout: dict[str, Any]
-    texts: list[PlacedText] = Field([], description="For the translation of its English texts.")
+    texts: list[PlacedText] = Field([], description="Codes of its English texts, for translation.")

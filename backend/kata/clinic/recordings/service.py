@@ -1,4 +1,4 @@
-"""What is done with recordings. Commits nothing: the request does."""
+"""Read and write recordings. The caller commits."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -26,27 +26,27 @@ from kata.plotting.figures import RecordingFigureSamples, Window
 from kata.types import LONGEST_NAME, side_of
 
 SHORTEST_TAKE_S: Final = 0.5
-"""A shorter press of the pedal was none."""
+"""A shorter press of the pedal is ignored."""
 _SPEED_WINDOW_S: Final = 0.1
 
 
 @dataclass(frozen=True)
 class Samples:
-    """``times_s`` is ``(n,)`` from 0, ``angles_deg`` is ``(n, 5)`` motor angles in axis order."""
+    """``times_s``: ``(n,)``, from 0. ``angles_deg``: ``(n, 5)`` motor angles in axis order."""
 
     times_s: NDArray[np.float64]
     angles_deg: NDArray[np.float64]
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[RecordingRow]:
-    """A patient's recordings, newest first, archived ones last."""
+    """Return a patient's recordings, newest first, archived ones last."""
     query = select(RecordingRow).where(RecordingRow.patient_id == patient_id)
     order = (RecordingRow.archived_at.is_not(None), RecordingRow.taught_at.desc(), RecordingRow.take.desc())
     return list(session.scalars(query.order_by(*order)))
 
 
 def get(session: Session, recording_id: UUID, *, to_change: bool = False) -> RecordingRow:
-    """One recording, without its samples; ``to_change``: kept from everybody else until this is committed.
+    """Return one recording without its samples. ``to_change`` locks the row until the commit.
 
     :raises ProblemError: 404.
     """
@@ -57,7 +57,7 @@ def get(session: Session, recording_id: UUID, *, to_change: bool = False) -> Rec
 
 
 def samples(session: Session, recording_id: UUID) -> Samples:
-    """A recording's samples.
+    """Return a recording's samples.
 
     :raises ProblemError: 404; 410 when they are damaged.
     """
@@ -74,7 +74,7 @@ def samples(session: Session, recording_id: UUID) -> Samples:
 
 
 def stored_samples(session: Session, recording_id: UUID) -> Series:
-    """A recording's samples as they are stored; empty when they are missing.
+    """Return a recording's samples as stored; empty if they are missing.
 
     :raises ProblemError: 404.
     """
@@ -83,7 +83,7 @@ def stored_samples(session: Session, recording_id: UUID) -> Series:
 
 
 def figure_samples(session: Session, recording_id: UUID, window: Window | None) -> RecordingFigureSamples:
-    """What its figure is drawn from.
+    """Return the data of the recording's figure.
 
     :raises ProblemError: 404.
     """
@@ -95,8 +95,8 @@ def figure_samples(session: Session, recording_id: UUID, window: Window | None) 
 
 
 def ranges(taught: Samples) -> list[MotorRange]:
-    """What each motor does."""
-    # What was put together of several parts has its samples at several distances.
+    """Return the range and speed of each motor."""
+    # A motion that was joined from parts has irregular sample times.
     begins_s = taught.times_s[taught.times_s <= taught.times_s[-1] - _SPEED_WINDOW_S]
     found = []
     for axis, angles in enumerate(taught.angles_deg.T):
@@ -114,7 +114,7 @@ def ranges(taught: Samples) -> list[MotorRange]:
 
 
 def source(session: Session, recording_id: UUID) -> Source:
-    """What another recording is made of.
+    """Return the source for an edit.
 
     :raises ProblemError: 404.
     """
@@ -123,7 +123,7 @@ def source(session: Session, recording_id: UUID) -> Source:
 
 
 def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:
-    """Write down what was made of a recording; named after that and what was done, unless a name is given.
+    """Store a derived recording. Its default name is the parent's name with the edit.
 
     :raises ProblemError: 404.
     """
@@ -158,7 +158,7 @@ def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | 
 def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> RecordingRow:
     """Rename, annotate, archive or restore.
 
-    :raises ProblemError: 404; 409 when somebody else changed it meanwhile.
+    :raises ProblemError: 404; 409 when it was changed meanwhile.
     """
     row = get(session, recording_id, to_change=True)
     patients.check_not_erased(patients.get(session, row.patient_id))
@@ -174,9 +174,9 @@ def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> Rec
 
 
 def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | None:
-    """Turn a teaching's journal into recordings, one a take; those that are there already are left alone.
+    """Store a teaching's journal as recordings, one per take. Existing recordings are not touched.
 
-    :returns: what is new; None when nobody knows this teaching.
+    :returns: what is new; None if this teaching is unknown.
     """
     teaching = session.get(TeachingRow, UUID(journal.id))
     if teaching is None:
@@ -215,10 +215,10 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
 
 
 def _wall_time(journal: Journal, t_ns: int) -> datetime:
-    """UTC of a sample: the journal was begun at a known time, a little before its first sample."""
+    """Return a sample's time in UTC. The journal's start time is known on both clocks."""
     return journal.started_at + timedelta(seconds=(t_ns - journal.started_ns) / 1e9)
 
 
 def _known_keys(row: RecordingRow) -> list[dict[str, Any] | None]:
-    """Return the codes of what was done to a recording; None for each of one from before they were stored."""
+    """Return the codes of a recording's edits; None for each edit of a recording from before they were stored."""
     return list(row.done_keys) if row.done_keys is not None else [None] * len(row.done)

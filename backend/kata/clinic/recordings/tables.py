@@ -1,4 +1,4 @@
-"""Tables of teachings and of the recordings that came out of them."""
+"""Tables of teachings and recordings."""
 
 from datetime import datetime
 from typing import Any
@@ -16,7 +16,7 @@ SAMPLE_COLUMNS = (Column("time_s", "s", 1e-6), Column("angle_deg", "deg", 1e-4, 
 
 
 class TeachingRow(Base):
-    """A teaching that was begun: written before the device is asked, so that its journal always finds its patient."""
+    """A teaching. Its row is written before the device starts, so that the journal always finds its patient."""
 
     __tablename__ = "teachings"
 
@@ -30,9 +30,9 @@ class TeachingRow(Base):
 
 
 class RecordingRow(Base):
-    """One take, what was made of another recording, or what came in a file. Name and note may change, its samples may not.
+    """A taught take, a derived or an imported recording. Name and note may change, samples never.
 
-    Of teaching with take, and parent, it has one; what came in a file has neither.
+    A take has ``teaching_id`` and ``take``, a derived recording has ``parent_id``, an imported one has neither.
     """
 
     __tablename__ = "recordings"
@@ -44,15 +44,15 @@ class RecordingRow(Base):
     take: Mapped[int | None]
     parent_id: Mapped[UUID | None] = mapped_column(ForeignKey("recordings.id"))
     done: Mapped[list[str]] = mapped_column(JSON, default=list)
-    """What was done to what was taught, in order and in words; the last of it to the parent."""
+    """All edits in order, as texts; the last one was applied to the parent."""
     done_keys: Mapped[list[dict[str, Any] | None] | None] = mapped_column(JSON(none_as_null=True))
-    """Code and parameters of each of ``done``, None for one from before 0009; None where all are."""
+    """Code and parameters of each of ``done``; None for an edit from before 0009, None if all are."""
     name: Mapped[str] = mapped_column(String(100))
     side: Mapped[str] = mapped_column(String(8))
     station: Mapped[str] = mapped_column(String(100))
     taught_by: Mapped[str] = mapped_column(String(100), default="")
     fixtures: Mapped[list[str]] = mapped_column(JSON, default=list)
-    """Which ones the arm was in (arm fixers and elbow fixers); none where nobody said."""
+    """Fixtures that held the arm (arm fixers and elbow fixers); empty if unknown."""
     taught_at: Mapped[datetime] = mapped_column(UtcDateTime)
     duration_s: Mapped[float]
     rate_hz: Mapped[int]
@@ -63,7 +63,7 @@ class RecordingRow(Base):
 
 
 class RecordingSamplesRow(SamplesColumns, Base):
-    """The samples, apart from the record, so that a list never loads them."""
+    """The samples, in a table of their own so that a list never loads them."""
 
     __tablename__ = "recording_samples"
 
@@ -71,7 +71,7 @@ class RecordingSamplesRow(SamplesColumns, Base):
 
 
 class RecordingSampleBlockRow(SampleBlockColumns, Base):
-    """A minute of them (:data:`SAMPLE_COLUMNS`)."""
+    """One minute of samples (:data:`SAMPLE_COLUMNS`)."""
 
     __tablename__ = "recording_sample_blocks"
 

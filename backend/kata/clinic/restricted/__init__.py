@@ -1,1 +1,1 @@
-"""Records that only a care team sees, and how others get in when it has to be."""
+"""Restricted records: care teams and break-glass access."""

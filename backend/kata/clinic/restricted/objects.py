@@ -1,4 +1,4 @@
-"""Whose record a thing belongs to: every id that a request can name, and the way from it to the patient."""
+"""Find the patient who owns a record, for every id that a request can name."""
 
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
@@ -37,13 +37,13 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
         ),
     }
 )
-"""By the name that an id has in paths, queries and bodies."""
+"""Query of the owner by the id's name in paths, queries and bodies."""
 OF_NOBODY: Final = frozenset({"account_id", "account_ids", "backup_id", "glass_id", "sign_in_id"})
-"""Ids that lead to no patient's record."""
+"""Ids of records that belong to no patient."""
 
 
 def patients_of(session: Session, named: Iterable[tuple[str, UUID]]) -> list[UUID]:
-    """The patients whose records these belong to, in their order, each once; none for what is not there."""
+    """Return the patients who own these records, in order, each once. Unknown ids are ignored."""
     found: dict[UUID, None] = {}
     for name, id_ in named:
         owner = session.scalars(OF_A_PATIENT[name](id_)).first()

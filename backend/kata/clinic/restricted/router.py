@@ -1,4 +1,4 @@
-"""REST for restricted records: who sees them, and breaking the glass."""
+"""REST routes of restricted records and break-glass accesses."""
 
 from uuid import UUID
 
@@ -17,40 +17,48 @@ from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 router = APIRouter(tags=["restricted records"])
 
 
-@router.get("/api/patients/{patient_id}/access", responses=PROBLEMS.of(404, 422))
+@router.get("/api/patients/{patient_id}/access", summary="Get who may see a record", responses=PROBLEMS.of(404, 422))
 def get_record_access(database: TheDatabase, actor: TheActor, patient_id: UUID) -> RecordAccess:
-    """Who sees a patient's record, and whether you do."""
+    """Return who may see a patient's record, and whether you may."""
     with database.read() as session:
         return service.access(session, actor, patient_id)
 
 
-@router.put("/api/patients/{patient_id}/access", responses=PROBLEMS.of(404, 422))
+@router.put("/api/patients/{patient_id}/access", summary="Restrict or open a record", responses=PROBLEMS.of(404, 422))
 def change_record_access(
     database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: RecordAccessChange
 ) -> RecordAccess:
-    """Restrict a record to a care team, or open it to everybody who reads records."""
+    """Restrict a record to a care team, or open it to all users who may read records."""
     with database.write() as session:
         service.change(session, patient_id, wanted)
         return service.access(session, actor, patient_id)
 
 
-@router.post("/api/patients/{patient_id}/break-glass-accesses", responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/patients/{patient_id}/break-glass-accesses",
+    summary="Open a restricted record in an emergency",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: BreakGlass) -> RecordAccess:
-    """Open a restricted record in an emergency, for four hours. Administrators are shown that you did, and why."""
+    """Open a restricted record in an emergency for four hours. Administrators see the access and its reason."""
     with database.write() as session:
         service.break_glass(session, actor, patient_id, wanted.reason)
         return service.access(session, actor, patient_id)
 
 
-@router.get("/api/break-glass-accesses")
+@router.get("/api/break-glass-accesses", summary="List break-glass accesses")
 def list_break_glass_accesses(database: TheDatabase) -> BreakGlassAccessList:
-    """Records that were opened in an emergency: first those that nobody has looked at, then the newest."""
+    """Return the break-glass accesses: unreviewed ones first, then the newest."""
     with database.read() as session:
         return BreakGlassAccessList(items=service.break_glass_accesses(session))
 
 
-@router.post("/api/break-glass-accesses/{glass_id}/review", responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/break-glass-accesses/{glass_id}/review",
+    summary="Review a break-glass access",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def review_break_glass_access(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BreakGlassAccess:
-    """Say that you have looked at it; not of what you did yourself."""
+    """Mark a break-glass access as reviewed. You cannot review your own."""
     with database.write() as session:
         return service.review(session, actor, glass_id)

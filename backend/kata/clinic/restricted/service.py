@@ -1,4 +1,4 @@
-"""Records that only a care team sees. Commits nothing: the request does."""
+"""Restricted records and break-glass accesses. The caller commits."""
 
 import logging
 from collections.abc import Iterable
@@ -27,25 +27,25 @@ _MOST_LISTED: Final = 200
 
 
 def hidden(actor: Actor) -> Select[UUID]:
-    """The patients whose records are not for this actor: a list leaves them out within its own query."""
+    """Return a query of the patients whose records this actor may not see. A list excludes them within its own query."""
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
     opened = _open_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
     return select(PatientRow.id).where(PatientRow.restricted, ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened)))
 
 
 def hidden_among(session: Session, actor: Actor, patient_ids: Iterable[UUID]) -> set[UUID]:
-    """Which of these patients' records are not for this actor."""
+    """Return which of these patients' records this actor may not see."""
     wanted = set(patient_ids)
     return set(session.scalars(hidden(actor).where(PatientRow.id.in_(wanted)))) if wanted else set()
 
 
 def may_see(session: Session, actor: Actor | None, patient_ids: Iterable[UUID]) -> bool:
-    """Whether all of these patients' records are for this actor. Of one that is not there, the route tells."""
+    """True if this actor may see the records of all these patients. Unknown ids count as visible; the route answers 404."""
     return actor is None or not hidden_among(session, actor, patient_ids)
 
 
 def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
-    """Who sees a record, and whether the actor does.
+    """Return who may see a record, and whether the actor may.
 
     :raises ProblemError: 404.
     """
@@ -70,9 +70,9 @@ def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
 
 
 def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> None:
-    """Restrict a record to a team, or open it to everybody who reads records.
+    """Restrict a record to a team, or open it to all users who may read records.
 
-    :raises ProblemError: 404; 422 when nobody has one of these accounts.
+    :raises ProblemError: 404; 422 when one of these accounts does not exist.
     """
     patient = patients.get(session, patient_id, to_change=True)
     known = set(session.scalars(select(AccountRow.id).where(AccountRow.id.in_(wanted.account_ids))))
@@ -91,9 +91,9 @@ def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> No
 
 
 def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -> datetime:
-    """Open a restricted record to the actor, until the time that is returned.
+    """Open a restricted record to the actor and return the end of the access.
 
-    :raises ProblemError: 404; 409 when it is open to the actor anyway.
+    :raises ProblemError: 404; 409 when the record is already open to the actor.
     """
     patients.get(session, patient_id)
     if may_see(session, actor, [patient_id]):
@@ -104,13 +104,13 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
     )
     session.add(row)
     session.flush()
-    # Whose record it is stands in the database; a log is read by others.
-    log.warning("%s broke the glass (%s)", actor.name, row.id)
+    # The patient is not logged: other people read the log.
+    log.warning("%s opened a restricted record in an emergency (%s)", actor.name, row.id)
     return row.until
 
 
 def break_glass_accesses(session: Session) -> list[BreakGlassAccess]:
-    """What was opened in an emergency: first what nobody has looked at, then the newest."""
+    """Return the break-glass accesses: unreviewed ones first, then the newest."""
     query = (
         select(BreakGlassAccessRow, AccountRow.name)
         .join(AccountRow, AccountRow.id == BreakGlassAccessRow.account_id)
@@ -120,9 +120,9 @@ def break_glass_accesses(session: Session) -> list[BreakGlassAccess]:
 
 
 def review(session: Session, actor: Actor, glass_id: UUID) -> BreakGlassAccess:
-    """An administrator has looked at it.
+    """Mark an access as reviewed by an administrator.
 
-    :raises ProblemError: 404; 409 when it was the administrator's own doing, or somebody has looked already.
+    :raises ProblemError: 404; 409 when it is the administrator's own access, or already reviewed.
     """
     row = session.get(BreakGlassAccessRow, glass_id, with_for_update=True)
     account = session.get(AccountRow, row.account_id) if row else None

@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class CareTeamRow(Base):
-    """Of a patient whose record is restricted: who may see it without breaking the glass."""
+    """A member of a restricted patient's care team."""
 
     __tablename__ = "care_team"
     __table_args__ = (Index("ix_care_team_account_id_patient_id", "account_id", "patient_id"),)
@@ -20,7 +20,7 @@ class CareTeamRow(Base):
 
 
 class BreakGlassAccessRow(Base):
-    """Emergency access of an account to a restricted record, limited in time."""
+    """Break-glass access of an account to a restricted record, limited in time."""
 
     __tablename__ = "broken_glass"
 

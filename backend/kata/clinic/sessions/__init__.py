@@ -1,1 +1,1 @@
-"""Sessions: visits, and the runs in them."""
+"""Sessions and their runs."""

@@ -1,8 +1,8 @@
-"""What has to be in order before a patient's arm is taught a motion, or played one. Pure.
+"""The checklist before a patient's arm is taught or played a motion. Pure functions.
 
-An answer is good for what it was given for: the side, the fixtures. Where what comes next needs others, only that is asked
-again; and again when it goes back, for somebody has changed something in between. Side, pin and belt are the same in teaching and
-playback, and so is arm fixer 1; what holds the elbow is not.
+An answer is valid for the side and the fixtures that it was given for. If the next motion needs others, only that check is asked again,
+also when it returns to the first ones, because somebody changed the apparatus in between. Side, pin and belt are the same in teaching and
+playback, and so is arm fixer 1. The elbow's fixture differs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,39 +26,39 @@ _FIXTURE_WORDS: Final[dict[Fixture, Text]] = {
 
 @dataclass(frozen=True)
 class Need:
-    """One thing to be in order."""
+    """One required check."""
 
     check: CheckName
     subject: str
-    """What an answer is good for; empty where there is only one thing it can mean."""
+    """The side or fixtures that an answer is valid for; empty if the check has only one meaning."""
     sentence: Text
     detected: bool
-    """The apparatus itself tells; nobody can tick it."""
+    """True if the apparatus answers the check itself. A user cannot confirm it."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Somebody has looked, or the apparatus has told; kept with the session."""
+    """An answer of a user or of the apparatus, stored with the session."""
 
     check: CheckName
     subject: str
     at: datetime
     by: str
-    """Empty where it was detected."""
+    """Empty if the apparatus answered."""
 
 
 @dataclass(frozen=True)
 class CheckState:
-    """A need and its answer; None while it is open."""
+    """A required check and its answer, None while it is open."""
 
     need: Need
     answer: Answer | None
 
 
 def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fixture, ...]:
-    """What holds the arm in playback: the arm fixer that it was taught with, or the one for its motion where nobody has said.
+    """Return the fixtures for playback: the arm fixer of the teaching, or the one for the motion if it is unknown.
 
-    The therapist held the elbow in teaching (elbow fixer 1), nobody does in playback (elbow fixer 2).
+    In teaching the therapist holds the elbow (elbow fixer 1), in playback nobody does (elbow fixer 2).
     """
     said = {fixer for fixer in taught_with if fixer.startswith("arm_fixer")}
     second = "arm_fixer_2" in said if said else rotates
@@ -66,7 +66,7 @@ def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fix
 
 
 def required_checks(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
-    """Everything, in the order in which one goes through it."""
+    """Return all required checks, in the order of the checklist."""
     return (
         Need("side", side, texts.CHECK_LEFT_SIDE() if side == "left" else texts.CHECK_RIGHT_SIDE(), detected=False),
         Need("fixtures", "+".join(fixtures), texts.CHECK_FIXTURES(fixtures=_fixtures_text(fixtures)), detected=False),
@@ -89,9 +89,9 @@ def _fixtures_text(fixtures: Sequence[Fixture]) -> Text:
 def match_answers(
     needs: Sequence[Need], answers: Sequence[Answer], detected: Mapping[CheckName, datetime | None]
 ) -> tuple[CheckState, ...]:
-    """Each need with its answer: the newest of its check, and only if that was given for the same.
+    """Return each required check with its newest answer, if that was given for the same side or fixtures.
 
-    ``detected``: when the apparatus told of those that nobody ticks; None while it has not.
+    ``detected``: when the apparatus answered its own checks, None if it has not.
     """
 
     def of(need: Need) -> Answer | None:

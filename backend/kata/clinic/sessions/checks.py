@@ -1,6 +1,6 @@
-"""The checklist: what a recording or a teaching needs, who has given it. Commits nothing: the request does.
+"""The checklist of a recording or a teaching and its answers. The caller commits.
 
-A session keeps its answers. Where a motion is taught without one, they come with the request and are good for that teaching.
+A session stores its answers. If a motion is taught without a session, the answers come with the request and are valid for that teaching.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -36,28 +36,28 @@ from kata.station.schemas import Live, TextKey
 from kata.types import Fixture, Side, side_of
 
 _ROTATES_DEG: Final = 15.0
-"""A hand turns the arm a little along with every motion; motion 6 is what turns it by more."""
+"""Every motion turns the arm a little. Only motion 6 turns it by more than this."""
 
 
 @dataclass(frozen=True)
 class ApparatusState:
-    """What the checklist asks of the apparatus itself."""
+    """The state of the apparatus, as far as the checklist needs it."""
 
     station: str
     pedal_answers: bool
     verified_since: datetime | None
-    """Since then it has been connected and its drives configured without a break; None while it is not so."""
+    """Since when it has been connected with configured drives without interruption; None if it is not."""
 
 
 def apparatus_state(station: str, live: Live) -> ApparatusState:
-    """As it is now."""
+    """Return the present state."""
     return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since)
 
 
 def checklist(
     session: DatabaseSession, session_id: UUID, recording_id: UUID | None, apparatus: ApparatusState
 ) -> tuple[CheckState, ...]:
-    """What has to be in order before this recording is played; without one, what holds for all of them.
+    """Return the checklist of a recording; without a recording, the checks that all of them have in common.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
@@ -69,9 +69,9 @@ def checklist(
 def check_states(
     asked: Sequence[Need], given: Sequence[Answer], apparatus: ApparatusState, estop_tested_at: datetime | None
 ) -> tuple[CheckState, ...]:
-    """What is asked, with what was answered, and what the apparatus tells now.
+    """Return the required checks with the given answers and the present answers of the apparatus.
 
-    ``estop_tested_at``: when the emergency stop was last tested; it counts as :func:`estop_test` says.
+    ``estop_tested_at``: the last test of the emergency stop; :func:`estop_test` decides if it counts.
     """
     detected: dict[CheckName, datetime | None] = {
         "pedal": utc_now() if apparatus.pedal_answers else None,
@@ -83,8 +83,8 @@ def check_states(
 def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetime | None:
     """Return the time of the last emergency stop test if it counts, else None.
 
-    It must be of today, and from after the apparatus was connected and its drives configured: the switch is read through a drive, and one
-    that was reset or exchanged since may read it wrongly.
+    It must be of today, and later than the connection of the apparatus and the configuration of its drives: the switch is read through a
+    drive, and a drive that was reset or replaced since may read it wrongly.
     """
     if tested_at is None or apparatus.verified_since is None:
         return None
@@ -92,13 +92,13 @@ def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetim
 
 
 def today() -> datetime:
-    """When today began, by the clock of the computer that the apparatus stands beside: its day is the clinic's."""
+    """Return the beginning of today by the clock of the station's computer."""
     return datetime.now().astimezone().replace(hour=0, minute=0, second=0, microsecond=0)
 
 
 @dataclass(frozen=True)
 class TeachingRequest:
-    """A motion that is to be taught: what its checklist depends on."""
+    """A motion to be taught, as far as its checklist depends on it."""
 
     patient_id: UUID
     side: Side
@@ -108,9 +108,7 @@ class TeachingRequest:
 def teaching_checklist(
     session: DatabaseSession, teaching: TeachingRequest, apparatus: ApparatusState, confirmed: Sequence[Answer] = ()
 ) -> tuple[CheckState, ...]:
-    """What has to be in order before a motion is taught: by what the patient's open session keeps, if apparatus is one, and by
-    what somebody has ``confirmed`` at just now.
-    """
+    """Return the checklist of a teaching: the answers of the patient's open session, if there is one, and those ``confirmed`` now."""
     visit = service.open_of(session, teaching.patient_id)
     given = [*(answers(visit) if visit else ()), *confirmed]
     return check_states(
@@ -125,7 +123,7 @@ def require_teaching(
     by: str,
     apparatus: ApparatusState,
 ) -> None:
-    """The motion may be taught: everything is in order. What was answered is stored with the patient's open session, if apparatus is one.
+    """Check that the motion may be taught. The answers are stored with the patient's open session, if there is one.
 
     :raises ProblemError: 409 naming what is open.
     """
@@ -137,7 +135,7 @@ def require_teaching(
     require_all(checks)
     visit = service.open_of(session, teaching.patient_id)
     if visit:
-        # Nobody else adds to its answers meanwhile.
+        # Lock the session: no other request may add answers meanwhile.
         visit = service.to_change(session, visit.id)
         for answer in confirmed:
             store_answer(visit, answer)
@@ -145,7 +143,7 @@ def require_teaching(
 
 
 def teaching_side(patient: PatientRow, side: Side | None) -> Side:
-    """Which shoulder is taught: the one that is said, or the patient's treated one.
+    """Return the shoulder to be taught: the given one, or the patient's treated one.
 
     :raises ProblemError: 409 for a patient without an episode of care.
     """
@@ -158,7 +156,7 @@ def teaching_side(patient: PatientRow, side: Side | None) -> Side:
 def confirm(
     session: DatabaseSession, session_id: UUID, check: CheckName, given: CheckConfirmation, apparatus: ApparatusState
 ) -> tuple[CheckState, ...]:
-    """Somebody has confirmed.
+    """Store a user's confirmation of a check.
 
     :raises ProblemError: 404; 409 for what only the apparatus tells, for fixtures of no recording, and when the session has
         ended.
@@ -171,7 +169,7 @@ def confirm(
 
 
 def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
-    """What somebody who has confirmed gives an answer to.
+    """Return the check that a user can confirm.
 
     :raises ProblemError: 409 for what only the apparatus tells, and for fixtures of no recording.
     """
@@ -184,7 +182,7 @@ def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
 
 
 def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, apparatus: ApparatusState) -> None:
-    """The recording may be played: everything is in order. What the apparatus told is stored with the session.
+    """Check that the recording may be played. The answers of the apparatus are stored with the session.
 
     :raises ProblemError: 409 naming what is open.
     """
@@ -194,7 +192,7 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, appa
 
 
 def require_all(checks: Sequence[CheckState]) -> None:
-    """Everything is in order.
+    """Check that every check is answered.
 
     :raises ProblemError: 409 naming what is open.
     """
@@ -209,7 +207,7 @@ def require_all(checks: Sequence[CheckState]) -> None:
 
 
 def as_checklist(checks: tuple[CheckState, ...]) -> Checklist:
-    """As it goes out."""
+    """Return the response model."""
     return Checklist(
         checks=[
             SessionCheck(
@@ -233,7 +231,7 @@ def _teaching_needs(teaching: TeachingRequest) -> tuple[Need, ...]:
 
 
 def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
-    """What has to be in order; without a recording, what holds for all of them.
+    """Return the required checks; without a recording, those that all recordings have in common.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
@@ -244,20 +242,20 @@ def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None
 
 
 def needs_of(recording: RecordingRow, angles_deg: Floats) -> tuple[Need, ...]:
-    """What has to be in order before this one is played; its angles ``(n, 5)`` tell whether it turns the arm."""
+    """Return the required checks of a recording. Its angles ``(n, 5)`` determine whether it rotates the arm."""
     rotates = bool(np.ptp(angles_deg[:, 4]) >= _ROTATES_DEG)
     return required_checks(side_of(recording.side), playback_fixtures(recording.fixtures, rotates=rotates))
 
 
 def answers(visit: SessionRow) -> list[Answer]:
-    """All that were given so far."""
+    """Return the stored answers."""
     return [Answer(**check | {"at": datetime.fromisoformat(check["at"])}) for check in visit.checks]
 
 
 def store_answer(visit: SessionRow, answer: Answer) -> None:
-    """Add an answer."""
+    """Add an answer to the session."""
     stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
-    # Only added to: nobody's change of the session is lost by it, so that it counts as none.
+    # Answers are only added, so no edit of the session is overwritten; ``updated_at`` stays.
     visit.checks = [*visit.checks, stored]
 
 
@@ -267,6 +265,6 @@ def _store_detected(visit: SessionRow, checks: Sequence[CheckState]) -> None:
 
 
 def newly_detected(checks: Iterable[CheckState], stored: Iterable[Answer]) -> list[Answer]:
-    """What the apparatus told, once a session: that is not among what is stored."""
+    """Return the answers of the apparatus that are not stored yet, one per check and session."""
     before = {answer.check for answer in stored}
     return [check.answer for check in checks if check.answer and check.need.detected and check.need.check not in before]

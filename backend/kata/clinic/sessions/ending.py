@@ -1,4 +1,4 @@
-"""When a session may be ended, what is refused once it is, and what its end could be called, by what happened in it. Pure."""
+"""Rules of a session's end: when it may end, what is refused afterwards, and the suggested reason. Pure functions."""
 
 from collections.abc import Iterable, Sequence
 from datetime import datetime
@@ -10,19 +10,19 @@ from kata.errors import ProblemError
 
 
 class Played(Protocol):
-    """What a run's end says about the session's."""
+    """A run, as far as the end of its session depends on it."""
 
     @property
     def outcome(self) -> str:
-        """As :data:`kata.clinic.sessions.schemas.Outcome`."""
+        """See :data:`kata.clinic.sessions.schemas.Outcome`."""
 
     @property
     def programme_position(self) -> int | None:
-        """Which item it was."""
+        """Position of its item in the programme."""
 
 
 def check_goes_on(ended_at: datetime | None) -> None:
-    """A session has not ended.
+    """Check that a session has not ended.
 
     :raises ProblemError: 409.
     """
@@ -31,7 +31,7 @@ def check_goes_on(ended_at: datetime | None) -> None:
 
 
 def check_played(played: Iterable[Played]) -> None:
-    """All that was begun in a session has ended.
+    """Check that every run of a session has ended.
 
     :raises ProblemError: 409.
     """
@@ -61,12 +61,12 @@ def _has_unfinished(played: Iterable[Played]) -> bool:
 
 
 def run_not_ended() -> ProblemError:
-    """Something is played in the session, or may be."""
+    """Return the error for a session with a run that has not ended."""
     return ProblemError(409, "run_not_ended", texts.RUN_NOT_ENDED(), texts.END_OR_STOP_FIRST())
 
 
 def suggested_reason(planned: Sequence[SessionItem], runs: Sequence[Played]) -> EndReason:
-    """What the session's end could be called, by what happened."""
+    """Return the suggested end reason, derived from the runs."""
     played = [run for run in runs if run.outcome not in ("unloaded", "loaded")]
     whole = {run.programme_position for run in played if run.outcome == "completed"}
     if planned and all(item.position in whole for item in planned):

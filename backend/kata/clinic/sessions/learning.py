@@ -1,7 +1,7 @@
-"""What repeating a recording has taught: kept with the run that taught it, played with by the next of its kind.
+"""Corrections learned from repeated playback, stored with the run that taught them and used by the next similar run.
 
-A correction belongs to one recording on one station, played in one way: another speed, range or number of repetitions is
-another motion. Commits nothing: the request does.
+A correction belongs to one recording on one station with one speed, range and number of repetitions: with other settings it is another
+motion. The caller commits.
 """
 
 import logging
@@ -27,7 +27,7 @@ COLUMNS: Final = (arrays.Column("time_s", "s", 1e-6), arrays.Column("correction_
 
 
 def newest(session: DatabaseSession, like: RunRow, station: str) -> UUID | None:
-    """The newest run that was played as this one is to be, and has taught something; None when there is none yet."""
+    """Return the newest run with the same settings that has a correction, None if there is none."""
     query = (
         select(RunRow.id)
         .join(RunCorrectionRow, RunCorrectionRow.run_id == RunRow.id)
@@ -45,14 +45,14 @@ def newest(session: DatabaseSession, like: RunRow, station: str) -> UUID | None:
 
 
 def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | None:
-    """What a run has taught; None where there is no run, or its correction is damaged: then it is learned anew."""
+    """Return a run's correction. None without a run or if the correction is damaged; it is then learned again."""
     row = session.get(RunCorrectionRow, run_id) if run_id else None
     if row is None:
         return None
     try:
         columns = arrays.decode(row.data)
     except arrays.UnreadableError as error:
-        log.warning("what run %s has taught is left out: %s", run_id, error)
+        log.warning("the correction of run %s is ignored: %s", run_id, error)
         return None
     return Correction(float(columns["time_s"][1]), columns["correction_deg"])
 
@@ -60,7 +60,7 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
 def learn_from_run(
     session: DatabaseSession, row: RunRow, journal: Journal, motion: Motion, config: StationConfig
 ) -> None:
-    """Learn from a run of the learned method that was played to its end on this station; from others nothing."""
+    """Learn from a run of the learned method that was played to its end on this station. Ignore other runs."""
     if row.method != "learned" or row.outcome != "completed" or journal.station != config.name:
         return
     level = (row.load_level or LOAD_LEVELS) / LOAD_LEVELS

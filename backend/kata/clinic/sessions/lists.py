@@ -1,7 +1,7 @@
-"""Lists of sessions, newest first: found by patient, time, therapist, station and what stopped them.
+"""Lists of sessions, newest first, filtered by patient, time, therapist, station and cause of a stop.
 
-A list tells of a session what stands in its row, and loads no run. However many sessions there are, a page of them is read off
-an index: of what stopped them and whose they were, of the patient, the therapist or the station, or else of time.
+A list shows the session's own row and loads no run. A page is read from an index in constant time: of stop causes, of patient, therapist or
+station, or of time.
 """
 
 from dataclasses import dataclass
@@ -30,44 +30,42 @@ class SessionSummary(Schema):
     patient: SessionPatient
     started_at: Moment
     ended_at: Moment | None
-    therapist: str = Field(description="Empty where nobody has said.")
-    station: str = Field(description="Empty where nothing was played, and for sessions of before that was kept.")
-    runs: int = Field(ge=0, description="How many playbacks.")
-    stops: int = Field(ge=0, description="How many of them were stopped.")
-    signed_at: Moment | None = Field(description="Null until its note is signed.")
+    therapist: str = Field(description="Empty if unknown.")
+    station: str = Field(description="Empty if nothing was played, and for sessions from before it was stored.")
+    runs: int = Field(ge=0, description="Number of runs.")
+    stops: int = Field(ge=0, description="Number of stopped runs.")
+    signed_at: Moment | None = Field(description="Null until the note is signed.")
 
 
 class SessionPage(Schema):
-    """Some sessions, newest first."""
+    """One page of sessions, newest first."""
 
     items: list[SessionSummary]
     next: Next
 
 
 class SessionFilterOptions(Schema):
-    """What sessions can be looked for by."""
+    """Values that sessions can be filtered by."""
 
     therapists: list[str]
     stations: list[str]
-    stops: list[str] = Field(
-        description="Codes of the causes that have stopped a playback.", examples=[["estop_pressed"]]
-    )
+    stops: list[str] = Field(description="Codes of the causes that have stopped a run.", examples=[["estop_pressed"]])
 
 
 @dataclass(frozen=True)
 class SessionFilter:
-    """Which sessions; None: whichever."""
+    """Filter of sessions. None: no filter."""
 
     patient_id: UUID | None = None
     since: datetime | None = None
-    """Begun then or later."""
+    """Started at this time or later."""
     until: datetime | None = None
-    """Begun before then."""
+    """Started before this time."""
     therapist: str | None = None
     station: str | None = None
     stop: str | None = None
     hidden: Select[UUID] | None = None
-    """Patients whose sessions are left out: a query of their ids."""
+    """A query of the patients whose sessions are excluded."""
 
 
 _BY_TIME: Final = Keyset(tuple[datetime, UUID], SessionRow.started_at, SessionRow.id, descending=True)
@@ -77,11 +75,11 @@ _BY_STOP: Final = Keyset(tuple[datetime, UUID], SessionStopRow.started_at, Sessi
 def find(
     session: DatabaseSession, wanted: SessionFilter, limit: int, after: str | None
 ) -> tuple[list[SessionSummary], str | None]:
-    """Some sessions, newest first; and where the next page begins.
+    """Return a page of sessions (newest first) and the next cursor.
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """
-    # First only which they are, which an index tells; then their rows, a page of them.
+    # Find the ids first, which needs an index only; then load one page of rows.
     order = _BY_TIME if wanted.stop is None else _BY_STOP
     found = order.page(_ids(wanted), after, limit).subquery()
     columns = (
@@ -97,7 +95,7 @@ def find(
 
 
 def filter_options(session: DatabaseSession) -> SessionFilterOptions:
-    """The therapists, stations and causes of stops that there are sessions of."""
+    """Return the therapists, stations and stop causes of the stored sessions."""
     return SessionFilterOptions(
         therapists=_distinct_values(session, SessionRow.therapist),
         stations=_distinct_values(session, SessionRow.station),
@@ -106,7 +104,7 @@ def filter_options(session: DatabaseSession) -> SessionFilterOptions:
 
 
 def _ids(wanted: SessionFilter) -> Select[Any]:
-    """Without order and end: those are the page's."""
+    """Return the query of the ids, without order and limit. The page adds them."""
     query: Select[Any]
     table: type[SessionRow] | type[SessionStopRow]
     if wanted.stop is None:
@@ -148,7 +146,7 @@ def _summary(row: Any) -> SessionSummary:
 
 
 def _distinct_values(session: DatabaseSession, column: InstrumentedAttribute[str]) -> list[str]:
-    """Every value of a column that an index begins with, but the empty one: from each to the next, not row by row."""
+    """Return the distinct non-empty values of an indexed column. The query jumps from value to value and does not read every row."""
     values = select(func.min(column).label("value")).where(column > "").cte(recursive=True)
     following = select(func.min(column)).where(column > values.c.value).scalar_subquery()
     values = values.union_all(select(following).where(values.c.value.is_not(None)))

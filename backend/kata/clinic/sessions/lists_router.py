@@ -1,4 +1,4 @@
-"""REST for lists of sessions. Included before the sessions' own routes, whose ids would take its words."""
+"""REST routes of session lists. Include them before the other session routes, which would take their paths for ids."""
 
 from datetime import UTC, datetime
 from typing import Annotated
@@ -19,7 +19,7 @@ router = APIRouter(tags=["sessions"])
 
 
 def _in_utc(moment: datetime) -> datetime:
-    """At either end of the calendar there may be no such time in UTC; nothing was done then."""
+    """Return the time in UTC. At either end of the calendar there is no such time; no session lies there."""
     try:
         return moment.astimezone(UTC)
     except OverflowError:
@@ -33,19 +33,23 @@ def _name(description: str, example: str) -> object:
     return Query(min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL, description=description, examples=[example])
 
 
-@router.get("/api/sessions", responses=PROBLEMS.of(422))
+@router.get("/api/sessions", summary="List sessions of all patients", responses=PROBLEMS.of(422))
 def list_sessions(
     database: TheDatabase,
     actor: TheActor,
-    since: Annotated[_When | None, Query(description="Begun then or later.", examples=["2026-11-01T00:00:00Z"])] = None,
-    until: Annotated[_When | None, Query(description="Begun before then.", examples=["2026-12-01T00:00:00Z"])] = None,
+    since: Annotated[
+        _When | None, Query(description="Started at this time or later.", examples=["2026-11-01T00:00:00Z"])
+    ] = None,
+    until: Annotated[
+        _When | None, Query(description="Started before this time.", examples=["2026-12-01T00:00:00Z"])
+    ] = None,
     therapist: Annotated[str | None, _name("Led by this therapist.", "Sato")] = None,
     station: Annotated[str | None, _name("At this station.", "Station 1")] = None,
     stop: Annotated[str | None, _name("A playback was stopped by this cause: its code.", "estop_pressed")] = None,
     limit: Limit = 50,
     after: After = None,
 ) -> SessionPage:
-    """Sessions of all patients whose records are open to you, newest first; only those that match everything that is given."""
+    """Return sessions of all patients whose records are open to you, newest first. All given filters must match."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
         wanted = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
@@ -53,18 +57,18 @@ def list_sessions(
         return SessionPage(items=items, next=further)
 
 
-@router.get("/api/sessions/filter-options", responses=PROBLEMS.of(422))
+@router.get("/api/sessions/filter-options", summary="List filter options of sessions", responses=PROBLEMS.of(422))
 def get_session_filter_options(database: TheDatabase) -> SessionFilterOptions:
-    """The therapists, stations and causes of stops that sessions can be looked for by."""
+    """Return the therapists, stations and stop causes that sessions can be filtered by."""
     with database.read() as session:
         return lists.filter_options(session)
 
 
-@router.get("/api/patients/{patient_id}/sessions", responses=PROBLEMS.of(404, 422))
+@router.get("/api/patients/{patient_id}/sessions", summary="List a patient's sessions", responses=PROBLEMS.of(404, 422))
 def list_patient_sessions(
     database: TheDatabase, patient_id: UUID, limit: Limit = 50, after: After = None
 ) -> SessionPage:
-    """A patient's sessions, newest first."""
+    """Return a patient's sessions, newest first."""
     with database.read() as session:
         patients.get(session, patient_id)
         items, further = lists.find(session, SessionFilter(patient_id=patient_id), limit, after)

@@ -203,7 +203,7 @@ class OfflineCache:
     def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
         """Store pain scores. None if the session is unknown or the update has other fields.
 
-        :raises ProblemError: 409 when somebody else has changed the session.
+        :raises ProblemError: 409 when the session was changed meanwhile.
         """
         with self._lock:
             known = self._find_session(session_id)
@@ -400,7 +400,7 @@ class OfflineCache:
 
 
 def _of(known: CachedPatient) -> set[tuple[str, UUID]]:
-    """Return every record that a request can name, of recording patient."""
+    """Return every record of one patient that a request can name."""
     named = {("patient_id", known.patient.id), *(("recording_id", recording) for recording in known.recordings)}
     if known.programme:
         named.add(("programme_version_id", known.programme.version_id))

@@ -1,4 +1,4 @@
-"""What the phases of a run's journal tell besides its errors: resistance, less range, and how far the arm went with it."""
+"""Evaluate the phases of a run's journal: resistance, reduced range and the angles reached with it."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -14,19 +14,19 @@ from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.types import side_of
 
 _FAR: Final = 0.7
-"""Of the way from the middle to an end: nearer to the middle, less range and all of it are nearly the same."""
+"""Share of the way from the middle to an end. Nearer to the middle, reduced and full range hardly differ."""
 
 
 def reversals(phase: NDArray[np.uint8]) -> int:
-    """How often the arm was taken back; a pause on the way back does not count twice."""
+    """Return how often resistance took the arm back. A pause on the way back does not count twice."""
     back = phase[phase != PHASE_PAUSED] == PHASE_REVERSING
     return int(np.count_nonzero(np.diff(back.astype(np.int8), prepend=0) == 1))
 
 
 def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats, measured_deg: Floats) -> float | None:
-    """How little of the range of what was asked for was really gone through; None where nobody asked for less.
+    """Return the smallest share of the requested range that was reached, in percent. None if the range was not reduced.
 
-    ``measured_deg`` ``(n, 5)`` is laid over the motion at the places ``path_s`` ``(n,)``: what is left of the way from the middle.
+    ``measured_deg`` ``(n, 5)`` is projected on the motion at the places ``path_s`` ``(n,)``, relative to the middle.
     """
     lessened = phase == PHASE_REDUCED_RANGE
     if not np.any(lessened):
@@ -43,7 +43,7 @@ def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats
 def widen(
     motors: Sequence[MotorTrackingRow], motions: Sequence[MotionTrackingRow], lessened_deg: Floats, side: str
 ) -> None:
-    """What was reached with less range was reached too, although it is not compared: ``lessened_deg`` is ``(n, 5)``."""
+    """Extend the reached angles by those reached with reduced range, ``lessened_deg`` ``(n, 5)``. They are not compared."""
     if len(lessened_deg) == 0:
         return
     for motor in motors:

@@ -1,4 +1,4 @@
-"""What is planned in a session: a version of one of the patient's programmes, or nothing. Commits nothing: the request does."""
+"""The plan of a session: a version of one of the patient's programmes, or none. The caller commits."""
 
 from collections.abc import Iterable
 from uuid import UUID
@@ -13,7 +13,7 @@ from kata.errors import ProblemError, not_found
 
 
 def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:
-    """Plan a session by this version.
+    """Set a version as the session's plan.
 
     :raises ProblemError: 404; 409 when it is not of the patient's open episode.
     """
@@ -32,7 +32,7 @@ def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:
 
 
 def require(row: SessionRow, position: int, recording_id: UUID) -> None:
-    """A recording stands at this place of what is planned.
+    """Check that the plan has the recording at this position.
 
     :raises ProblemError: 409.
     """
@@ -40,7 +40,7 @@ def require(row: SessionRow, position: int, recording_id: UUID) -> None:
 
 
 def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id: UUID) -> None:
-    """A recording stands at this one of the places.
+    """Check that the recording is at this position.
 
     :raises ProblemError: 409.
     """
@@ -54,12 +54,12 @@ def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id:
 
 
 def items(row: SessionRow) -> list[SessionItem]:
-    """In their order; none where recordings are chosen one by one."""
+    """Return the planned items in order. Empty if recordings are chosen one by one."""
     return of_version(row.programme_version) if row.programme_version else []
 
 
 def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
-    """In their order."""
+    """Return a version's items in order."""
     return [
         SessionItem(
             position=item.position,
@@ -77,12 +77,12 @@ def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
 
 
 def as_programme(row: SessionRow) -> SessionProgramme | None:
-    """As it goes out."""
+    """Return the response model."""
     return programme_of(row.programme_version) if row.programme_version else None
 
 
 def programme_of(version: ProgrammeVersionRow) -> SessionProgramme:
-    """A session's, planned by this version."""
+    """Return the response model of a session that is planned by this version."""
     return SessionProgramme(
         id=version.programme.id,
         name=version.programme.name,

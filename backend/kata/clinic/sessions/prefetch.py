@@ -1,4 +1,4 @@
-"""What a session needs of the database, for some patients at once: in a dozen queries, and samples only when they are new."""
+"""Load what sessions of some patients need: a dozen queries for all patients, and samples only if they are new."""
 
 import logging
 import time
@@ -37,7 +37,7 @@ _MOST_SAMPLES: Final = 2_000_000
 
 @dataclass(frozen=True)
 class CachedRecording:
-    """One recording."""
+    """A recording in the cache."""
 
     name: str
     side: Side
@@ -45,34 +45,34 @@ class CachedRecording:
     needs: tuple[Need, ...]
     allowed: DoctorLimits
     learned: Mapping[edit.PlaybackSettings, tuple[UUID, Correction]]
-    """By how it is played: what it is corrected by, and the run that has taught it."""
+    """By settings: the run that taught the correction, and the correction."""
 
 
 @dataclass(frozen=True)
 class CachedPatient:
-    """One patient, as the database told when it last did."""
+    """A patient in the cache, in the state of the last refresh."""
 
     patient: SessionPatient
     episode_id: UUID | None
-    """Of the care that goes on; None where none does."""
+    """The open episode; None without one."""
     side: Side | None
     contraindications: str
     programme: SessionProgramme | None
-    """What a session is planned by that begins now: the newest of that episode."""
+    """The plan of a new session: the newest programme of that episode."""
     visit: Session | None
-    """The session that goes on, and what was done in it since."""
+    """The open session, with the changes made since."""
     timer: planned.PlanTimer | None
-    """Of that session's programme."""
+    """The timer of that session's programme."""
     recordings: Mapping[UUID, CachedRecording]
-    """Those of both programmes, and whatever else was played in the session."""
+    """Recordings of both programmes and all others that were played in the session."""
     unplayable: frozenset[UUID]
-    """Those of them that could not be played with the database either."""
+    """Recordings that could not be played with the database either."""
     at: datetime
     at_s: float
-    """When that was, by the monotonic clock."""
+    """Time of the refresh by the monotonic clock."""
 
     def new_visit(self, session_id: UUID, therapist: str, station: str, at: datetime) -> Session:
-        """A session that begins now, by the programme."""
+        """Return a new session that is planned by the programme."""
         return Session(
             id=session_id,
             patient=self.patient,
@@ -97,7 +97,7 @@ class CachedPatient:
         )
 
     def as_ready(self) -> ReadyPatient:
-        """As it goes out."""
+        """Return the response model."""
         return ReadyPatient(
             patient=self.patient,
             side=self.side,
@@ -110,9 +110,9 @@ class CachedPatient:
 def fetch(
     session: DatabaseSession, station: str, wanted: Sequence[UUID], before: Mapping[UUID, CachedPatient]
 ) -> dict[UUID, CachedPatient]:
-    """Those of the ``wanted`` patients whom a session goes on for, or could begin for; the first ones where the samples are too many.
+    """Return the ``wanted`` patients whose session is open or could begin, the first ones if there are too many samples.
 
-    None whose record is restricted or archived. ``before``: what was fetched last.
+    Patients with a restricted or archived record are left out. ``before``: the result of the last call.
     """
     there = (PatientRow.id.in_(wanted), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
     of_patients = select(PatientRow).where(*there)
@@ -160,7 +160,7 @@ def fetch(
 
 
 def seen_here(session: DatabaseSession, station: str, since: datetime) -> dict[UUID, datetime]:
-    """Who has or had a session at this station since then, by when it began."""
+    """Return the patients who had a session at this station since then, by its start."""
     query = select(SessionRow.patient_id, SessionRow.started_at)
     query = query.where(SessionRow.station == station, SessionRow.started_at >= since)
     return {row.patient_id: row.started_at for row in session.execute(query.order_by(SessionRow.started_at))}
@@ -192,7 +192,7 @@ def _playables(
             playable = _playable(session, recording_id, allowed, learned.get(recording_id, ()), station, had)
         except ProblemError as error:
             if before is None or recording_id not in before.unplayable:
-                log.info("recording %s is not kept ready: %s", recording_id, error)
+                log.info("recording %s is not cached: %s", recording_id, error)
             continue
         if playable:
             found[recording_id] = playable
@@ -207,8 +207,11 @@ def _playable(
     station: str,
     before: CachedRecording | None,
 ) -> CachedRecording | None:
-    """None where it is archived, or no care of its shoulder goes on. Samples never change, nor does what a run has taught: they are
-    fetched once. ``learning_asked``: how it is played with what was learned.
+    """Return a recording, None if it is archived or its shoulder has no open episode.
+
+    Samples and corrections never change: they are loaded once.
+
+    ``learning_asked``: the settings for which a correction is needed.
 
     :raises ProblemError: when the recording's samples are damaged.
     """

@@ -39,7 +39,7 @@ Change = Literal[
     "another", "programme", "care_closed", "patient_archived", "restricted", "ended_already",
 ]  # fmt: skip
 CHANGED: Final[dict[Change, Text]] = {
-    # Of a playback.
+    # Of a run.
     "ended": texts.PLAYED_IN_ENDED_SESSION(),
     "archived": texts.PLAYED_ARCHIVED_RECORDING(),
     "closed": texts.PLAYED_IN_CLOSED_EPISODE(),
@@ -170,7 +170,7 @@ def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
     patient = session.get(PatientRow, opened.patient_id)
     version = session.get(ProgrammeVersionRow, opened.programme_version_id)
     if patient is None or version is None:
-        raise ValueError(f"session {opened.id}: its patient or its programme is not there any more")
+        raise ValueError(f"session {opened.id}: its patient or its programme no longer exists")
     visit = service.new(opened.id, opened.patient_id, opened.episode_id, opened.station, opened.started_at)
     visit.therapist, visit.programme_version_id = opened.therapist, version.id
     session.add(visit)
@@ -212,7 +212,7 @@ def _store_run(session: DatabaseSession, begun: RunStarted) -> None:
 def _visit(session: DatabaseSession, session_id: UUID) -> SessionRow:
     visit = session.get(SessionRow, session_id, with_for_update=True)
     if visit is None:
-        raise ValueError(f"session {session_id} is not there any more")
+        raise ValueError(f"session {session_id} no longer exists")
     return visit
 
 

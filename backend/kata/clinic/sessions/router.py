@@ -1,4 +1,4 @@
-"""REST for sessions and runs."""
+"""REST routes of sessions and runs."""
 
 from typing import Annotated, Protocol
 from uuid import UUID, uuid4
@@ -34,7 +34,7 @@ router = APIRouter(tags=["sessions"])
 
 
 async def _apparatus(station: TheStation) -> checks.ApparatusState:
-    # In the event loop, where the station lives.
+    # Runs in the event loop, because the station's state belongs to it.
     return checks.apparatus_state(station.info.name, station.live())
 
 
@@ -69,20 +69,22 @@ TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
 TheEventSpool = Annotated[EventSpool, Depends(_event_spool)]
 TheApparatus = Annotated[checks.ApparatusState, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
-"""The session that something is loaded or played in just now."""
+"""The session with a loaded or playing run on the apparatus."""
 
 
-@router.get("/api/station/ready-patients")
+@router.get("/api/station/ready-patients", summary="List patients who can be treated without the database")
 def list_ready_patients(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
-    """While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
+    """Return the patients whose session can begin or continue here while the database is unavailable.
 
-    Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
-    record is restricted. Nobody at all while the database answers.
+    These are patients who had a session at this station today or whose record was opened here, with an open episode and a programme.
+    Patients with a restricted record are left out. The list is empty while the database is available.
     """
     return offline_cache.ready()
 
 
-@router.post("/api/sessions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/sessions", summary="Begin or continue a session", status_code=201, responses=PROBLEMS.of(404, 409, 422)
+)
 def create_session(
     database: TheDatabase,
     station: TheStation,
@@ -90,12 +92,12 @@ def create_session(
     event_spool: TheEventSpool,
     wanted: SessionCreate,
 ) -> Session:
-    """Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
+    """Begin a session at this station, or continue the patient's open session. A patient has at most one open session.
 
-    While the database does not answer: for one of those of whom /api/station/ready-patients tells, by the programme that it tells.
+    While the database is unavailable: only for a patient and a programme of /api/station/ready-patients.
     """
     what = (wanted.patient_id, wanted.therapist, wanted.programme_version_id)
-    # RunMotions here: what the database may have written before it was lost is the same session.
+    # Generated here: if the database stored the session before it was lost, both are the same session.
     session_id = uuid4()
     try:
         with database.write() as session:
@@ -114,9 +116,9 @@ def create_session(
     return begun
 
 
-@router.get("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 422))
+@router.get("/api/sessions/{session_id}", summary="Get a session with its runs", responses=PROBLEMS.of(404, 422))
 def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_id: UUID) -> Session:
-    """One session with its runs; while the database does not answer, one that goes on here."""
+    """Return one session with its runs; while the database is unavailable, a session that is open here."""
     try:
         with database.read() as session:
             return service.as_session(service.get(session, session_id))
@@ -127,7 +129,7 @@ def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_i
         return known
 
 
-@router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 409, 422))
+@router.patch("/api/sessions/{session_id}", summary="Change a session", responses=PROBLEMS.of(404, 409, 422))
 def update_session(
     database: TheDatabase,
     offline_cache: TheOfflineCache,
@@ -135,7 +137,7 @@ def update_session(
     session_id: UUID,
     change: SessionUpdate,
 ) -> Session:
-    """Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone."""
+    """Change note, pain, therapist or programme until the session is signed; while the database is unavailable, only pain."""
     try:
         with database.write() as session:
             changed = service.as_session(service.change(session, session_id, change))
@@ -151,15 +153,21 @@ def update_session(
     return changed
 
 
-@router.get("/api/sessions/{session_id}/checklist", responses=PROBLEMS.of(404, 410, 422))
+@router.get(
+    "/api/sessions/{session_id}/checklist",
+    summary="Get the checklist of a session",
+    responses=PROBLEMS.of(404, 410, 422),
+)
 def get_checklist(
     database: TheDatabase,
     apparatus: TheApparatus,
     offline_cache: TheOfflineCache,
     session_id: UUID,
-    recording_id: Annotated[UUID | None, Query(description="What is to be played: it says which fixtures.")] = None,
+    recording_id: Annotated[
+        UUID | None, Query(description="The recording to be played; it determines the fixtures.")
+    ] = None,
 ) -> Checklist:
-    """What has to be in order before a recording is played, and who has looked; some of it the apparatus tells itself."""
+    """Return the checklist of a recording with its answers. The apparatus answers some checks itself."""
     try:
         with database.read() as session:
             return checks.as_checklist(checks.checklist(session, session_id, recording_id, apparatus))
@@ -170,7 +178,11 @@ def get_checklist(
         return checks.as_checklist(known)
 
 
-@router.put("/api/sessions/{session_id}/checklist/{check}", responses=PROBLEMS.of(404, 409, 410, 422))
+@router.put(
+    "/api/sessions/{session_id}/checklist/{check}",
+    summary="Confirm a check of the checklist",
+    responses=PROBLEMS.of(404, 409, 410, 422),
+)
 def confirm_check(
     database: TheDatabase,
     apparatus: TheApparatus,
@@ -180,7 +192,7 @@ def confirm_check(
     check: CheckName,
     given: CheckConfirmation,
 ) -> Checklist:
-    """Somebody has looked, and it is in order."""
+    """Confirm a check of the checklist."""
     try:
         with database.write() as session:
             checklist = checks.as_checklist(checks.confirm(session, session_id, check, given, apparatus))
@@ -196,22 +208,26 @@ def confirm_check(
     return checklist
 
 
-@router.get("/api/patients/{patient_id}/teaching-checklist", responses=PROBLEMS.of(404, 409, 422))
+@router.get(
+    "/api/patients/{patient_id}/teaching-checklist",
+    summary="Get the checklist of a teaching",
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def get_teaching_checklist(
     database: TheDatabase,
     apparatus: TheApparatus,
     patient_id: UUID,
-    fixtures: Annotated[list[Fixture], Query(min_length=1, max_length=3, description="What the arm is in.")],
-    side: Annotated[Side | None, Query(description="The side of the patient's episode unless given.")] = None,
+    fixtures: Annotated[list[Fixture], Query(min_length=1, max_length=3, description="Fixtures that hold the arm.")],
+    side: Annotated[Side | None, Query(description="By default the side of the patient's episode.")] = None,
 ) -> Checklist:
-    """What has to be in order before a motion is taught, and what the patient's open session knows of it already."""
+    """Return the checklist of a teaching, with the answers of the patient's open session."""
     with database.read() as session:
         patient = patients.get(session, patient_id)
         teach = checks.TeachingRequest(patient.id, checks.teaching_side(patient, side), set(fixtures))
         return checks.as_checklist(checks.teaching_checklist(session, teach, apparatus))
 
 
-@router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
+@router.post("/api/sessions/{session_id}/end", summary="End a session", responses=PROBLEMS.of(404, 409, 422))
 def end_session(
     database: TheDatabase,
     offline_cache: TheOfflineCache,
@@ -220,9 +236,9 @@ def end_session(
     session_id: UUID,
     given: SessionEnd | None = None,
 ) -> Session:
-    """End a session; ending it again changes nothing but the reason, if one is given.
+    """End a session. A repeated call changes only the reason, if one is given.
 
-    While the database does not answer, a session that goes on here is ended with the reason that is given, or none.
+    While the database is unavailable, a session that is open here ends with the given reason, or none.
     """
     reason = given.reason if given else None
     try:
@@ -240,43 +256,57 @@ def end_session(
     return ended
 
 
-@router.post("/api/sessions/{session_id}/sign", responses=PROBLEMS.of(404, 409, 422))
+@router.post("/api/sessions/{session_id}/sign", summary="Sign a session's note", responses=PROBLEMS.of(404, 409, 422))
 def sign_session(database: TheDatabase, session_id: UUID, given: SessionSign) -> Session:
-    """Sign the note of an ended session. From then on it stays as it is, and only addenda are added."""
+    """Sign the note of an ended session. Afterwards it cannot change; only addenda can be added."""
     with database.write() as session:
         return service.as_session(signing.sign(session, session_id, given))
 
 
-@router.post("/api/sessions/{session_id}/addenda", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+@router.post(
+    "/api/sessions/{session_id}/addenda",
+    summary="Add an addendum to a signed note",
+    status_code=201,
+    responses=PROBLEMS.of(404, 409, 422),
+)
 def add_addendum(database: TheDatabase, session_id: UUID, given: AddendumCreate) -> Session:
-    """Add to a signed note."""
+    """Add an addendum to a signed note."""
     with database.write() as session:
         return service.as_session(signing.add(session, session_id, given))
 
 
-@router.get("/api/runs/{run_id}", responses=PROBLEMS.of(404, 422))
+@router.get("/api/runs/{run_id}", summary="Get a run", responses=PROBLEMS.of(404, 422))
 def get_run(database: TheDatabase, run_id: UUID) -> Run:
-    """One playback, with its errors."""
+    """Return one run with its tracking errors."""
     with database.read() as session:
         return runs.as_run(runs.get(session, run_id))
 
 
-@router.get("/api/runs/{run_id}/motion", responses=PROBLEMS.of(404, 410, 422))
+@router.get(
+    "/api/runs/{run_id}/motion",
+    summary="Get a run's motion for the 3-D apparatus",
+    responses=PROBLEMS.of(404, 410, 422),
+)
 def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionPreview:
-    """What a run asks of the motors, one repetition of it, for the 3-D apparatus: at most 20 samples a second.
+    """Return one repetition of a run's motion for the 3-D apparatus, with at most 20 samples a second.
 
-    Its range and speed are the run's, so that it can be watched before it touches anybody.
+    It has the run's range and speed, so that it can be watched before it moves a patient.
     """
     with database.read() as session:
         row = runs.get(session, run_id)
         return motion_preview(runs.motion_of(session, row, once=True), side_of(row.recording.side))
 
 
-@router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))
+@router.get(
+    "/api/runs/{run_id}/figures",
+    summary="Get a run's figures",
+    response_model=RunFigures,
+    responses=PROBLEMS.of(404, 409, 410, 422),
+)
 def get_run_figures(database: TheDatabase, worker: TheFigures, window: TheWindow, run_id: UUID) -> StreamingResponse:
-    """For each motor the paper's figure: teaching and playback on the left axis, error on the right one.
+    """Return a figure per motor: teaching and playback on the left axis, error on the right axis, as in the paper.
 
-    Each line with its peaks; of a short run, or of a window that is short, every sample.
+    Peaks are preserved. A short run or window contains every sample.
     """
     with database.read() as session:
         parts = runs.figure_samples(session, run_id, window)

@@ -1,4 +1,4 @@
-"""What is done with runs. Commits nothing: the request does."""
+"""Read and write runs. The caller commits."""
 
 import logging
 from dataclasses import asdict, replace
@@ -52,7 +52,7 @@ log = logging.getLogger(__name__)
 
 
 def get(session: DatabaseSession, run_id: UUID) -> RunRow:
-    """One run.
+    """Return one run.
 
     :raises ProblemError: 404.
     """
@@ -74,9 +74,9 @@ def begin(
     *,
     prepared: RunRow | None = None,
 ) -> RunRow:
-    """Write down that a recording is about to be played; by the learned method, with what was learned on that station.
+    """Store a run that is about to be played, with the station's newest correction for the learned method.
 
-    ``prepared``: the same run as :func:`to_begin` has columns it before: it is played with the correction that was found then.
+    ``prepared``: the result of :func:`to_begin` for the same run; its correction is used.
 
     :raises ProblemError: as :func:`to_begin`.
     """
@@ -99,7 +99,7 @@ def to_begin(
     station: str = "",
     programme_position: int | None = None,
 ) -> RunRow:
-    """A run as it would be written down now; nothing is yet.
+    """Return the run that :func:`begin` would store now. Nothing is stored.
 
     :raises ProblemError: 404; 409 when the session has ended, the recording is another patient's or archived, or it is not at
         that place of the session's programme.
@@ -146,7 +146,7 @@ def new(
     method: Method,
     programme_position: int | None,
 ) -> RunRow:
-    """One that has just been loaded, not added to any database yet."""
+    """Return a new row of a loaded run. It is not added to a database."""
     return RunRow(
         id=id_,
         session_id=session_id,
@@ -166,7 +166,7 @@ def new(
 
 
 class RunMotions:
-    """A run's recording, and what is made of it: each read or worked out when it is first asked for, and only then."""
+    """A run's recording and motion, each computed on first access."""
 
     def __init__(self, session: DatabaseSession, row: RunRow) -> None:
         self._session = session
@@ -179,7 +179,7 @@ class RunMotions:
 
     @cached_property
     def motion(self) -> edit.Motion:
-        """What the run asks of the motors.
+        """Return the motion that the run requests of the motors.
 
         :raises ProblemError: as ``taught``; 422 when it cannot be played like that.
         """
@@ -187,7 +187,7 @@ class RunMotions:
 
 
 def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
-    """What a run asks of the motors: its recording, with what is done to it.
+    """Return the motion that a run requests of the motors: its recording with the run's settings.
 
     :param once: one repetition of it, however many are asked for.
     :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played like that.
@@ -197,7 +197,7 @@ def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> e
 
 
 def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
-    """A recording as a motion.
+    """Return a recording as a motion.
 
     :raises ProblemError: 404; 410 when its samples are damaged.
     """
@@ -206,7 +206,7 @@ def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
 
 
 def with_settings(taught: edit.Motion, asked: edit.PlaybackSettings) -> edit.Motion:
-    """What is made of a recording for a run. Takes seconds for one of an hour.
+    """Return a recording with a run's settings. Takes seconds for a recording of an hour.
 
     :raises ProblemError: 422 when it cannot be played like that.
     """
@@ -219,15 +219,14 @@ def with_settings(taught: edit.Motion, asked: edit.PlaybackSettings) -> edit.Mot
 
 
 def asked_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
-    """How a run's recording is played, or is to be."""
+    """Return the settings of a run."""
     return edit.PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
 
 
 def complete(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
-    """Complete a run from its journal, and learn from it; one that is complete already is left alone. One that was given up too
-    early is none of those.
+    """Complete a run from its journal, and learn from it. A complete run is not changed; a run that was given up too early is completed.
 
-    :returns: the run; None when nobody knows it.
+    :returns: the run; None if it is unknown.
     """
     row = session.get(RunRow, UUID(journal.id))
     if row is None or row.rate_hz is not None:
@@ -271,7 +270,7 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
 
 
 def outcome_of(journal: Journal) -> Outcome:
-    """How the run has ended that this is the journal of."""
+    """Return the outcome of the run with this journal."""
     reason = journal.end.reason if journal.end else None
     return "interrupted" if reason is None or reason == "finished" else reason
 
@@ -292,7 +291,7 @@ def _series(journal: Journal) -> Series:
 
 
 def remove_refused(session: DatabaseSession, run_id: UUID) -> None:
-    """The device refused it: it never began."""
+    """Delete a run that the device refused."""
     row = session.get(RunRow, run_id)
     if row and row.outcome == "loaded":
         _visit(session, row).run_count -= 1
@@ -312,19 +311,19 @@ def _store_stop(session: DatabaseSession, row: RunRow) -> None:
 
 
 def give_up_unended(session: DatabaseSession, station: str, before: datetime) -> int:
-    """With every journal of a station's last device process imported: what was begun there before its end, and has not ended,
-    has lost its journal too.
+    """Close the runs that lost their journal: loaded at this station before ``before`` and not ended.
 
-    A session may have gone on at another station, and be played there just now: :func:`keep` completes that run all the same.
+    Call it when every journal of the station's last device process is imported. A session may have continued at another station and play
+    there now: :func:`complete` completes that run all the same.
 
-    :returns: how many there were.
+    :returns: the number of closed runs.
     """
     here = select(SessionRow.id).where(SessionRow.station.in_((station, "")))
     return _give_up(session, RunRow.session_id.in_(here) & (RunRow.started_at <= before))
 
 
 def give_up(session: DatabaseSession, run_id: UUID) -> None:
-    """One whose journal holds nothing; unless it has ended."""
+    """Close a run whose journal is empty, unless it has ended."""
     _give_up(session, RunRow.id == run_id)
 
 
@@ -335,14 +334,14 @@ def _give_up(session: DatabaseSession, which: ColumnElement[bool]) -> int:
 
 
 def _compare_motions(row: RunRow, motion: edit.Motion, path_s: Floats, measured_deg: Floats) -> list[MotionTrackingRow]:
-    """None where the motors stood as no scapula can stand: what is known of them is kept all the same."""
+    """Compare the basic motions. Empty if the motors had a pose that no scapula can have; the motors are compared all the same."""
     side = side_of(row.recording.side)
     try:
         compared = compare_motions(
             motion.times_s, motion.angles_deg, path_s, measured_deg, lambda angles: pose_deg(angles, side)
         )
     except OutOfReachError as error:
-        log.warning("run %s is compared by its motors only: %s", row.id, error)
+        log.warning("run %s is compared by motors only: %s", row.id, error)
         return []
     return [MotionTrackingRow(motion=tracking.motion.number, **_columns(tracking)) for tracking in compared]
 
@@ -364,7 +363,7 @@ def _columns(tracking: Tracking) -> dict[str, float | None]:
 
 
 def figure_samples(session: DatabaseSession, run_id: UUID, window: Window | None = None) -> RunFigureSamples:
-    """What the run's figures are drawn from; of a window of the path only, where one is given.
+    """Return the data of the run's figures, or of a window of the path.
 
     :raises ProblemError: 404; 409 when nothing was played; 410 when what says where the samples are is damaged.
     """
@@ -383,7 +382,7 @@ def figure_samples(session: DatabaseSession, run_id: UUID, window: Window | None
 
 
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
-    """What the run measured, the arrays of :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS` by name.
+    """Return the run's samples by name (:data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`).
 
     :raises UnreadableError: when they are damaged, or there are none.
     """
@@ -391,7 +390,7 @@ def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
 
 
 def as_run(row: RunRow, recording_name: str | None = None) -> Run:
-    """As it goes out. ``recording_name``: of one that the database does not have yet."""
+    """Return the response model. ``recording_name``: for a run that is not in the database yet."""
     motors = [MotorTracking.model_validate(motor) for motor in row.tracking]
     motions = [MotionTracking.model_validate(motion) for motion in row.motions]
     return Run(

@@ -1,4 +1,4 @@
-"""Sessions and runs as they go in and out."""
+"""Request and response models of sessions and runs."""
 
 from typing import Literal
 from uuid import UUID
@@ -19,67 +19,67 @@ Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "int
 
 
 class PlaybackSettings(Schema):
-    """How a recording is to be played. Unless given, as it was taught, once."""
+    """How a recording is played. By default as taught, once."""
 
     speed_percent: float = Field(
         100.0,
         ge=edit.SPEED_PERCENT[0],
         le=edit.SPEED_PERCENT[1],
-        description="Speed, percent of what was taught.",
+        description="Speed, percent of the taught speed.",
         examples=[50.0],
     )
-    repetitions: int = Field(1, ge=1, le=200, description="How often.", examples=[10])
+    repetitions: int = Field(1, ge=1, le=200, description="Number of repetitions.", examples=[10])
     pause_s: float = Field(
-        0.0, ge=0, le=120, description="Standstill at each end between repetitions, seconds.", examples=[2.0]
+        0.0, ge=0, le=120, description="Pause at each end between repetitions, seconds.", examples=[2.0]
     )
     range_percent: float = Field(
         100.0,
         ge=edit.RANGE_PERCENT[0],
         le=edit.RANGE_PERCENT[1],
-        description="Range of motion, percent of what was taught, around the middle of what each motor goes through.",
+        description="Range of motion, percent of the taught range, around the middle of each motor's range.",
         examples=[80.0],
     )
 
 
 class Tracking(Schema):
-    """One angle's figures: playback minus what was asked for, which is what was taught with the run's settings."""
+    """Errors of one angle: playback minus the requested motion, which is the taught motion with the run's settings."""
 
     peak_deg: float = Field(description="Largest error with its sign, degrees.", examples=[-1.4])
-    peak_at_s: float = Field(description="Where on the motion, seconds.", examples=[6.2])
-    rmse_deg: float = Field(ge=0, description="Root of the mean square, degrees.", examples=[0.4])
+    peak_at_s: float = Field(description="Place on the motion, seconds.", examples=[6.2])
+    rmse_deg: float = Field(ge=0, description="Root mean square error, degrees.", examples=[0.4])
     start_deg: float = Field(description="Error of the first sample, degrees.", examples=[0.1])
     lag_ms: float | None = Field(
-        description="How much later playback does the same, milliseconds; null where the angle hardly moves.",
+        description="Delay of the playback, milliseconds; null if the angle hardly moves.",
         examples=[12.5],
     )
-    taught_min_deg: float | None = Field(description="Lowest angle asked for, degrees.", examples=[5.0])
-    taught_max_deg: float | None = Field(description="Highest angle asked for, degrees.", examples=[100.0])
-    played_min_deg: float | None = Field(description="Lowest angle reached, degrees.", examples=[5.2])
-    played_max_deg: float | None = Field(description="Highest angle reached, degrees.", examples=[99.1])
+    taught_min_deg: float | None = Field(description="Lowest requested angle, degrees.", examples=[5.0])
+    taught_max_deg: float | None = Field(description="Highest requested angle, degrees.", examples=[100.0])
+    played_min_deg: float | None = Field(description="Lowest reached angle, degrees.", examples=[5.2])
+    played_max_deg: float | None = Field(description="Highest reached angle, degrees.", examples=[99.1])
     taught_smoothness: float | None = Field(
         le=0,
-        description="Spectral arc length of what was asked for, over the part that was played: about -1.4 for one smooth "
-        "movement, lower for more of them, for stops and for tremor. Null where the angle hardly moves.",
+        description="Spectral arc length of the requested motion, over the part that was played: about -1.4 for one "
+        "smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.",
         examples=[-2.1],
     )
     played_smoothness: float | None = Field(
-        le=0, description="Spectral arc length of the playback; null where the angle hardly moves.", examples=[-2.2]
+        le=0, description="Spectral arc length of the playback; null if the angle hardly moves.", examples=[-2.2]
     )
 
 
 class MotorTracking(Tracking):
-    """One motor's figures."""
+    """Errors of one motor."""
 
     motor: Motor
     torque_peak_nm: float | None = Field(
-        description="Largest torque while playing with its sign, newton metres.", examples=[2.1]
+        description="Largest torque during playback with its sign, newton metres.", examples=[2.1]
     )
 
 
 class MotionTracking(Tracking):
-    """One basic motion's figures, in the body's angle."""
+    """Errors of one basic motion, in the body's angle."""
 
-    motion: int = Field(ge=1, le=6, description="Its row of Table 2 of Sun et al. (2025).", examples=[4])
+    motion: int = Field(ge=1, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
     name: str = Field(examples=["Abduction / adduction of the shoulder"])
     name_key: OptionalKey = None
     apparatus_min_deg: float = Field(description="Lower end of the apparatus' range, degrees.", examples=[0.0])
@@ -89,17 +89,17 @@ class MotionTracking(Tracking):
 
 
 class Comparison(Schema):
-    """Playback against teaching."""
+    """Comparison of playback and teaching."""
 
-    samples: int = Field(ge=1, description="Samples compared.")
+    samples: int = Field(ge=1, description="Number of compared samples.")
     motors: list[MotorTracking] = Field(min_length=5, max_length=5)
     motions: list[MotionTracking] = Field(
-        max_length=6, description="Those of the six basic motions that the recording moves; none for older runs."
+        max_length=6, description="The basic motions that the recording moves; empty for older runs."
     )
 
 
 class RunStop(Schema):
-    """What stopped a run."""
+    """The cause of a stop."""
 
     code: str = Field(examples=["estop_pressed"])
     message: str = Field(examples=["The emergency stop was pressed."])
@@ -122,42 +122,45 @@ class Run(PlaybackSettings):
     stop: RunStop | None
     rate_hz: int | None = Field(ge=1, description="Samples a second.")
     method: Method | None = Field(
-        description="paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by what earlier runs have taught. "
-        "Null for a run of before there were methods."
+        description="paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by earlier runs. Null for a run "
+        "from before there were methods."
     )
     load_level: LoadLevel | None = Field(
-        description="Resistance at which the arm was to be taken back; null for a run of before there were levels."
+        description="Resistance at which the arm is taken back; null for a run from before there were levels."
     )
     programme_position: int | None = Field(
-        ge=1, description="Which item of the session's programme it is; null where it was chosen besides."
+        ge=1, description="Item of the session's programme; null for a run that was not planned."
     )
     repetitions_done: int | None = Field(
-        ge=0, description="Whole ones; null while it goes on, and for a run of before that was kept."
+        ge=0,
+        description="Completed repetitions; null while the run continues, and for a run from before they were stored.",
     )
     reversals: int | None = Field(
-        ge=0, description="How often the arm met resistance and was taken back; null as for repetitions_done."
+        ge=0, description="How often resistance took the arm back; null as for repetitions_done."
     )
     least_range_percent: float | None = Field(
-        ge=0, le=100, description="How little of its range was played after somebody asked for less; null: nobody did."
+        ge=0,
+        le=100,
+        description="Smallest share of the range that was played after the range was reduced; null if it was not reduced.",
     )
-    comparison: Comparison | None = Field(description="Null while nothing was played.")
+    comparison: Comparison | None = Field(description="Null if nothing was played.")
 
 
 class RunFigure(Schema):
-    """The paper's figure for one motor: angles on the left axis, error on the right one."""
+    """Figure of one motor: angles on the left axis, error on the right axis, as in the paper."""
 
     motor: Motor
     figure: Figure
 
 
 class RunFigures(Schema):
-    """One figure a motor."""
+    """One figure per motor."""
 
     motors: list[RunFigure]
 
 
 class SessionPatient(Schema):
-    """Whose session it is."""
+    """The patient of a session."""
 
     id: UUID
     name: str
@@ -165,15 +168,15 @@ class SessionPatient(Schema):
 
 
 class SessionCreate(Schema):
-    """What is needed to begin a session."""
+    """A new session."""
 
     patient_id: UUID
-    therapist: By = Field("", description="Who treats: you, unless somebody else is named.", examples=["Ito Mai"])
-    programme_version_id: UUID | None = Field(None, description="What is planned; of the patient's open episode.")
+    therapist: By = Field("", description="Treating person: you unless another name is given.", examples=["Ito Mai"])
+    programme_version_id: UUID | None = Field(None, description="The plan: a version of the patient's open episode.")
 
 
 class SessionUpdate(Schema):
-    """Any part of it. ``updated_at`` is the one the editor saw; if the session has changed since, nothing is saved."""
+    """A change of a session. ``updated_at`` is the version that the editor saw. If the session has changed since, nothing is saved."""
 
     therapist: Name | None = None
     programme_version_id: UUID | None = None
@@ -185,28 +188,28 @@ class SessionUpdate(Schema):
 
 
 class SessionEnd(Schema):
-    """How a session ended."""
+    """The end of a session."""
 
-    reason: EndReason | None = Field(None, description="As what happened suggests unless given.")
+    reason: EndReason | None = Field(None, description="By default the reason that the runs suggest.")
 
 
 class SessionSign(Schema):
-    """Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen."""
+    """The signature of a note. ``updated_at`` is the version that the signer saw; a session that has changed since is not signed."""
 
-    signed_by: By = Field("", description="You, unless somebody else is named.")
-    note: Note = Field(min_length=1, description="The note as it is signed.")
+    signed_by: By = Field("", description="Your name unless another is given.")
+    note: Note = Field(min_length=1, description="The signed note.")
     updated_at: Moment | None = None
 
 
 class AddendumCreate(Schema):
-    """What is added to a signed note."""
+    """An addendum to a signed note."""
 
-    written_by: By = Field("", description="You, unless somebody else is named.")
+    written_by: By = Field("", description="Your name unless another is given.")
     text: Note = Field(min_length=1)
 
 
 class Addendum(Schema):
-    """What was added, and when."""
+    """A stored addendum."""
 
     id: UUID
     written_by: str
@@ -215,39 +218,39 @@ class Addendum(Schema):
 
 
 class CheckConfirmation(Schema):
-    """Somebody has looked."""
+    """A user's confirmation of a check."""
 
-    checked_by: By = Field("", description="You, unless somebody else is named.")
-    recording_id: UUID | None = Field(None, description="What is to be played: it says which fixtures are meant.")
+    checked_by: By = Field("", description="Your name unless another is given.")
+    recording_id: UUID | None = Field(None, description="The recording to be played; it determines the fixtures.")
 
 
 class SessionCheck(Schema):
-    """One thing to be in order before something is taught or played."""
+    """One check before teaching or playback."""
 
     check: CheckName
-    subject: str = Field(description="What an answer is good for: a side, fixtures.", examples=["arm_fixer_1"])
+    subject: str = Field(description="The side or fixtures that an answer is valid for.", examples=["arm_fixer_1"])
     sentence: str = Field(examples=["The belt holds the patient in the seat."])
     sentence_key: OptionalKey = None
-    detected: bool = Field(description="The apparatus itself tells; it cannot be ticked.")
+    detected: bool = Field(description="True if the apparatus answers the check itself. A user cannot confirm it.")
     given: bool
-    checked_by: str | None = Field(description="Null where it was detected, or is open.")
+    checked_by: str | None = Field(description="Null if the apparatus answered, and while the check is open.")
     checked_at: Moment | None
 
 
 class Checklist(Schema):
-    """What has to be in order, and what is."""
+    """The checks and their answers."""
 
     checks: list[SessionCheck]
-    complete: bool = Field(description="Nothing is open: it may be taught, or the recording loaded.")
+    complete: bool = Field(description="True if every check is answered: a motion may be taught or loaded.")
 
 
 class CheckAnswer(Schema):
-    """An answer as it is kept with the session."""
+    """An answer as stored with the session."""
 
     check: CheckName
-    subject: str = Field(description="What it was given for: a side, fixtures.", examples=["arm_fixer_1"])
+    subject: str = Field(description="The side or fixtures that it was given for.", examples=["arm_fixer_1"])
     at: Moment
-    by: str = Field(description="Empty where the apparatus itself told.")
+    by: str = Field(description="Empty if the apparatus answered.")
 
 
 class SessionItem(PlaybackSettings):
@@ -261,54 +264,56 @@ class SessionItem(PlaybackSettings):
 
 
 class SessionProgramme(Schema):
-    """What was planned: one version of a programme."""
+    """The plan: one version of a programme."""
 
     id: UUID
     name: str = Field(examples=["Weeks 3 to 6"])
     version_id: UUID
-    number: int = Field(ge=1, description="Of the version.")
+    number: int = Field(ge=1, description="Number of the version.")
     timer_minutes: float | None = Field(
-        gt=0, description="After so many minutes no further repetition or recording is begun."
+        gt=0, description="Minutes after which no further repetition or recording is started."
     )
     items: list[SessionItem]
 
 
 class ReadyPatient(Schema):
-    """Somebody whom a session can be begun for, or goes on for, without the database."""
+    """A patient whose session can begin or continue without the database."""
 
     patient: SessionPatient
-    side: Side | None = Field(description="Of the episode of care that goes on: the shoulder that is treated.")
-    contraindications: str = Field(description="Of that episode.", examples=["No external rotation beyond 30 degrees."])
-    programme: SessionProgramme | None = Field(description="What a session is planned by; null: none can be begun.")
-    session: "Session | None" = Field(description="The one that goes on, or was ended last meanwhile.")
+    side: Side | None = Field(description="The shoulder of the open episode.")
+    contraindications: str = Field(
+        description="Of the open episode.", examples=["No external rotation beyond 30 degrees."]
+    )
+    programme: SessionProgramme | None = Field(description="The plan of a new session; null: no session can begin.")
+    session: "Session | None" = Field(description="The open session, or the last one that ended meanwhile.")
 
 
 class Draft(Schema):
-    """What the note could say."""
+    """A drafted note."""
 
     text: str
-    end_reason: EndReason = Field(description="What the session's end could be called.")
+    end_reason: EndReason = Field(description="The suggested reason of the session's end.")
 
 
 class Session(Schema):
-    """A session with its runs, in their order."""
+    """A session with its runs in order."""
 
     id: UUID
     patient: SessionPatient
     episode_id: UUID | None
-    side: Side | None = Field(description="Of the episode: the shoulder that is treated.")
+    side: Side | None = Field(description="The treated shoulder, from the episode.")
     therapist: str
     station: str
-    programme: SessionProgramme | None = Field(description="Null where recordings were chosen one by one.")
+    programme: SessionProgramme | None = Field(description="Null if recordings were chosen one by one.")
     started_at: Moment
     ended_at: Moment | None
     end_reason: EndReason | None
-    checks: list[CheckAnswer] = Field(description="The checklist's answers, oldest first.")
+    checks: list[CheckAnswer] = Field(description="Answers of the checklist, oldest first.")
     pain_before: Pain | None
     pain_during: Pain | None
     pain_after: Pain | None
     note: str
-    signed_at: Moment | None = Field(description="From then on only addenda are added.")
+    signed_at: Moment | None = Field(description="Afterwards only addenda can be added.")
     signed_by: str
     addenda: list[Addendum]
     updated_at: Moment

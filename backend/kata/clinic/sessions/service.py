@@ -1,4 +1,4 @@
-"""What is done with sessions; with their runs, see ``runs``. Commits nothing: the request does."""
+"""Read and write sessions; for their runs see ``runs``. The caller commits."""
 
 from datetime import datetime
 from typing import Final
@@ -36,9 +36,9 @@ def begin(
     station: str = "",
     session_id: UUID | None = None,
 ) -> SessionRow:
-    """Begin a session; the patient's one that is still open goes on instead, with what it does not have yet.
+    """Begin a session, or continue the patient's open session and fill in its missing fields.
 
-    ``session_id``: of a new one.
+    ``session_id``: the id of a new session.
 
     :raises ProblemError: 404; 409 for an archived patient, or a programme of another episode.
     """
@@ -62,7 +62,7 @@ def begin(
 
 
 def new(id_: UUID, patient_id: UUID, episode_id: UUID | None, station: str, started_at: datetime) -> SessionRow:
-    """One that has just begun, not added to any database yet."""
+    """Return a new row of a session. It is not added to a database."""
     return SessionRow(
         id=id_,
         patient_id=patient_id,
@@ -76,14 +76,14 @@ def new(id_: UUID, patient_id: UUID, episode_id: UUID | None, station: str, star
 
 
 def remove_unannounced(session: DatabaseSession, session_id: UUID) -> None:
-    """Take one back that could not be kept, and that nobody was told of."""
+    """Delete a session that was not reported to its user."""
     row = session.get(SessionRow, session_id)
     if row and not row.runs:
         session.delete(row)
 
 
 def get(session: DatabaseSession, session_id: UUID) -> SessionRow:
-    """One session.
+    """Return one session.
 
     :raises ProblemError: 404.
     """
@@ -94,17 +94,17 @@ def get(session: DatabaseSession, session_id: UUID) -> SessionRow:
 
 
 def open_of(session: DatabaseSession, patient_id: UUID) -> SessionRow | None:
-    """The patient's session that has not ended; None without one."""
+    """Return the patient's open session, None without one."""
     unended = select(SessionRow).where(SessionRow.patient_id == patient_id, SessionRow.ended_at.is_(None))
     return session.scalars(unended.order_by(SessionRow.started_at.desc())).first()
 
 
 def to_change(session: DatabaseSession, session_id: UUID, seen_at: datetime | None = None) -> SessionRow:
-    """One session that may still be changed; nobody else changes it meanwhile.
+    """Return a session that may still change, and lock it.
 
     ``seen_at``: the ``updated_at`` that the editor saw.
 
-    :raises ProblemError: 404; 409 when it is signed, or somebody else has changed it.
+    :raises ProblemError: 404; 409 when it is signed, or it was changed meanwhile.
     """
     row = session.get(SessionRow, session_id, with_for_update=True)
     if row is None:
@@ -117,7 +117,7 @@ def to_change(session: DatabaseSession, session_id: UUID, seen_at: datetime | No
 
 
 def end(session: DatabaseSession, session_id: UUID, reason: EndReason | None = None) -> SessionRow:
-    """End a session, once; only the reason may be given again.
+    """End a session. If it has ended, only the reason can change.
 
     :raises ProblemError: 404; 409 while a run in it has not ended, or when it is signed.
     """
@@ -130,9 +130,9 @@ def end(session: DatabaseSession, session_id: UUID, reason: EndReason | None = N
 
 
 def change(session: DatabaseSession, session_id: UUID, given: SessionUpdate) -> SessionRow:
-    """Change what is given, leave the rest.
+    """Change the given fields only.
 
-    :raises ProblemError: 404; 409 when it is signed, somebody else changed it meanwhile, or the programme is another episode's.
+    :raises ProblemError: 404; 409 when it is signed, it was changed meanwhile, or the programme is another episode's.
     """
     row = to_change(session, session_id, given.updated_at)
     fields = given.model_dump(exclude_unset=True, exclude={"updated_at", "programme_version_id"})
@@ -148,7 +148,7 @@ def change(session: DatabaseSession, session_id: UUID, given: SessionUpdate) -> 
 
 
 def as_session(row: SessionRow) -> Session:
-    """As it goes out."""
+    """Return the response model."""
     return Session(
         id=row.id,
         patient=SessionPatient.model_validate(row.patient),

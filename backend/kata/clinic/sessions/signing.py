@@ -1,4 +1,4 @@
-"""From the session's end to its signature, and what is added after that. Commits nothing: the request does."""
+"""Clinical signature of a session's note, and addenda. The caller commits."""
 
 from uuid import UUID, uuid4
 
@@ -13,7 +13,7 @@ from kata.errors import ProblemError
 
 
 def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> SessionRow:
-    """Sign the note; it cannot be changed afterwards.
+    """Sign the note. It cannot change afterwards.
 
     :raises ProblemError: 404; 409 when it is signed already, the session has not ended, a playback's result has not been
         imported, or the note has changed since the signer saw it.
@@ -29,7 +29,7 @@ def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> Sess
 
 
 def add(session: DatabaseSession, session_id: UUID, given: AddendumCreate) -> SessionRow:
-    """Add to a signed note.
+    """Add an addendum to a signed note.
 
     :raises ProblemError: 404; 409 while it can still be changed.
     """

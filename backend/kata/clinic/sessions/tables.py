@@ -27,11 +27,12 @@ SAMPLE_COLUMNS = (
 )
 """(n,) time since the run's first sample, phase (device.journal), place on the recording; (n, 5) in axis order.
 
-A setpoint goes to its drive in counts of 0.088 deg: what is finer than a fortieth of one never got there."""
+A setpoint is sent to its drive in counts of 0.088 deg. Its resolution here is a fortieth of a count.
+"""
 
 
 class SessionRow(Base):
-    """One visit. Once it is signed only addenda are added."""
+    """One session. Once it is signed, only addenda are added."""
 
     __tablename__ = "sessions"
     __table_args__ = (
@@ -46,7 +47,7 @@ class SessionRow(Base):
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"))
     episode_id: Mapped[UUID | None] = mapped_column(ForeignKey("episodes.id"), index=True)
     programme_version_id: Mapped[UUID | None] = mapped_column(ForeignKey("programme_versions.id"))
-    """What was planned; None where recordings were chosen one by one."""
+    """The plan; None if recordings were chosen one by one."""
     therapist: Mapped[str] = mapped_column(String(100), default="")
     station: Mapped[str] = mapped_column(String(100), default="")
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
@@ -64,7 +65,7 @@ class SessionRow(Base):
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime, default=utc_now)
     run_count: Mapped[int] = mapped_column(default=0)
     stop_count: Mapped[int] = mapped_column(default=0)
-    """Kept with every run that begins and ends, so that a list need not count."""
+    """Updated with every run that begins or ends, so that a list need not count."""
 
     addenda: Mapped[list["AddendumRow"]] = relationship(order_by="AddendumRow.written_at", lazy="selectin")
     patient: Mapped[PatientRow] = relationship(lazy="joined", innerjoin=True)
@@ -74,7 +75,7 @@ class SessionRow(Base):
 
 
 class AddendumRow(Base):
-    """What was added to a signed note."""
+    """An addendum to a signed note."""
 
     __tablename__ = "addenda"
 
@@ -86,7 +87,7 @@ class AddendumRow(Base):
 
 
 class SessionStopRow(Base):
-    """A cause that stopped something in a session: found by cause, whose it was and time, without looking through all the runs."""
+    """A cause of a stop in a session. It is found by cause, therapist, station and time without reading the runs."""
 
     __tablename__ = "session_stops"
     __table_args__ = (
@@ -100,11 +101,11 @@ class SessionStopRow(Base):
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     therapist: Mapped[str] = mapped_column(String(100), default="")
     station: Mapped[str] = mapped_column(String(100), default="")
-    """The session's, all three."""
+    """All three are copies of the session's columns."""
 
 
 class RunRow(Base):
-    """One playback of one recording: written before the device is asked, completed from its journal."""
+    """One playback of one recording. The row is written before the device starts and completed from the journal."""
 
     __tablename__ = "runs"
 
@@ -112,7 +113,7 @@ class RunRow(Base):
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), index=True)
     recording_id: Mapped[UUID] = mapped_column(ForeignKey("recordings.id"), index=True)
     programme_position: Mapped[int | None]
-    """Which item of the session's programme it was; None where it was chosen besides."""
+    """Item of the session's programme; None for a run that was not planned."""
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     outcome: Mapped[str] = mapped_column(String(16))
@@ -122,33 +123,37 @@ class RunRow(Base):
     """Code and parameters of the message; None in rows from before 0009."""
     rate_hz: Mapped[int | None]
     load_level: Mapped[int | None]
-    """None where it was played before there were levels."""
+    """None for a run from before there were levels."""
     speed_percent: Mapped[float] = mapped_column(default=100.0)
     repetitions: Mapped[int] = mapped_column(default=1)
     pause_s: Mapped[float] = mapped_column(default=0.0)
     range_percent: Mapped[float] = mapped_column(default=100.0)
-    """How the recording was to be played (:class:`kata.motion.edit.PlaybackSettings`). What was asked of the motors is made from both again
-    whenever it is needed."""
+    """The settings of the playback (:class:`kata.motion.edit.PlaybackSettings`).
+
+    The requested motion is computed from recording and settings whenever it is needed.
+    """
     method: Mapped[str | None] = mapped_column(String(16))
-    """:data:`kata.motion.method.Method`. None where it was played before there were methods."""
+    """:data:`kata.motion.method.Method`. None for a run from before there were methods."""
     corrected_by: Mapped[UUID | None]
-    """The run whose correction it was played with, if it was with one. No foreign key: SQLite could not drop it again."""
+    """The run whose correction was used, if any. No foreign key: SQLite could not drop it again."""
     samples: Mapped[int | None]
-    """How many were compared: those of the playing itself."""
+    """Number of compared samples: those of the playback itself."""
     worst_rmse_deg: Mapped[float | None]
     worst_peak_deg: Mapped[float | None]
-    """The largest of the five motors', without sign: what a list or a chart of many runs asks for."""
+    """The largest absolute values of the five motors, for lists and charts of many runs."""
     reversals: Mapped[int | None]
-    """How often the arm was taken back; None where it was played before that was kept."""
+    """How often resistance took the arm back; None for a run from before it was stored."""
     least_range_percent: Mapped[float | None]
-    """How little of its range was played after somebody asked for less; None where nobody did."""
+    """Smallest share of the range that was played after the range was reduced; None if it was not reduced."""
     learned_rms_deg: Mapped[float | None]
-    """How much it taught to correct: root of the mean square, of the motor that it is most for; None where it taught nothing, or
-    was played before that was kept."""
+    """Size of the learned correction: root mean square of the motor with the largest one.
+
+    None if nothing was learned, and for a run from before it was stored.
+    """
     repetitions_done: Mapped[int | None]
-    """How many were played to their end; None while it has not ended, and for a broken off run of before that was counted."""
+    """Completed repetitions. None before the run has ended, and for an interrupted run from before they were counted."""
     played_s: Mapped[float | None]
-    """How long the arm was on its path; None while it has not ended, and where that was not kept."""
+    """Seconds on the path. None before the run has ended, and if it was not stored."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)
     tracking: Mapped[list["MotorTrackingRow"]] = relationship(order_by="MotorTrackingRow.motor", lazy="selectin")
@@ -156,9 +161,9 @@ class RunRow(Base):
 
 
 class _TrackingColumns:
-    """One angle's figures in one run (:class:`kata.motion.tracking.Tracking`), playback minus what was asked for.
+    """Errors of one angle in one run (:class:`kata.motion.tracking.Tracking`): playback minus the requested motion.
 
-    Those that may be None are so too for runs of before they were worked out.
+    A nullable column is also None for runs from before it was computed.
     """
 
     peak_deg: Mapped[float]
@@ -175,7 +180,7 @@ class _TrackingColumns:
 
 
 class MotorTrackingRow(_TrackingColumns, Base):
-    """One motor's."""
+    """Errors of one motor."""
 
     __tablename__ = "motor_tracking"
 
@@ -185,7 +190,7 @@ class MotorTrackingRow(_TrackingColumns, Base):
 
 
 class MotionTrackingRow(_TrackingColumns, Base):
-    """One basic motion's, in the body's angle: its number is that of Table 2."""
+    """Errors of one basic motion, in the body's angle. Its number is that of Table 2."""
 
     __tablename__ = "motion_tracking"
 
@@ -194,7 +199,7 @@ class MotionTrackingRow(_TrackingColumns, Base):
 
     @property
     def name(self) -> str:
-        """As Table 2 calls it."""
+        """Name in Table 2."""
         return BASIC_MOTIONS[self.motion - 1].name
 
     @property
@@ -224,7 +229,7 @@ class MotionTrackingRow(_TrackingColumns, Base):
 
 
 class RunSamplesRow(SamplesColumns, Base):
-    """What the run measured, apart from the record, so that a list never loads it."""
+    """The samples of the run, in a table of their own so that a list never loads them."""
 
     __tablename__ = "run_samples"
 
@@ -232,7 +237,7 @@ class RunSamplesRow(SamplesColumns, Base):
 
 
 class RunSampleBlockRow(SampleBlockColumns, Base):
-    """A minute of it (:data:`SAMPLE_COLUMNS`)."""
+    """One minute of samples (:data:`SAMPLE_COLUMNS`)."""
 
     __tablename__ = "run_sample_blocks"
 
@@ -243,7 +248,7 @@ SAMPLES = SampleTables(RunSamplesRow, RunSampleBlockRow, "run_id")
 
 
 class RunCorrectionRow(Base):
-    """What a run of the learned method has taught (:mod:`kata.clinic.sessions.learning`)."""
+    """The correction that a run of the learned method taught (:mod:`kata.clinic.sessions.learning`)."""
 
     __tablename__ = "run_corrections"
 

@@ -1,4 +1,4 @@
-"""What is asked of stations. Commits nothing: the request does."""
+"""Read and write stations. The caller commits."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -18,10 +18,9 @@ _SIMULATED: Final = "simulated"
 
 
 def register(session: Session, config: StationConfig, software: str, now: datetime, *, simulated: bool) -> None:
-    """A station's service has started. What its device runs with is a new version, unless it is the newest's.
+    """Register a station whose service has started. A changed configuration becomes a new version.
 
-    Of a simulated apparatus the port is another one at each start, and which shoulder an apparatus stands for is nobody's
-    configuration: neither makes a version.
+    Two values make no version: the port of a simulated apparatus, which differs at every start, and the side that the apparatus is set to.
     """
     steady = msgspec.structs.replace(config, side=CANONICAL_SIDE, port=_SIMULATED if simulated else config.port)
     toml = as_toml(steady)
@@ -43,7 +42,7 @@ def register(session: Session, config: StationConfig, software: str, now: dateti
 
 
 def registered(session: Session) -> Sequence[tuple[StationRow, int]]:
-    """Every station by name, and the number of its newest version; 0 of one that an older Kata has registered."""
+    """Return every station by name with the number of its newest version; 0 for a station that an older Kata registered."""
     newest = select(StationVersionRow.station, func.max(StationVersionRow.number).label("number"))
     newest_of = newest.group_by(StationVersionRow.station).subquery()
     query = select(StationRow, func.coalesce(newest_of.c.number, 0)).outerjoin(
@@ -53,7 +52,7 @@ def registered(session: Session) -> Sequence[tuple[StationRow, int]]:
 
 
 def versions(session: Session, station: str) -> Sequence[StationVersionRow]:
-    """What it has run with, the newest first.
+    """Return the versions of a station's configuration, newest first.
 
     :raises ProblemError: 404 when there is no such station.
     """

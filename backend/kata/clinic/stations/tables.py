@@ -1,4 +1,4 @@
-"""Tables of the stations, and of what each has run with."""
+"""Tables of the stations and their configurations."""
 
 from datetime import datetime
 
@@ -9,19 +9,19 @@ from kata.database.base import Base, UtcDateTime
 
 
 class StationRow(Base):
-    """An apparatus, as its service last knew it. Its name is its identity: a recording, a correction, a session bear it."""
+    """An apparatus in the state of its last start. Its name identifies it in recordings, corrections and sessions."""
 
     __tablename__ = "stations"
 
     name: Mapped[str] = mapped_column(String(100), primary_key=True)
     config: Mapped[str] = mapped_column(Text)
-    """Its TOML."""
+    """The configuration as TOML."""
     registered_at: Mapped[datetime] = mapped_column(UtcDateTime)
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class StationVersionRow(Base):
-    """Configuration and calibration that a station's device ran with from a moment on; never changed."""
+    """Configuration and calibration of a station from a time on. Never changed."""
 
     __tablename__ = "station_versions"
 
@@ -29,7 +29,7 @@ class StationVersionRow(Base):
     number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     """From 1, without gaps."""
     config: Mapped[str] = mapped_column(Text)
-    """TOML: how the apparatus is wired (bus, inputs), what it may do (limits), and its calibration (zero, direction and lag of each axis)."""
+    """TOML: wiring of the apparatus (bus, inputs), its limits, and its calibration (zero, direction and lag of each axis)."""
     software: Mapped[str] = mapped_column(String(32))
-    """Version of Kata that wrote it down."""
+    """Version of Kata that stored it."""
     since: Mapped[datetime] = mapped_column(UtcDateTime)

@@ -140,8 +140,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Assessment Form
-         * @description What may be measured and asked: motions with what is plausible and usual of them, and the items of the SPADI.
+         * Get the assessment form
+         * @description Return the content of the form: the motions with their plausible and reference angles, and the items of the SPADI.
          */
         get: operations["get_assessment_form"];
         put?: never;
@@ -160,14 +160,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Assessments
-         * @description An episode's assessments, newest first, withdrawn ones among them; and the first, which others are held against.
+         * List an episode's assessments
+         * @description Return an episode's assessments, newest first, with the withdrawn ones. The first one that was not withdrawn is the baseline.
          */
         get: operations["list_assessments"];
         put?: never;
         /**
-         * Create Assessment
-         * @description Keep what was found.
+         * Create an assessment
+         * @description Store an assessment.
          */
         post: operations["create_assessment"];
         delete?: never;
@@ -184,8 +184,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Patient Assessments
-         * @description The assessments of all of a patient's episodes, newest first.
+         * List a patient's assessments
+         * @description Return the assessments of all episodes of a patient, newest first.
          */
         get: operations["list_patient_assessments"];
         put?: never;
@@ -204,8 +204,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Assessment
-         * @description One assessment.
+         * Get an assessment
+         * @description Return one assessment.
          */
         get: operations["get_assessment"];
         put?: never;
@@ -214,8 +214,8 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Assessment
-         * @description Change any part of an assessment.
+         * Change an assessment
+         * @description Change an assessment. Only the given fields change.
          */
         patch: operations["update_assessment"];
         trace?: never;
@@ -230,8 +230,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Withdraw Assessment
-         * @description Withdraw what was entered by mistake: it stays to be seen, and counts for nothing; doing so again changes nothing.
+         * Withdraw an assessment
+         * @description Withdraw an assessment that was entered by mistake. It remains visible and counts for nothing. A repeated call changes nothing.
          */
         post: operations["withdraw_assessment"];
         delete?: never;
@@ -292,14 +292,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Episodes
-         * @description A patient's episodes: those that go on first, then the newest first.
+         * List a patient's episodes of care
+         * @description Return a patient's episodes: open ones first, then the newest first.
          */
         get: operations["list_episodes"];
         put?: never;
         /**
-         * Open Episode
-         * @description Begin the care of a shoulder. Each shoulder has one open episode at most.
+         * Open an episode of care
+         * @description Open an episode of care for a shoulder. Each shoulder has at most one open episode.
          */
         post: operations["open_episode"];
         delete?: never;
@@ -316,8 +316,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Episode
-         * @description One episode with its stages.
+         * Get an episode of care
+         * @description Return one episode with its stages.
          */
         get: operations["get_episode"];
         put?: never;
@@ -326,8 +326,8 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Episode
-         * @description Change any part of it. A doctor's limits count from the next load on.
+         * Change an episode of care
+         * @description Change an episode. A doctor's limits apply from the next load.
          */
         patch: operations["update_episode"];
         trace?: never;
@@ -342,8 +342,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Close Episode
-         * @description End the care of a shoulder: nothing is played to it until an episode is open again.
+         * Close an episode of care
+         * @description Close an episode of care. No motion is played to the shoulder until an episode is open again.
          */
         post: operations["close_episode"];
         delete?: never;
@@ -362,8 +362,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reopen Episode
-         * @description Go on with an episode that was closed.
+         * Reopen an episode of care
+         * @description Reopen a closed episode.
          */
         post: operations["reopen_episode"];
         delete?: never;
@@ -382,8 +382,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Add Stage
-         * @description Note that from a day on the shoulder is in another stage.
+         * Add a stage
+         * @description Record the stage of the shoulder from a day on.
          */
         post: operations["add_stage"];
         delete?: never;
@@ -403,8 +403,8 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Remove Stage
-         * @description Take back a stage that was noted by mistake.
+         * Remove a stage
+         * @description Remove a stage that was recorded by mistake.
          */
         delete: operations["remove_stage"];
         options?: never;
@@ -420,9 +420,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Events
-         * @description What the device told, newest first: every event, and every alarm with when it was acknowledged. Whose arm it was is told to
-         *     whom that patient's record is open.
+         * List device events
+         * @description Return the device's events, newest first.
+         *
+         *     An alarm has the time of its acknowledgement. The patient is named only to users who may see that record.
          */
         get: operations["list_events"];
         put?: never;
@@ -441,8 +442,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Erasures
-         * @description Requests that nobody has decided yet, oldest first; of patients whose records are open to you.
+         * List undecided requests for erasure
+         * @description Return the undecided requests of patients whose records are open to you, oldest first.
          */
         get: operations["list_erasures"];
         put?: never;
@@ -461,14 +462,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Patient Erasures
-         * @description A patient's requests, and what was decided.
+         * List a patient's requests for erasure
+         * @description Return a patient's requests for erasure with their decisions.
          */
         get: operations["list_patient_erasures"];
         put?: never;
         /**
-         * Request Erasure
-         * @description Note that a patient asks for the record to be erased. Nothing is erased by that.
+         * Record a request for erasure
+         * @description Record that a patient requests the erasure of the record. Nothing is erased yet.
          */
         post: operations["request_erasure"];
         delete?: never;
@@ -487,8 +488,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Refuse Erasure
-         * @description Keep the record, and say why: a duty to keep it, say.
+         * Refuse a request for erasure
+         * @description Refuse a request for erasure, with the reason.
          */
         post: operations["refuse_erasure"];
         delete?: never;
@@ -507,8 +508,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Approve Erasure
-         * @description Take away what tells who the patient is, for good; what the shoulder did stays, without a person.
+         * Approve a request and erase the patient
+         * @description Approve a request for erasure: erase the patient's identifying data permanently. Motions and measurements remain without a person.
          */
         post: operations["approve_erasure"];
         delete?: never;
@@ -525,8 +526,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording Samples
-         * @description The samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``.
+         * Download a recording's samples as CSV
+         * @description Return a recording's samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``.
          */
         get: operations["get_recording_samples"];
         put?: never;
@@ -545,8 +546,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording Parquet
-         * @description The samples as Parquet, with where they come from in the file's metadata and the unit in each column's.
+         * Download a recording's samples as Parquet
+         * @description Return a recording's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata.
          */
         get: operations["get_recording_parquet"];
         put?: never;
@@ -565,8 +566,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run Samples
-         * @description What was measured as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque.
+         * Download a run's samples as CSV
+         * @description Return a run's samples as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque.
          */
         get: operations["get_run_samples"];
         put?: never;
@@ -585,8 +586,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run Parquet
-         * @description What was measured as Parquet, with where it comes from in the file's metadata and the unit in each column's.
+         * Download a run's samples as Parquet
+         * @description Return a run's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata.
          */
         get: operations["get_run_parquet"];
         put?: never;
@@ -607,8 +608,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Preview Imported Motion
-         * @description What a CSV file of a motion would be taken for; checked as at the import, and not kept.
+         * Check a CSV file of a motion without importing it
+         * @description Parse and check a CSV file of a motion as the import does. Nothing is stored.
          */
         post: operations["preview_imported_motion"];
         delete?: never;
@@ -627,10 +628,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Import Motion
-         * @description Keep a motion from a CSV file as a recording, checked against the station's limits as at loading.
+         * Import a motion from CSV
+         * @description Import a motion from a CSV file as a recording, checked against the station's limits as at loading.
          *
-         *     What is wrong is told with line and column; nothing is mended, and nothing is kept of a file that is wrong.
+         *     Errors are reported with line and column. Nothing is corrected, and a file with an error is not imported.
          */
         post: operations["import_motion"];
         delete?: never;
@@ -647,8 +648,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Patient Fhir
-         * @description The patient's record as an HL7 FHIR R4 transaction; sent again, it changes nothing where it was sent before.
+         * Export a patient as FHIR
+         * @description Return the patient's record as an HL7 FHIR R4 transaction. A repeated transmission changes nothing at the receiver.
          */
         get: operations["get_patient_fhir"];
         put?: never;
@@ -669,10 +670,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Import Fhir Patients
-         * @description Sign up who is in it: all of them, or none where anything is not understood or a clinic number is taken.
+         * Import patients from FHIR
+         * @description Register the patients of a FHIR resource: all of them, or none if an element is not understood or a clinic number is taken.
          *
-         *     What is not kept here, a telephone number say, is left out and named. No record that is there already is changed.
+         *     Elements that are not stored here, such as a telephone number, are named. Existing records do not change.
          */
         post: operations["import_fhir_patients"];
         delete?: never;
@@ -689,8 +690,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Export Patient
-         * @description Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run.
+         * Export a patient's complete record
+         * @description Return a patient's complete record as a ZIP: record, sessions with notes and signatures, FHIR, and every recording and run.
          */
         get: operations["export_patient"];
         put?: never;
@@ -709,15 +710,16 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Patients
-         * @description Patients in the order of their names. A restricted record that is not open to you is found by its whole clinic number
-         *     alone, and tells no more than number and name.
+         * List or search patients
+         * @description Return patients in the order of their names.
+         *
+         *     A restricted record that is not open to you is found only by its complete clinic number, and shows only number and name.
          */
         get: operations["list_patients"];
         put?: never;
         /**
-         * Create Patient
-         * @description Sign a patient up.
+         * Register a patient
+         * @description Register a patient.
          */
         post: operations["create_patient"];
         delete?: never;
@@ -734,8 +736,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Patient
-         * @description One patient.
+         * Get a patient
+         * @description Return one patient.
          */
         get: operations["get_patient"];
         put?: never;
@@ -744,8 +746,8 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Patient
-         * @description Change any part of a patient's record; archive or restore it.
+         * Change, archive or restore a patient
+         * @description Change a patient's record, or archive or restore it.
          */
         patch: operations["update_patient"];
         trace?: never;
@@ -758,14 +760,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Programmes
-         * @description A patient's programmes with what they say now: the one changed last first, archived ones last.
+         * List a patient's programmes
+         * @description Return a patient's programmes in their newest versions: the last changed first, archived ones last.
          */
         get: operations["list_programmes"];
         put?: never;
         /**
-         * Create Programme
-         * @description A new programme. Each item is checked as at loading: what this station could not play is refused.
+         * Create a programme
+         * @description Create a programme. Each item is checked as at loading; an item that this station cannot play is refused.
          */
         post: operations["create_programme"];
         delete?: never;
@@ -784,8 +786,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Preview Programme
-         * @description How long each item would take, or why it cannot be played; nothing is kept.
+         * Check a programme without storing it
+         * @description Return how long each item would take, or why it cannot be played. Nothing is stored.
          */
         post: operations["preview_programme"];
         delete?: never;
@@ -802,8 +804,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Programme
-         * @description One programme with all its versions.
+         * Get a programme with its versions
+         * @description Return one programme with all its versions.
          */
         get: operations["get_programme"];
         put?: never;
@@ -812,8 +814,8 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Programme
-         * @description Rename, archive or restore; what it says changes by a new version only.
+         * Rename, archive or restore a programme
+         * @description Rename, archive or restore a programme. A change of its items needs a new version.
          */
         patch: operations["update_programme"];
         trace?: never;
@@ -828,8 +830,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Create Programme Version
-         * @description What the programme says from now on; checked as a new one. What it said stays readable.
+         * Add a version to a programme
+         * @description Add a version to a programme, checked like a new programme. Older versions stay readable.
          */
         post: operations["create_programme_version"];
         delete?: never;
@@ -846,8 +848,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session Plan
-         * @description The session's programme, item by item, with what was done of it, and what was played besides.
+         * Compare plan and result of a session
+         * @description Return the session's programme item by item with its result, and the runs that were not planned.
          */
         get: operations["get_session_plan"];
         put?: never;
@@ -866,8 +868,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Adherence
-         * @description Week by week: sessions against how many were wished for, repetitions done against those planned.
+         * Get an episode's weekly adherence
+         * @description Return per week: sessions held and prescribed, repetitions completed and planned.
          */
         get: operations["get_adherence"];
         put?: never;
@@ -886,12 +888,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Progress
-         * @description One chart of an episode over its weeks, and the numbers behind it.
+         * Get a progress chart of an episode
+         * @description Return one chart of an episode over its weeks, with its numbers as a table.
          *
-         *     rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its
-         *     minimal important change. tracking: how well recordings were reproduced. correction: what the learned method has come to.
-         *     adherence: sessions a week, as prescribed and done; weeks begin on Monday, UTC.
+         *     rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its minimal
+         *     important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week, held and
+         *     prescribed; weeks begin on Monday, UTC.
          */
         get: operations["get_progress"];
         put?: never;
@@ -910,8 +912,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Recordings
-         * @description A patient's recordings, newest first, archived ones last.
+         * List a patient's recordings
+         * @description Return a patient's recordings, newest first, archived ones last.
          */
         get: operations["list_recordings"];
         put?: never;
@@ -930,8 +932,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording
-         * @description One recording, with the range and speed of each motor.
+         * Get a recording
+         * @description Return one recording with the range and speed of each motor.
          */
         get: operations["get_recording"];
         put?: never;
@@ -940,8 +942,8 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Recording
-         * @description Rename, annotate, archive or restore; what was recorded does not change.
+         * Rename, annotate, archive or restore a recording
+         * @description Rename, annotate, archive or restore a recording. Its samples do not change.
          */
         patch: operations["update_recording"];
         trace?: never;
@@ -956,10 +958,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Derive Recording
-         * @description Do something to a recording, and keep what comes of it as a new one of the same patient; the old one stays as it is.
+         * Edit a recording into a new one
+         * @description Apply an edit and store the result as a new recording of the same patient. The original stays unchanged.
          *
-         *     It is checked against the station's limits first, as at loading: what leaves them is refused with motor and time.
+         *     The result is checked against the station's limits as at loading. A refusal names motor and time.
          */
         post: operations["derive_recording"];
         delete?: never;
@@ -978,8 +980,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Preview Derived Recording
-         * @description What would come of it, over what it is made of; checked in the same way, and not kept.
+         * Preview an edit of a recording
+         * @description Return a figure of the edited motion over the original. It is checked in the same way and not stored.
          */
         post: operations["preview_derived_recording"];
         delete?: never;
@@ -996,10 +998,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording Figure
-         * @description The five motors' angles over time, one under the other; each line with its peaks.
+         * Get a recording's figure
+         * @description Return a figure of the five motor angles over time. Peaks are preserved.
          *
-         *     Of a short one, or of a window that is short, every sample; a window is given in seconds of the figure's clock.
+         *     A short recording or window contains every sample. The window is given in seconds of the figure's clock.
          */
         get: operations["get_recording_figure"];
         put?: never;
@@ -1018,8 +1020,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording Motion
-         * @description What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second.
+         * Get a recording's motion for the 3-D apparatus
+         * @description Return the taught motion for the 3-D apparatus, with at most 20 samples a second.
          */
         get: operations["get_recording_motion"];
         put?: never;
@@ -1038,8 +1040,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session Report Html
-         * @description A session's report, to be read and printed. Until it is signed, it says so on every page.
+         * Get a session's report as HTML
+         * @description Return a session's report as HTML, to be read and printed. Every page says if it is not signed.
          */
         get: operations["get_session_report_html"];
         put?: never;
@@ -1058,8 +1060,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session Report Pdf
-         * @description The same as PDF, on A4.
+         * Get a session's report as PDF
+         * @description Return a session's report as PDF on A4.
          */
         get: operations["get_session_report_pdf"];
         put?: never;
@@ -1078,8 +1080,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Episode Report Html
-         * @description An episode's report, to be read and printed: assessments, trends, sessions.
+         * Get an episode's report as HTML
+         * @description Return an episode's report as HTML: assessments, trends and sessions.
          */
         get: operations["get_episode_report_html"];
         put?: never;
@@ -1098,8 +1100,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Episode Report Pdf
-         * @description The same as PDF, on A4.
+         * Get an episode's report as PDF
+         * @description Return an episode's report as PDF on A4.
          */
         get: operations["get_episode_report_pdf"];
         put?: never;
@@ -1118,8 +1120,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Note Draft
-         * @description A note from what was measured, to be read and edited; nothing is kept of it.
+         * Draft a session's note
+         * @description Return a note drafted from the measurements, to be read and edited. Nothing is stored.
          */
         get: operations["get_note_draft"];
         put?: never;
@@ -1138,13 +1140,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Record Access
-         * @description Who sees a patient's record, and whether you do.
+         * Get who may see a record
+         * @description Return who may see a patient's record, and whether you may.
          */
         get: operations["get_record_access"];
         /**
-         * Change Record Access
-         * @description Restrict a record to a care team, or open it to everybody who reads records.
+         * Restrict or open a record
+         * @description Restrict a record to a care team, or open it to all users who may read records.
          */
         put: operations["change_record_access"];
         post?: never;
@@ -1164,8 +1166,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Break Glass
-         * @description Open a restricted record in an emergency, for four hours. Administrators are shown that you did, and why.
+         * Open a restricted record in an emergency
+         * @description Open a restricted record in an emergency for four hours. Administrators see the access and its reason.
          */
         post: operations["break_glass"];
         delete?: never;
@@ -1182,8 +1184,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Break Glass Accesses
-         * @description Records that were opened in an emergency: first those that nobody has looked at, then the newest.
+         * List break-glass accesses
+         * @description Return the break-glass accesses: unreviewed ones first, then the newest.
          */
         get: operations["list_break_glass_accesses"];
         put?: never;
@@ -1204,8 +1206,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Review Break Glass Access
-         * @description Say that you have looked at it; not of what you did yourself.
+         * Review a break-glass access
+         * @description Mark a break-glass access as reviewed. You cannot review your own.
          */
         post: operations["review_break_glass_access"];
         delete?: never;
@@ -1222,16 +1224,16 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Sessions
-         * @description Sessions of all patients whose records are open to you, newest first; only those that match everything that is given.
+         * List sessions of all patients
+         * @description Return sessions of all patients whose records are open to you, newest first. All given filters must match.
          */
         get: operations["list_sessions"];
         put?: never;
         /**
-         * Create Session
-         * @description Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
+         * Begin or continue a session
+         * @description Begin a session at this station, or continue the patient's open session. A patient has at most one open session.
          *
-         *     While the database does not answer: for one of those of whom /api/station/ready-patients tells, by the programme that it tells.
+         *     While the database is unavailable: only for a patient and a programme of /api/station/ready-patients.
          */
         post: operations["create_session"];
         delete?: never;
@@ -1248,8 +1250,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session Filter Options
-         * @description The therapists, stations and causes of stops that sessions can be looked for by.
+         * List filter options of sessions
+         * @description Return the therapists, stations and stop causes that sessions can be filtered by.
          */
         get: operations["get_session_filter_options"];
         put?: never;
@@ -1268,8 +1270,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Patient Sessions
-         * @description A patient's sessions, newest first.
+         * List a patient's sessions
+         * @description Return a patient's sessions, newest first.
          */
         get: operations["list_patient_sessions"];
         put?: never;
@@ -1288,11 +1290,11 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Ready Patients
-         * @description While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
+         * List patients who can be treated without the database
+         * @description Return the patients whose session can begin or continue here while the database is unavailable.
          *
-         *     Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
-         *     record is restricted. Nobody at all while the database answers.
+         *     These are patients who had a session at this station today or whose record was opened here, with an open episode and a programme.
+         *     Patients with a restricted record are left out. The list is empty while the database is available.
          */
         get: operations["list_ready_patients"];
         put?: never;
@@ -1311,8 +1313,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session
-         * @description One session with its runs; while the database does not answer, one that goes on here.
+         * Get a session with its runs
+         * @description Return one session with its runs; while the database is unavailable, a session that is open here.
          */
         get: operations["get_session"];
         put?: never;
@@ -1321,8 +1323,8 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Session
-         * @description Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone.
+         * Change a session
+         * @description Change note, pain, therapist or programme until the session is signed; while the database is unavailable, only pain.
          */
         patch: operations["update_session"];
         trace?: never;
@@ -1335,8 +1337,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Checklist
-         * @description What has to be in order before a recording is played, and who has looked; some of it the apparatus tells itself.
+         * Get the checklist of a session
+         * @description Return the checklist of a recording with its answers. The apparatus answers some checks itself.
          */
         get: operations["get_checklist"];
         put?: never;
@@ -1356,8 +1358,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * Confirm Check
-         * @description Somebody has looked, and it is in order.
+         * Confirm a check of the checklist
+         * @description Confirm a check of the checklist.
          */
         put: operations["confirm_check"];
         post?: never;
@@ -1375,8 +1377,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Teaching Checklist
-         * @description What has to be in order before a motion is taught, and what the patient's open session knows of it already.
+         * Get the checklist of a teaching
+         * @description Return the checklist of a teaching, with the answers of the patient's open session.
          */
         get: operations["get_teaching_checklist"];
         put?: never;
@@ -1397,10 +1399,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * End Session
-         * @description End a session; ending it again changes nothing but the reason, if one is given.
+         * End a session
+         * @description End a session. A repeated call changes only the reason, if one is given.
          *
-         *     While the database does not answer, a session that goes on here is ended with the reason that is given, or none.
+         *     While the database is unavailable, a session that is open here ends with the given reason, or none.
          */
         post: operations["end_session"];
         delete?: never;
@@ -1419,8 +1421,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sign Session
-         * @description Sign the note of an ended session. From then on it stays as it is, and only addenda are added.
+         * Sign a session's note
+         * @description Sign the note of an ended session. Afterwards it cannot change; only addenda can be added.
          */
         post: operations["sign_session"];
         delete?: never;
@@ -1439,8 +1441,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Add Addendum
-         * @description Add to a signed note.
+         * Add an addendum to a signed note
+         * @description Add an addendum to a signed note.
          */
         post: operations["add_addendum"];
         delete?: never;
@@ -1457,8 +1459,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run
-         * @description One playback, with its errors.
+         * Get a run
+         * @description Return one run with its tracking errors.
          */
         get: operations["get_run"];
         put?: never;
@@ -1477,10 +1479,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run Motion
-         * @description What a run asks of the motors, one repetition of it, for the 3-D apparatus: at most 20 samples a second.
+         * Get a run's motion for the 3-D apparatus
+         * @description Return one repetition of a run's motion for the 3-D apparatus, with at most 20 samples a second.
          *
-         *     Its range and speed are the run's, so that it can be watched before it touches anybody.
+         *     It has the run's range and speed, so that it can be watched before it moves a patient.
          */
         get: operations["get_run_motion"];
         put?: never;
@@ -1499,10 +1501,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run Figures
-         * @description For each motor the paper's figure: teaching and playback on the left axis, error on the right one.
+         * Get a run's figures
+         * @description Return a figure per motor: teaching and playback on the left axis, error on the right axis, as in the paper.
          *
-         *     Each line with its peaks; of a short run, or of a window that is short, every sample.
+         *     Peaks are preserved. A short run or window contains every sample.
          */
         get: operations["get_run_figures"];
         put?: never;
@@ -2519,7 +2521,7 @@ export interface components {
         };
         /**
          * Addendum
-         * @description What was added, and when.
+         * @description A stored addendum.
          */
         Addendum: {
             /**
@@ -2541,12 +2543,12 @@ export interface components {
         };
         /**
          * AddendumCreate
-         * @description What is added to a signed note.
+         * @description An addendum to a signed note.
          */
         AddendumCreate: {
             /**
              * Written By
-             * @description You, unless somebody else is named.
+             * @description Your name unless another is given.
              * @default
              */
             written_by: string;
@@ -2555,12 +2557,12 @@ export interface components {
         };
         /**
          * Adherence
-         * @description From the first session or programme to the present week, or to that in which the episode was closed.
+         * @description The weeks from the first session or programme to the present week, or to the week in which the episode was closed.
          */
         Adherence: {
             /**
              * Weeks
-             * @description Oldest first; weeks without a session are there too.
+             * @description Oldest first, with the weeks without a session.
              */
             weeks: components["schemas"]["AdherenceWeek"][];
         };
@@ -2572,31 +2574,31 @@ export interface components {
             /**
              * Begins On
              * Format: date
-             * @description Its Monday, by the clinic's clock.
+             * @description The Monday, in the clinic's time zone.
              * @example 2026-11-16
              */
             begins_on: string;
             /**
              * Sessions
-             * @description Sessions in which something was played.
+             * @description Number of sessions in which something was played.
              * @example 2
              */
             sessions: number;
             /**
              * Sessions Wished
-             * @description What the programme wishes at its end; null where none wishes anything.
+             * @description Prescribed sessions at the end of the week; null if none are prescribed.
              * @example 3
              */
             sessions_wished: number | null;
             /**
              * Repetitions Planned
-             * @description By the programmes of these sessions.
+             * @description According to the programmes of these sessions.
              * @example 60
              */
             repetitions_planned: number;
             /**
              * Repetitions Done
-             * @description Of those; more than planned counts nothing.
+             * @description Planned repetitions that were played. Repetitions beyond the plan do not count.
              * @example 54
              */
             repetitions_done: number;
@@ -2615,7 +2617,7 @@ export interface components {
         };
         /**
          * Assessment
-         * @description What was found on a day.
+         * @description The findings of one day.
          */
         Assessment: {
             /**
@@ -2652,7 +2654,7 @@ export interface components {
             pain_average: number | null;
             /** Spadi */
             spadi: (number | null)[] | null;
-            /** @description Null where it was not asked. */
+            /** @description Null if the questionnaire was not asked. */
             spadi_score: components["schemas"]["SpadiScore"] | null;
             /** Note */
             note: string;
@@ -2665,25 +2667,25 @@ export interface components {
             updated_at: string;
             /**
              * Withdrawn At
-             * @description When it was said to have been entered by mistake. UTC.
+             * @description When it was marked as entered by mistake. UTC.
              */
             withdrawn_at: string | null;
         };
         /**
          * AssessmentCreate
-         * @description What was found. Nothing has to be measured, but something.
+         * @description A new assessment. It must contain at least one finding.
          */
         AssessmentCreate: {
             /**
              * Assessed At
              * Format: date-time
-             * @description When it was found. UTC.
+             * @description When the findings were taken. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             assessed_at: string;
             /**
              * Assessed By
-             * @description You, unless somebody else is named.
+             * @description Your name unless another is given.
              * @default
              * @example Kimura Jun
              */
@@ -2708,7 +2710,7 @@ export interface components {
         };
         /**
          * AssessmentForm
-         * @description What an assessment may hold, in the order in which it is asked for.
+         * @description The content of an assessment, in the order of the form.
          */
         AssessmentForm: {
             /** Rom */
@@ -2717,18 +2719,18 @@ export interface components {
             spadi: components["schemas"]["SpadiItem"][];
             /**
              * Spadi Perhaps Important
-             * @description Less of a change is not important to patients.
+             * @description A smaller change is not important to patients.
              */
             spadi_perhaps_important: number;
             /**
              * Spadi Important
-             * @description As much of a change, or more, is.
+             * @description A change of this size or more is important to patients.
              */
             spadi_important: number;
         };
         /**
          * AssessmentPage
-         * @description Some of them, newest first; withdrawn ones are among them.
+         * @description One page of assessments, newest first, with the withdrawn ones.
          */
         AssessmentPage: {
             /** Items */
@@ -2741,9 +2743,9 @@ export interface components {
         };
         /**
          * AssessmentUpdate
-         * @description Any part of it. What is given replaces what was there: ``rom`` all its entries, null what is taken back.
+         * @description A change of an assessment. A given field replaces the stored one: ``rom`` replaces all entries, null removes a value.
          *
-         *     ``updated_at`` is the one the editor saw; if it has been changed since, nothing is saved.
+         *     ``updated_at`` is the version that the editor saw. If the assessment has changed since, nothing is saved.
          */
         AssessmentUpdate: {
             /**
@@ -2774,13 +2776,13 @@ export interface components {
         };
         /**
          * AssessmentWithdraw
-         * @description It was entered by mistake.
+         * @description Withdraw an assessment that was entered by mistake.
          */
         AssessmentWithdraw: {
             /**
              * Updated At
              * Format: date-time
-             * @description The one that was seen: what has been changed since is not withdrawn. UTC.
+             * @description The version that the user saw. An assessment that has changed since is not withdrawn. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             updated_at: string;
@@ -3054,19 +3056,19 @@ export interface components {
         };
         /**
          * BreakGlass
-         * @description Why a restricted record has to be opened now.
+         * @description Reason for a break-glass access.
          */
         BreakGlass: {
             /**
              * Reason
-             * @description What for; an administrator reads it.
+             * @description Purpose; an administrator reads it.
              * @example Came in with acute pain, her therapist is away.
              */
             reason: string;
         };
         /**
          * BreakGlassAccess
-         * @description A restricted record that somebody opened in an emergency.
+         * @description A break-glass access to a restricted record.
          */
         BreakGlassAccess: {
             /**
@@ -3086,7 +3088,7 @@ export interface components {
             account_id: string;
             /**
              * Name
-             * @description Of who did.
+             * @description Name of the user.
              * @example Sato Ken
              */
             name: string;
@@ -3108,7 +3110,7 @@ export interface components {
             until: string;
             /**
              * Reviewed At
-             * @description Null until an administrator has looked at it.
+             * @description Null until an administrator has reviewed it.
              */
             reviewed_at: string | null;
             /** Reviewed By */
@@ -3116,7 +3118,7 @@ export interface components {
         };
         /**
          * BreakGlassAccessList
-         * @description Those that nobody has looked at come first, then the newest.
+         * @description Unreviewed accesses first, then the newest.
          */
         BreakGlassAccessList: {
             /** Items */
@@ -3177,7 +3179,7 @@ export interface components {
         };
         /**
          * CheckAnswer
-         * @description An answer as it is kept with the session.
+         * @description An answer as stored with the session.
          */
         CheckAnswer: {
             /**
@@ -3187,7 +3189,7 @@ export interface components {
             check: "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
              * Subject
-             * @description What it was given for: a side, fixtures.
+             * @description The side or fixtures that it was given for.
              * @example arm_fixer_1
              */
             subject: string;
@@ -3200,55 +3202,55 @@ export interface components {
             at: string;
             /**
              * By
-             * @description Empty where the apparatus itself told.
+             * @description Empty if the apparatus answered.
              */
             by: string;
         };
         /**
          * CheckConfirmation
-         * @description Somebody has looked.
+         * @description A user's confirmation of a check.
          */
         CheckConfirmation: {
             /**
              * Checked By
-             * @description You, unless somebody else is named.
+             * @description Your name unless another is given.
              * @default
              */
             checked_by: string;
             /**
              * Recording Id
-             * @description What is to be played: it says which fixtures are meant.
+             * @description The recording to be played; it determines the fixtures.
              */
             recording_id?: string | null;
         };
         /**
          * Checklist
-         * @description What has to be in order, and what is.
+         * @description The checks and their answers.
          */
         Checklist: {
             /** Checks */
             checks: components["schemas"]["SessionCheck"][];
             /**
              * Complete
-             * @description Nothing is open: it may be taught, or the recording loaded.
+             * @description True if every check is answered: a motion may be taught or loaded.
              */
             complete: boolean;
         };
         /**
          * Comparison
-         * @description Playback against teaching.
+         * @description Comparison of playback and teaching.
          */
         Comparison: {
             /**
              * Samples
-             * @description Samples compared.
+             * @description Number of compared samples.
              */
             samples: number;
             /** Motors */
             motors: components["schemas"]["MotorTracking"][];
             /**
              * Motions
-             * @description Those of the six basic motions that the recording moves; none for older runs.
+             * @description The basic motions that the recording moves; empty for older runs.
              */
             motions: components["schemas"]["MotionTracking"][];
         };
@@ -3287,7 +3289,7 @@ export interface components {
         };
         /**
          * DeviceEvent
-         * @description Something that the device told; an alarm where it stopped something.
+         * @description An event of the device. An alarm has stopped something.
          */
         DeviceEvent: {
             /**
@@ -3326,12 +3328,12 @@ export interface components {
             message_key?: components["schemas"]["TextKey"] | null;
             /**
              * Category
-             * @description Of the stop, where it is an alarm.
+             * @description Category of the stop, for an alarm.
              */
             category: number | null;
             /**
              * Axis
-             * @description Motor number, where it belongs to one.
+             * @description Motor number, if it belongs to a motor.
              */
             axis: number | null;
             /** Patient Id */
@@ -3342,13 +3344,13 @@ export interface components {
             run_id: string | null;
             /**
              * Ended At
-             * @description When an alarm was acknowledged, its cause gone.
+             * @description When an alarm was acknowledged after its cause had gone.
              */
             ended_at: string | null;
         };
         /**
          * DeviceEventPage
-         * @description Some of the events that match, newest first.
+         * @description One page of matching events, newest first.
          */
         DeviceEventPage: {
             /** Items */
@@ -3361,14 +3363,14 @@ export interface components {
         };
         /**
          * Draft
-         * @description What the note could say.
+         * @description A drafted note.
          */
         Draft: {
             /** Text */
             text: string;
             /**
              * End Reason
-             * @description What the session's end could be called.
+             * @description The suggested reason of the session's end.
              * @enum {string}
              */
             end_reason: "completed" | "shortened" | "stopped" | "patient_request" | "other";
@@ -3437,17 +3439,17 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             updated_at: string;
-            /** @description The newest one; null where none was noted. */
+            /** @description The newest stage; null if none is recorded. */
             stage: components["schemas"]["Stage"] | null;
             /**
              * Stages
-             * @description In the order of their days.
+             * @description Ordered by day.
              */
             stages: components["schemas"]["Stage"][];
         };
         /**
          * EpisodeAssessments
-         * @description An episode's, and what they are held against.
+         * @description An episode's assessments with their baseline.
          */
         EpisodeAssessments: {
             /** Items */
@@ -3457,12 +3459,12 @@ export interface components {
              * @description Ask for the next page with this as `after`; null at the end of the list.
              */
             next: string | null;
-            /** @description The first that was not withdrawn. */
+            /** @description The first assessment that was not withdrawn. */
             baseline: components["schemas"]["Assessment"] | null;
         };
         /**
          * EpisodeClose
-         * @description How the care of a shoulder ended.
+         * @description The end of an episode.
          */
         EpisodeClose: {
             /**
@@ -3476,7 +3478,7 @@ export interface components {
         };
         /**
          * EpisodeCreate
-         * @description What is known when the care of a shoulder begins.
+         * @description A new episode of care.
          */
         EpisodeCreate: {
             /**
@@ -3492,7 +3494,7 @@ export interface components {
             diagnosis: string;
             /**
              * Onset On
-             * @description When the trouble began.
+             * @description When the complaint began.
              * @example 2026-05-01
              */
             onset_on?: string | null;
@@ -3528,7 +3530,7 @@ export interface components {
         };
         /**
          * EpisodeList
-         * @description A patient's episodes: those that go on first, then by when they were opened, newest first.
+         * @description A patient's episodes: open ones first, then the newest first.
          */
         EpisodeList: {
             /** Items */
@@ -3536,7 +3538,7 @@ export interface components {
         };
         /**
          * EpisodeUpdate
-         * @description Any part of it. ``updated_at`` is the one the editor saw; if the episode has changed since, nothing is saved.
+         * @description A change of an episode. ``updated_at`` is the version that the editor saw. If the episode has changed since, nothing is saved.
          */
         EpisodeUpdate: {
             /** Diagnosis */
@@ -3567,7 +3569,7 @@ export interface components {
         };
         /**
          * Erasure
-         * @description A request for erasure, and what was decided.
+         * @description A request for erasure and its decision.
          */
         Erasure: {
             /**
@@ -3589,7 +3591,7 @@ export interface components {
             asked_at: string;
             /**
              * Reason
-             * @description Empty once the record is erased: it may have named the patient.
+             * @description Empty once the record is erased, because it may have named the patient.
              */
             reason: string;
             /** Noted By */
@@ -3600,7 +3602,7 @@ export interface components {
             decided_by: string;
             /**
              * Decision
-             * @description Null while nobody has decided.
+             * @description Null while undecided.
              */
             decision: ("erased" | "refused") | null;
             /** Explanation */
@@ -3608,25 +3610,25 @@ export interface components {
         };
         /**
          * ErasureConsent
-         * @description What tells who the patient is, is taken away. Nothing brings it back.
+         * @description The approval of a request. The identifying data are erased and cannot be restored.
          */
         ErasureConsent: {
             /**
              * Clinic Number
-             * @description The patient's, typed once more: this cannot be undone.
+             * @description The patient's clinic number, typed again as confirmation: this cannot be undone.
              * @example K-0042
              */
             clinic_number: string;
             /**
              * Explanation
-             * @description Without naming the patient.
+             * @description Must not name the patient.
              * @default
              * @example Nothing forbids it.
              */
             explanation: string;
             /**
              * Decided By
-             * @description You, unless somebody else is named.
+             * @description Your name unless another is given.
              * @default
              * @example Director Kobayashi
              */
@@ -3642,7 +3644,7 @@ export interface components {
         };
         /**
          * ErasureRefusal
-         * @description The record is kept, and why.
+         * @description The refusal of a request, with its reason.
          */
         ErasureRefusal: {
             /**
@@ -3652,7 +3654,7 @@ export interface components {
             explanation: string;
             /**
              * Decided By
-             * @description You, unless somebody else is named.
+             * @description Your name unless another is given.
              * @default
              * @example Director Kobayashi
              */
@@ -3660,7 +3662,7 @@ export interface components {
         };
         /**
          * ErasureRequest
-         * @description A patient asks for the record to be erased.
+         * @description A patient's request for erasure of the record.
          */
         ErasureRequest: {
             /**
@@ -3670,7 +3672,7 @@ export interface components {
             reason: string;
             /**
              * Noted By
-             * @description Who noted it: you, unless somebody else is named.
+             * @description Person who recorded it: you unless another name is given.
              * @default
              * @example Suzuki Aya
              */
@@ -3748,7 +3750,7 @@ export interface components {
         };
         /**
          * Figure
-         * @description A Plotly figure, to be drawn as it is.
+         * @description A Plotly figure.
          */
         Figure: {
             /** Data */
@@ -3761,7 +3763,7 @@ export interface components {
             };
             /**
              * Texts
-             * @description For the translation of its English texts.
+             * @description Codes of its English texts, for translation.
              * @default []
              */
             texts: components["schemas"]["PlacedText"][];
@@ -3794,12 +3796,12 @@ export interface components {
         };
         /**
          * Hold
-         * @description Stand at one point for a while.
+         * @description Stop at one point for a while.
          */
         Hold: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -3810,20 +3812,20 @@ export interface components {
             do: "hold";
             /**
              * At S
-             * @description Where on the motion, seconds.
+             * @description Place on the motion, seconds.
              * @example 4
              */
             at_s: number;
             /**
              * Hold S
-             * @description For how long, seconds.
+             * @description Duration, seconds.
              * @example 10
              */
             hold_s: number;
         };
         /**
          * ImportedMotion
-         * @description A new recording, and what was understood of its file.
+         * @description A new recording and the content of its file.
          */
         ImportedMotion: {
             recording: components["schemas"]["RecordingDetail"];
@@ -3831,14 +3833,14 @@ export interface components {
         };
         /**
          * ImportedPatients
-         * @description Who was signed up, and what of the resources is not kept here.
+         * @description The registered patients and the elements that were not stored.
          */
         ImportedPatients: {
             /** Items */
             items: components["schemas"]["Patient"][];
             /**
              * Left Out
-             * @description Elements that were not taken over, by their path.
+             * @description Elements that were not imported, by their path.
              * @example [
              *       "Patient.telecom"
              *     ]
@@ -3847,12 +3849,12 @@ export interface components {
         };
         /**
          * Isolate
-         * @description Only some motors move, as they did; the others stay where they started.
+         * @description Move some motors only. The others stay where they started.
          */
         Isolate: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -3873,33 +3875,33 @@ export interface components {
         };
         /**
          * ItemDone
-         * @description One item of the programme, and what was done of it.
+         * @description One item of the programme and its result.
          */
         ItemDone: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -3934,7 +3936,7 @@ export interface components {
             recording_name: string;
             /**
              * Recording Archived
-             * @description True: it cannot be played until it is restored.
+             * @description True: the recording must be restored before it can be played.
              */
             recording_archived: boolean;
             /**
@@ -3956,24 +3958,24 @@ export interface components {
             repetitions_done: number;
             /**
              * Done
-             * @description none: left out, or its turn has not come yet. some: fewer repetitions than planned.
+             * @description none: skipped or not due yet. some: fewer repetitions than planned.
              * @enum {string}
              */
             done: "all" | "some" | "none";
         };
         /**
          * ItemPreview
-         * @description How long one item would take, or why it cannot be one.
+         * @description Duration of one item, or why it cannot be played.
          */
         ItemPreview: {
             /**
              * Duration S
-             * @description Playing time, seconds; null where it cannot be played.
+             * @description Playing time, seconds; null if it cannot be played.
              */
             duration_s: number | null;
             /**
              * Problem
-             * @description Why not, in a sentence.
+             * @description Reason, as a sentence.
              */
             problem: string | null;
             /** @description Code and parameters of the English text beside it; null: it has none. */
@@ -3981,33 +3983,33 @@ export interface components {
         };
         /**
          * ItemWanted
-         * @description One recording to be played, and how. Unless given, as it was taught, once.
+         * @description One recording and its settings. By default as taught, once.
          */
         ItemWanted: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -4174,28 +4176,28 @@ export interface components {
         LoadRequest: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -4382,12 +4384,12 @@ export interface components {
         };
         /**
          * Mirror
-         * @description The same motion for the other shoulder.
+         * @description Mirror the motion for the other shoulder.
          */
         Mirror: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -4421,31 +4423,31 @@ export interface components {
         };
         /**
          * MotionLimit
-         * @description How far a doctor lets one of the six basic motions go, in the body's angle.
+         * @description A doctor's limit of one of the six basic motions, in the body's angle.
          */
         MotionLimit: {
             /**
              * Motion
-             * @description Its row of Table 2 of Sun et al. (2025).
+             * @description Row of Table 2 of Sun et al. (2025).
              * @example 4
              */
             motion: number;
             /**
              * Lowest Deg
-             * @description Degrees; null: as far as the apparatus goes.
+             * @description Degrees; null: the apparatus' own limit.
              * @example 0
              */
             lowest_deg?: number | null;
             /**
              * Highest Deg
-             * @description Degrees; null: as far as the apparatus goes.
+             * @description Degrees; null: the apparatus' own limit.
              * @example 90
              */
             highest_deg?: number | null;
         };
         /**
          * MotionPreview
-         * @description Where the motors stand over time; between two samples they go straight.
+         * @description Motor angles over time, linear between two samples.
          */
         MotionPreview: {
             /**
@@ -4455,18 +4457,18 @@ export interface components {
             side: "left" | "right";
             /**
              * Times S
-             * @description Seconds, rising; the first is 0, the last the motion's length.
+             * @description Seconds, ascending; the first is 0, the last the motion's duration.
              */
             times_s: number[];
             /**
              * Angles Deg
-             * @description A row a time: motor angles in axis order 1-5, degrees.
+             * @description One row per time: motor angles in axis order 1-5, degrees.
              */
             angles_deg: number[][];
         };
         /**
          * MotionTracking
-         * @description One basic motion's figures, in the body's angle.
+         * @description Errors of one basic motion, in the body's angle.
          */
         MotionTracking: {
             /**
@@ -4477,13 +4479,13 @@ export interface components {
             peak_deg: number;
             /**
              * Peak At S
-             * @description Where on the motion, seconds.
+             * @description Place on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Root of the mean square, degrees.
+             * @description Root mean square error, degrees.
              * @example 0.4
              */
             rmse_deg: number;
@@ -4495,49 +4497,49 @@ export interface components {
             start_deg: number;
             /**
              * Lag Ms
-             * @description How much later playback does the same, milliseconds; null where the angle hardly moves.
+             * @description Delay of the playback, milliseconds; null if the angle hardly moves.
              * @example 12.5
              */
             lag_ms: number | null;
             /**
              * Taught Min Deg
-             * @description Lowest angle asked for, degrees.
+             * @description Lowest requested angle, degrees.
              * @example 5
              */
             taught_min_deg: number | null;
             /**
              * Taught Max Deg
-             * @description Highest angle asked for, degrees.
+             * @description Highest requested angle, degrees.
              * @example 100
              */
             taught_max_deg: number | null;
             /**
              * Played Min Deg
-             * @description Lowest angle reached, degrees.
+             * @description Lowest reached angle, degrees.
              * @example 5.2
              */
             played_min_deg: number | null;
             /**
              * Played Max Deg
-             * @description Highest angle reached, degrees.
+             * @description Highest reached angle, degrees.
              * @example 99.1
              */
             played_max_deg: number | null;
             /**
              * Taught Smoothness
-             * @description Spectral arc length of what was asked for, over the part that was played: about -1.4 for one smooth movement, lower for more of them, for stops and for tremor. Null where the angle hardly moves.
+             * @description Spectral arc length of the requested motion, over the part that was played: about -1.4 for one smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.
              * @example -2.1
              */
             taught_smoothness: number | null;
             /**
              * Played Smoothness
-             * @description Spectral arc length of the playback; null where the angle hardly moves.
+             * @description Spectral arc length of the playback; null if the angle hardly moves.
              * @example -2.2
              */
             played_smoothness: number | null;
             /**
              * Motion
-             * @description Its row of Table 2 of Sun et al. (2025).
+             * @description Row of Table 2 of Sun et al. (2025).
              * @example 4
              */
             motion: number;
@@ -4575,7 +4577,7 @@ export interface components {
         };
         /**
          * MotorRange
-         * @description What one motor does in a recording.
+         * @description Range and speed of one motor in a recording.
          */
         MotorRange: {
             /**
@@ -4602,7 +4604,7 @@ export interface components {
         };
         /**
          * MotorTracking
-         * @description One motor's figures.
+         * @description Errors of one motor.
          */
         MotorTracking: {
             /**
@@ -4613,13 +4615,13 @@ export interface components {
             peak_deg: number;
             /**
              * Peak At S
-             * @description Where on the motion, seconds.
+             * @description Place on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Root of the mean square, degrees.
+             * @description Root mean square error, degrees.
              * @example 0.4
              */
             rmse_deg: number;
@@ -4631,43 +4633,43 @@ export interface components {
             start_deg: number;
             /**
              * Lag Ms
-             * @description How much later playback does the same, milliseconds; null where the angle hardly moves.
+             * @description Delay of the playback, milliseconds; null if the angle hardly moves.
              * @example 12.5
              */
             lag_ms: number | null;
             /**
              * Taught Min Deg
-             * @description Lowest angle asked for, degrees.
+             * @description Lowest requested angle, degrees.
              * @example 5
              */
             taught_min_deg: number | null;
             /**
              * Taught Max Deg
-             * @description Highest angle asked for, degrees.
+             * @description Highest requested angle, degrees.
              * @example 100
              */
             taught_max_deg: number | null;
             /**
              * Played Min Deg
-             * @description Lowest angle reached, degrees.
+             * @description Lowest reached angle, degrees.
              * @example 5.2
              */
             played_min_deg: number | null;
             /**
              * Played Max Deg
-             * @description Highest angle reached, degrees.
+             * @description Highest reached angle, degrees.
              * @example 99.1
              */
             played_max_deg: number | null;
             /**
              * Taught Smoothness
-             * @description Spectral arc length of what was asked for, over the part that was played: about -1.4 for one smooth movement, lower for more of them, for stops and for tremor. Null where the angle hardly moves.
+             * @description Spectral arc length of the requested motion, over the part that was played: about -1.4 for one smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.
              * @example -2.1
              */
             taught_smoothness: number | null;
             /**
              * Played Smoothness
-             * @description Spectral arc length of the playback; null where the angle hardly moves.
+             * @description Spectral arc length of the playback; null if the angle hardly moves.
              * @example -2.2
              */
             played_smoothness: number | null;
@@ -4679,7 +4681,7 @@ export interface components {
             motor: number;
             /**
              * Torque Peak Nm
-             * @description Largest torque while playing with its sign, newton metres.
+             * @description Largest torque during playback with its sign, newton metres.
              * @example 2.1
              */
             torque_peak_nm: number | null;
@@ -4835,12 +4837,12 @@ export interface components {
             dominant_side: ("left" | "right") | null;
             /**
              * Affected Side
-             * @description Of the episode that goes on, or was the last; null without any.
+             * @description Of the open episode, else of the last one; null without an episode.
              */
             affected_side: ("left" | "right") | null;
             /**
              * Episode Id
-             * @description Of the episode that goes on, or was the last; null without any.
+             * @description The open episode, else the last one; null without an episode.
              */
             episode_id: string | null;
             /** Notes */
@@ -4863,23 +4865,23 @@ export interface components {
             archived_at: string | null;
             /**
              * Erased At
-             * @description When what tells who this is was taken away. UTC.
+             * @description When the identifying data were erased. UTC.
              */
             erased_at: string | null;
             /**
              * Restricted
-             * @description Only a care team sees the record; others break the glass.
+             * @description Only the care team sees the record. Others need a break-glass access.
              */
             restricted: boolean;
         };
         /**
          * PatientCreate
-         * @description What is needed to sign a patient up.
+         * @description A new patient.
          */
         PatientCreate: {
             /**
              * Clinic Number
-             * @description The clinic's own number, unique.
+             * @description The clinic's own unique number.
              * @example K-0042
              */
             clinic_number: string;
@@ -4890,7 +4892,7 @@ export interface components {
             name: string;
             /**
              * Kana
-             * @description Reading of the name.
+             * @description Reading of the name in kana.
              * @example ヤマダ ハナコ
              */
             kana?: string | null;
@@ -4909,7 +4911,7 @@ export interface components {
             dominant_side?: ("left" | "right") | null;
             /**
              * Affected Side
-             * @description The shoulder that is treated; its episode of care is opened with this.
+             * @description The treated shoulder. An episode of care is opened for it.
              * @enum {string}
              */
             affected_side: "left" | "right";
@@ -4922,7 +4924,7 @@ export interface components {
         };
         /**
          * PatientPage
-         * @description Some of the patients that match, in the order of their names.
+         * @description One page of matching patients, in the order of their names.
          */
         PatientPage: {
             /** Items */
@@ -4951,7 +4953,7 @@ export interface components {
         };
         /**
          * PatientUpdate
-         * @description Any part of it. ``updated_at`` is the one the editor saw; if the record has changed since, nothing is saved.
+         * @description A change of a record. ``updated_at`` is the version that the editor saw. If the record has changed since, nothing is saved.
          */
         PatientUpdate: {
             /** Clinic Number */
@@ -4986,7 +4988,7 @@ export interface components {
         };
         /**
          * PlacedText
-         * @description Code and parameters of an English text, and where it stands.
+         * @description Code and parameters of an English text, with its places.
          */
         PlacedText: {
             /**
@@ -5015,12 +5017,12 @@ export interface components {
         };
         /**
          * PlanTimer
-         * @description How much of the programme's time is left.
+         * @description The remaining time of the programme.
          */
         PlanTimer: {
             /**
              * Minutes
-             * @description Minutes of playing after which no further item is begun.
+             * @description Minutes of playing after which no further item is started.
              */
             minutes: number;
             /**
@@ -5031,13 +5033,13 @@ export interface components {
             played_s: number;
             /**
              * Left S
-             * @description Seconds; 0: no further item is to be begun.
+             * @description Seconds; 0: no further item may be started.
              */
             left_s: number;
         };
         /**
          * PlannedProgramme
-         * @description Which programme, as it was when the session began.
+         * @description The programme, in the version that the session began with.
          */
         PlannedProgramme: {
             /**
@@ -5067,33 +5069,33 @@ export interface components {
         };
         /**
          * PlannedRun
-         * @description One playback, beside what was planned of it.
+         * @description One playback, compared with its plan.
          */
         PlannedRun: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -5128,17 +5130,17 @@ export interface components {
             method: ("paper" | "smooth" | "learned") | null;
             /**
              * Least Range Percent
-             * @description How little of its range was played after somebody asked for less; null where nobody did.
+             * @description Smallest share of the range that was played after the range was reduced; null if it was not reduced.
              */
             least_range_percent: number | null;
             /**
              * Repetitions Done
-             * @description Played to their end; null while it goes on, and where that was not counted yet.
+             * @description Completed repetitions; null while the run continues, and for runs from before they were counted.
              */
             repetitions_done: number | null;
             /**
              * Changed
-             * @description Which settings were other ones than planned.
+             * @description The settings that differ from the plan.
              */
             changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method")[];
         };
@@ -5170,12 +5172,12 @@ export interface components {
         };
         /**
          * Preview
-         * @description What would come of it, item by item.
+         * @description The result of the check, item by item.
          */
         Preview: {
             /**
              * Duration S
-             * @description Of those that can be played together, seconds.
+             * @description Of all playable items together, seconds.
              * @example 180
              */
             duration_s: number;
@@ -5184,20 +5186,20 @@ export interface components {
         };
         /**
          * PreviewWanted
-         * @description What a programme would say.
+         * @description The programme to be checked.
          */
         PreviewWanted: {
             /** Items */
             items: components["schemas"]["ItemWanted"][];
             /**
              * Episode Id
-             * @description Unless given, the episode that goes on.
+             * @description By default the open episode.
              */
             episode_id?: string | null;
         };
         /**
          * Programme
-         * @description A prescription within an episode, as it stands.
+         * @description A prescription within an episode, with its newest version.
          */
         Programme: {
             /**
@@ -5237,27 +5239,27 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it: you, unless somebody else is named.
+             * @description Prescribing person: you unless another name is given.
              * @default
              * @example Aoki Rin
              */
             made_by: string;
             /**
              * Note
-             * @description Why.
+             * @description Reason.
              * @default
              * @example Less range: pain after the last session.
              */
             note: string;
             /**
              * Timer Minutes
-             * @description After so many minutes of playing in a session no further item is begun. Null: there is no timer.
+             * @description Minutes of playing in a session after which no further item is started. Null: no timer.
              * @example 20
              */
             timer_minutes?: number | null;
             /**
              * Sessions Per Week
-             * @description How many sessions a week it is to be done in.
+             * @description Prescribed sessions per week.
              * @example 3
              */
             sessions_per_week?: number | null;
@@ -5268,13 +5270,13 @@ export interface components {
             name: string;
             /**
              * Episode Id
-             * @description Unless given, the episode that goes on.
+             * @description By default the open episode.
              */
             episode_id?: string | null;
         };
         /**
          * ProgrammeDetail
-         * @description A programme with all that it ever said.
+         * @description A programme with all its versions.
          */
         ProgrammeDetail: {
             /**
@@ -5307,7 +5309,7 @@ export interface components {
             patient: components["schemas"]["ProgrammePatient"];
             /**
              * Closed
-             * @description Its episode is closed: it takes no new version.
+             * @description True if its episode is closed: no new version is accepted.
              */
             closed: boolean;
             /**
@@ -5323,28 +5325,28 @@ export interface components {
         ProgrammeItem: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -5379,7 +5381,7 @@ export interface components {
             recording_name: string;
             /**
              * Recording Archived
-             * @description True: it cannot be played until it is restored.
+             * @description True: the recording must be restored before it can be played.
              */
             recording_archived: boolean;
             /**
@@ -5391,7 +5393,7 @@ export interface components {
         };
         /**
          * ProgrammeList
-         * @description A patient's programmes, the one changed last first, archived ones last.
+         * @description A patient's programmes: the last changed first, archived ones last.
          */
         ProgrammeList: {
             /** Items */
@@ -5399,7 +5401,7 @@ export interface components {
         };
         /**
          * ProgrammePatient
-         * @description Whose programme it is.
+         * @description The patient of a programme.
          */
         ProgrammePatient: {
             /**
@@ -5412,7 +5414,9 @@ export interface components {
         };
         /**
          * ProgrammeUpdate
-         * @description Any part of what is no prescription. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
+         * @description A change of name or archiving.
+         *
+         *     ``updated_at`` is the version that the editor saw. If the programme has changed since, nothing is saved.
          */
         ProgrammeUpdate: {
             /** Name */
@@ -5427,7 +5431,7 @@ export interface components {
         };
         /**
          * ProgrammeVersion
-         * @description What was prescribed from a moment on; it never changes.
+         * @description A prescription from a date on. It never changes.
          */
         ProgrammeVersion: {
             /**
@@ -5454,13 +5458,13 @@ export interface components {
             note: string;
             /**
              * Timer Minutes
-             * @description After so many minutes of playing in a session no further item is begun. Null: there is no timer.
+             * @description Minutes of playing in a session after which no further item is started. Null: no timer.
              * @example 20
              */
             timer_minutes: number | null;
             /**
              * Sessions Per Week
-             * @description How many sessions a week it is to be done in.
+             * @description Prescribed sessions per week.
              * @example 3
              */
             sessions_per_week: number | null;
@@ -5475,7 +5479,7 @@ export interface components {
         };
         /**
          * Progress
-         * @description A chart, and its numbers for whoever cannot see it or wants to know.
+         * @description A chart with its numbers.
          */
         Progress: {
             figure: components["schemas"]["Figure"];
@@ -5483,7 +5487,7 @@ export interface components {
         };
         /**
          * ProgressColumn
-         * @description What stands in one column.
+         * @description One column.
          */
         ProgressColumn: {
             /**
@@ -5499,26 +5503,26 @@ export interface components {
             kind: "text" | "moment" | "number";
             /**
              * Digits
-             * @description Of a number, after the point.
+             * @description Decimal digits of a number.
              * @default 0
              */
             digits: number;
         };
         /**
          * ProgressTable
-         * @description The numbers behind a figure.
+         * @description The numbers of a figure.
          */
         ProgressTable: {
             /** Columns */
             columns: components["schemas"]["ProgressColumn"][];
             /**
              * Rows
-             * @description A value a column; null where there is none.
+             * @description One value per column; null if there is none.
              */
             rows: (string | number | null)[][];
             /**
              * Texts
-             * @description For the translation of its English texts.
+             * @description Codes of its English texts, for translation.
              * @default []
              */
             texts: components["schemas"]["PlacedText"][];
@@ -5544,24 +5548,24 @@ export interface components {
         };
         /**
          * ReadyPatient
-         * @description Somebody whom a session can be begun for, or goes on for, without the database.
+         * @description A patient whose session can begin or continue without the database.
          */
         ReadyPatient: {
             patient: components["schemas"]["SessionPatient"];
             /**
              * Side
-             * @description Of the episode of care that goes on: the shoulder that is treated.
+             * @description The shoulder of the open episode.
              */
             side: ("left" | "right") | null;
             /**
              * Contraindications
-             * @description Of that episode.
+             * @description Of the open episode.
              * @example No external rotation beyond 30 degrees.
              */
             contraindications: string;
-            /** @description What a session is planned by; null: none can be begun. */
+            /** @description The plan of a new session; null: no session can begin. */
             programme: components["schemas"]["SessionProgramme"] | null;
-            /** @description The one that goes on, or was ended last meanwhile. */
+            /** @description The open session, or the last one that ended meanwhile. */
             session: components["schemas"]["Session"] | null;
         };
         /**
@@ -5574,27 +5578,27 @@ export interface components {
         };
         /**
          * RecordAccess
-         * @description Who sees a patient's record.
+         * @description Access to a patient's record.
          */
         RecordAccess: {
             /**
              * Restricted
-             * @description Only the care team sees it; others break the glass.
+             * @description Only the care team sees the record. Others need a break-glass access.
              */
             restricted: boolean;
             /**
              * Team
-             * @description Of a restricted record.
+             * @description The care team of a restricted record.
              */
             team: components["schemas"]["TeamMember"][];
             /**
              * Open To You
-             * @description You see it: it is not restricted, you are in the team, or you broke the glass.
+             * @description True if you may see it: it is not restricted, you are in the team, or you have a break-glass access.
              */
             open_to_you: boolean;
             /**
              * Glass Until
-             * @description You broke the glass: so long it stays open to you. UTC.
+             * @description End of your break-glass access. UTC.
              */
             glass_until: string | null;
         };
@@ -5607,13 +5611,13 @@ export interface components {
             restricted: boolean;
             /**
              * Account Ids
-             * @description The whole care team.
+             * @description The complete care team.
              */
             account_ids?: string[];
         };
         /**
          * Recording
-         * @description What was taught in one take, or made of another recording.
+         * @description A motion that was taught in one take, derived or imported.
          */
         Recording: {
             /**
@@ -5628,22 +5632,22 @@ export interface components {
             patient_id: string;
             /**
              * Teaching Id
-             * @description Null for what was made of another recording, or came in a file.
+             * @description Null for a derived or imported recording.
              */
             teaching_id: string | null;
             /**
              * Take
-             * @description Which press of the pedal within its teaching.
+             * @description Number of the pedal press within its teaching.
              */
             take: number | null;
             /**
              * Parent Id
-             * @description The recording that it was made of; null for what was taught or came in a file.
+             * @description The recording that it was derived from; null for a taught or imported one.
              */
             parent_id: string | null;
             /**
              * Done
-             * @description What was done to what was taught, in order; the last of it to the parent.
+             * @description All edits in order; the last one was applied to the parent.
              * @example [
              *       "trimmed to 1.0 s to 6.5 s",
              *       "mirrored for the left shoulder"
@@ -5652,7 +5656,7 @@ export interface components {
             done: string[];
             /**
              * Done Keys
-             * @description Code and parameters of each of `done`; none for a recording from before they were stored.
+             * @description Code and parameters of each text in `done`; empty for a recording from before they were stored.
              * @default []
              */
             done_keys: (components["schemas"]["TextKey"] | null)[];
@@ -5668,19 +5672,19 @@ export interface components {
             side: "left" | "right";
             /**
              * Station
-             * @description Where it was taught, or made.
+             * @description The station at which it was taught or derived.
              * @example Station 1
              */
             station: string;
             /**
              * Taught By
-             * @description Whose hands guided the arm; empty where nobody has said.
+             * @description The person who guided the arm; empty if unknown.
              * @example Sato
              */
             taught_by: string;
             /**
              * Fixtures
-             * @description What the arm was in.
+             * @description Fixtures that held the arm.
              * @example [
              *       "arm_fixer_1"
              *     ]
@@ -5689,7 +5693,7 @@ export interface components {
             /**
              * Taught At
              * Format: date-time
-             * @description When it was taught, or made. UTC.
+             * @description When it was taught or derived. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
@@ -5701,7 +5705,7 @@ export interface components {
             duration_s: number;
             /**
              * Rate Hz
-             * @description Samples a second of what was taught.
+             * @description Samples a second of the taught motion.
              * @example 100
              */
             rate_hz: number;
@@ -5724,7 +5728,7 @@ export interface components {
         };
         /**
          * RecordingDetail
-         * @description A recording with what its samples say.
+         * @description A recording with the ranges of its motors.
          */
         RecordingDetail: {
             /**
@@ -5739,22 +5743,22 @@ export interface components {
             patient_id: string;
             /**
              * Teaching Id
-             * @description Null for what was made of another recording, or came in a file.
+             * @description Null for a derived or imported recording.
              */
             teaching_id: string | null;
             /**
              * Take
-             * @description Which press of the pedal within its teaching.
+             * @description Number of the pedal press within its teaching.
              */
             take: number | null;
             /**
              * Parent Id
-             * @description The recording that it was made of; null for what was taught or came in a file.
+             * @description The recording that it was derived from; null for a taught or imported one.
              */
             parent_id: string | null;
             /**
              * Done
-             * @description What was done to what was taught, in order; the last of it to the parent.
+             * @description All edits in order; the last one was applied to the parent.
              * @example [
              *       "trimmed to 1.0 s to 6.5 s",
              *       "mirrored for the left shoulder"
@@ -5763,7 +5767,7 @@ export interface components {
             done: string[];
             /**
              * Done Keys
-             * @description Code and parameters of each of `done`; none for a recording from before they were stored.
+             * @description Code and parameters of each text in `done`; empty for a recording from before they were stored.
              * @default []
              */
             done_keys: (components["schemas"]["TextKey"] | null)[];
@@ -5779,19 +5783,19 @@ export interface components {
             side: "left" | "right";
             /**
              * Station
-             * @description Where it was taught, or made.
+             * @description The station at which it was taught or derived.
              * @example Station 1
              */
             station: string;
             /**
              * Taught By
-             * @description Whose hands guided the arm; empty where nobody has said.
+             * @description The person who guided the arm; empty if unknown.
              * @example Sato
              */
             taught_by: string;
             /**
              * Fixtures
-             * @description What the arm was in.
+             * @description Fixtures that held the arm.
              * @example [
              *       "arm_fixer_1"
              *     ]
@@ -5800,7 +5804,7 @@ export interface components {
             /**
              * Taught At
              * Format: date-time
-             * @description When it was taught, or made. UTC.
+             * @description When it was taught or derived. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
@@ -5812,7 +5816,7 @@ export interface components {
             duration_s: number;
             /**
              * Rate Hz
-             * @description Samples a second of what was taught.
+             * @description Samples a second of the taught motion.
              * @example 100
              */
             rate_hz: number;
@@ -5834,12 +5838,12 @@ export interface components {
             archived_at: string | null;
             /**
              * Readable
-             * @description False when its samples are damaged: it can be looked up, but not played.
+             * @description False if its samples are damaged: it can be viewed but not played.
              */
             readable: boolean;
             /**
              * Ranges
-             * @description One a motor; empty when the samples are damaged.
+             * @description One entry per motor; empty if the samples are damaged.
              */
             ranges: components["schemas"]["MotorRange"][];
         };
@@ -5853,7 +5857,7 @@ export interface components {
         };
         /**
          * RecordingUpdate
-         * @description Any part of what may change. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
+         * @description A change of a recording. ``updated_at`` is the version that the editor saw. If the recording has changed since, nothing is saved.
          */
         RecordingUpdate: {
             /** Name */
@@ -5915,7 +5919,7 @@ export interface components {
         };
         /**
          * RomEntry
-         * @description How far a shoulder went in one direction.
+         * @description The angle that a shoulder reached in one direction.
          */
         RomEntry: {
             /**
@@ -5935,14 +5939,14 @@ export interface components {
             kind: "active" | "passive";
             /**
              * Position
-             * @description Where the arm was; of rotation only. Empty for every other motion.
+             * @description Position of the arm, for rotation only. Empty for every other motion.
              * @default
              * @enum {string}
              */
             position: "" | "at_side" | "abducted_90" | "flexed_90";
             /**
              * Angle Deg
-             * @description Degrees; below zero where neutral is not reached. What is plausible depends on the motion.
+             * @description Degrees; negative if neutral is not reached. The plausible range depends on the motion.
              * @example 125
              */
             angle_deg: number;
@@ -5974,17 +5978,17 @@ export interface components {
             name_ja: string;
             /**
              * Lowest Deg
-             * @description Less is not plausible, degrees.
+             * @description Lowest plausible angle, degrees.
              */
             lowest_deg: number;
             /**
              * Highest Deg
-             * @description More is not plausible, degrees.
+             * @description Highest plausible angle, degrees.
              */
             highest_deg: number;
             /**
              * Reference Deg
-             * @description Of a healthy shoulder, degrees.
+             * @description Reference of a healthy shoulder, degrees.
              */
             reference_deg: number;
         };
@@ -5995,28 +5999,28 @@ export interface components {
         Run: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -6061,40 +6065,40 @@ export interface components {
             rate_hz: number | null;
             /**
              * Method
-             * @description paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by what earlier runs have taught. Null for a run of before there were methods.
+             * @description paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by earlier runs. Null for a run from before there were methods.
              */
             method: ("paper" | "smooth" | "learned") | null;
             /**
              * Load Level
-             * @description Resistance at which the arm was to be taken back; null for a run of before there were levels.
+             * @description Resistance at which the arm is taken back; null for a run from before there were levels.
              */
             load_level: number | null;
             /**
              * Programme Position
-             * @description Which item of the session's programme it is; null where it was chosen besides.
+             * @description Item of the session's programme; null for a run that was not planned.
              */
             programme_position: number | null;
             /**
              * Repetitions Done
-             * @description Whole ones; null while it goes on, and for a run of before that was kept.
+             * @description Completed repetitions; null while the run continues, and for a run from before they were stored.
              */
             repetitions_done: number | null;
             /**
              * Reversals
-             * @description How often the arm met resistance and was taken back; null as for repetitions_done.
+             * @description How often resistance took the arm back; null as for repetitions_done.
              */
             reversals: number | null;
             /**
              * Least Range Percent
-             * @description How little of its range was played after somebody asked for less; null: nobody did.
+             * @description Smallest share of the range that was played after the range was reduced; null if it was not reduced.
              */
             least_range_percent: number | null;
-            /** @description Null while nothing was played. */
+            /** @description Null if nothing was played. */
             comparison: components["schemas"]["Comparison"] | null;
         };
         /**
          * RunFigure
-         * @description The paper's figure for one motor: angles on the left axis, error on the right one.
+         * @description Figure of one motor: angles on the left axis, error on the right axis, as in the paper.
          */
         RunFigure: {
             /**
@@ -6107,7 +6111,7 @@ export interface components {
         };
         /**
          * RunFigures
-         * @description One figure a motor.
+         * @description One figure per motor.
          */
         RunFigures: {
             /** Motors */
@@ -6199,7 +6203,7 @@ export interface components {
         };
         /**
          * RunStop
-         * @description What stopped a run.
+         * @description The cause of a stop.
          */
         RunStop: {
             /**
@@ -6267,12 +6271,12 @@ export interface components {
         };
         /**
          * Scale
-         * @description Less range of some motors, towards the middle of what each of them goes through.
+         * @description Reduce the range of some motors towards the middle of each motor's range.
          */
         Scale: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -6283,7 +6287,7 @@ export interface components {
             do: "scale";
             /**
              * Percent
-             * @description Range of motion, percent of what it was.
+             * @description Range of motion, percent of the original.
              * @example 80
              */
             percent: number;
@@ -6334,7 +6338,7 @@ export interface components {
         };
         /**
          * Session
-         * @description A session with its runs, in their order.
+         * @description A session with its runs in order.
          */
         Session: {
             /**
@@ -6347,14 +6351,14 @@ export interface components {
             episode_id: string | null;
             /**
              * Side
-             * @description Of the episode: the shoulder that is treated.
+             * @description The treated shoulder, from the episode.
              */
             side: ("left" | "right") | null;
             /** Therapist */
             therapist: string;
             /** Station */
             station: string;
-            /** @description Null where recordings were chosen one by one. */
+            /** @description Null if recordings were chosen one by one. */
             programme: components["schemas"]["SessionProgramme"] | null;
             /**
              * Started At
@@ -6369,7 +6373,7 @@ export interface components {
             end_reason: ("completed" | "shortened" | "stopped" | "patient_request" | "other") | null;
             /**
              * Checks
-             * @description The checklist's answers, oldest first.
+             * @description Answers of the checklist, oldest first.
              */
             checks: components["schemas"]["CheckAnswer"][];
             /** Pain Before */
@@ -6382,7 +6386,7 @@ export interface components {
             note: string;
             /**
              * Signed At
-             * @description From then on only addenda are added.
+             * @description Afterwards only addenda can be added.
              */
             signed_at: string | null;
             /** Signed By */
@@ -6401,7 +6405,7 @@ export interface components {
         };
         /**
          * SessionCheck
-         * @description One thing to be in order before something is taught or played.
+         * @description One check before teaching or playback.
          */
         SessionCheck: {
             /**
@@ -6411,7 +6415,7 @@ export interface components {
             check: "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
              * Subject
-             * @description What an answer is good for: a side, fixtures.
+             * @description The side or fixtures that an answer is valid for.
              * @example arm_fixer_1
              */
             subject: string;
@@ -6424,14 +6428,14 @@ export interface components {
             sentence_key?: components["schemas"]["TextKey"] | null;
             /**
              * Detected
-             * @description The apparatus itself tells; it cannot be ticked.
+             * @description True if the apparatus answers the check itself. A user cannot confirm it.
              */
             detected: boolean;
             /** Given */
             given: boolean;
             /**
              * Checked By
-             * @description Null where it was detected, or is open.
+             * @description Null if the apparatus answered, and while the check is open.
              */
             checked_by: string | null;
             /** Checked At */
@@ -6439,7 +6443,7 @@ export interface components {
         };
         /**
          * SessionCreate
-         * @description What is needed to begin a session.
+         * @description A new session.
          */
         SessionCreate: {
             /**
@@ -6449,31 +6453,31 @@ export interface components {
             patient_id: string;
             /**
              * Therapist
-             * @description Who treats: you, unless somebody else is named.
+             * @description Treating person: you unless another name is given.
              * @default
              * @example Ito Mai
              */
             therapist: string;
             /**
              * Programme Version Id
-             * @description What is planned; of the patient's open episode.
+             * @description The plan: a version of the patient's open episode.
              */
             programme_version_id?: string | null;
         };
         /**
          * SessionEnd
-         * @description How a session ended.
+         * @description The end of a session.
          */
         SessionEnd: {
             /**
              * Reason
-             * @description As what happened suggests unless given.
+             * @description By default the reason that the runs suggest.
              */
             reason?: ("completed" | "shortened" | "stopped" | "patient_request" | "other") | null;
         };
         /**
          * SessionFilterOptions
-         * @description What sessions can be looked for by.
+         * @description Values that sessions can be filtered by.
          */
         SessionFilterOptions: {
             /** Therapists */
@@ -6482,7 +6486,7 @@ export interface components {
             stations: string[];
             /**
              * Stops
-             * @description Codes of the causes that have stopped a playback.
+             * @description Codes of the causes that have stopped a run.
              * @example [
              *       "estop_pressed"
              *     ]
@@ -6496,28 +6500,28 @@ export interface components {
         SessionItem: {
             /**
              * Speed Percent
-             * @description Speed, percent of what was taught.
+             * @description Speed, percent of the taught speed.
              * @default 100
              * @example 50
              */
             speed_percent: number;
             /**
              * Repetitions
-             * @description How often.
+             * @description Number of repetitions.
              * @default 1
              * @example 10
              */
             repetitions: number;
             /**
              * Pause S
-             * @description Standstill at each end between repetitions, seconds.
+             * @description Pause at each end between repetitions, seconds.
              * @default 0
              * @example 2
              */
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
              * @default 100
              * @example 80
              */
@@ -6545,7 +6549,7 @@ export interface components {
         };
         /**
          * SessionPage
-         * @description Some sessions, newest first.
+         * @description One page of sessions, newest first.
          */
         SessionPage: {
             /** Items */
@@ -6558,7 +6562,7 @@ export interface components {
         };
         /**
          * SessionPatient
-         * @description Whose session it is.
+         * @description The patient of a session.
          */
         SessionPatient: {
             /**
@@ -6573,14 +6577,14 @@ export interface components {
         };
         /**
          * SessionPlan
-         * @description A session's programme, and what was done of it.
+         * @description A session's programme and its result.
          */
         SessionPlan: {
             /** Items */
             items: components["schemas"]["ItemDone"][];
             /**
              * Besides
-             * @description Played without being planned.
+             * @description Runs that were not planned.
              */
             besides: components["schemas"]["PlannedRun"][];
             /**
@@ -6591,7 +6595,7 @@ export interface components {
             repetitions_planned: number;
             /**
              * Repetitions Done
-             * @description Of those that were planned; what is more than planned counts nothing.
+             * @description Planned repetitions that were played. Repetitions beyond the plan do not count.
              */
             repetitions_done: number;
             /**
@@ -6601,7 +6605,7 @@ export interface components {
             session_id: string;
             /** Ended */
             ended: boolean;
-            /** @description Null where recordings were chosen item by item. */
+            /** @description Null if recordings were chosen one by one. */
             programme: components["schemas"]["PlannedProgramme"] | null;
             /**
              * Played S
@@ -6613,7 +6617,7 @@ export interface components {
         };
         /**
          * SessionProgramme
-         * @description What was planned: one version of a programme.
+         * @description The plan: one version of a programme.
          */
         SessionProgramme: {
             /**
@@ -6633,12 +6637,12 @@ export interface components {
             version_id: string;
             /**
              * Number
-             * @description Of the version.
+             * @description Number of the version.
              */
             number: number;
             /**
              * Timer Minutes
-             * @description After so many minutes no further repetition or recording is begun.
+             * @description Minutes after which no further repetition or recording is started.
              */
             timer_minutes: number | null;
             /** Items */
@@ -6646,18 +6650,18 @@ export interface components {
         };
         /**
          * SessionSign
-         * @description Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen.
+         * @description The signature of a note. ``updated_at`` is the version that the signer saw; a session that has changed since is not signed.
          */
         SessionSign: {
             /**
              * Signed By
-             * @description You, unless somebody else is named.
+             * @description Your name unless another is given.
              * @default
              */
             signed_by: string;
             /**
              * Note
-             * @description The note as it is signed.
+             * @description The signed note.
              */
             note: string;
             /** Updated At */
@@ -6685,33 +6689,33 @@ export interface components {
             ended_at: string | null;
             /**
              * Therapist
-             * @description Empty where nobody has said.
+             * @description Empty if unknown.
              */
             therapist: string;
             /**
              * Station
-             * @description Empty where nothing was played, and for sessions of before that was kept.
+             * @description Empty if nothing was played, and for sessions from before it was stored.
              */
             station: string;
             /**
              * Runs
-             * @description How many playbacks.
+             * @description Number of runs.
              */
             runs: number;
             /**
              * Stops
-             * @description How many of them were stopped.
+             * @description Number of stopped runs.
              */
             stops: number;
             /**
              * Signed At
-             * @description Null until its note is signed.
+             * @description Null until the note is signed.
              */
             signed_at: string | null;
         };
         /**
          * SessionUpdate
-         * @description Any part of it. ``updated_at`` is the one the editor saw; if the session has changed since, nothing is saved.
+         * @description A change of a session. ``updated_at`` is the version that the editor saw. If the session has changed since, nothing is saved.
          */
         SessionUpdate: {
             /** Therapist */
@@ -6850,7 +6854,7 @@ export interface components {
         };
         /**
          * SpadiItem
-         * @description One question, in words of our own.
+         * @description One question, in our own words.
          */
         SpadiItem: {
             /**
@@ -6871,7 +6875,7 @@ export interface components {
         };
         /**
          * SpadiScore
-         * @description 0 is none, 100 the worst; null where more than two items of a subscale were left unanswered.
+         * @description Scores from 0 (none) to 100 (worst). Null if more than two items of a subscale are unanswered.
          */
         SpadiScore: {
             /** Pain */
@@ -6880,7 +6884,7 @@ export interface components {
             disability: number | null;
             /**
              * Total
-             * @description The mean of both.
+             * @description The mean of both subscales.
              * @example 54.6
              */
             total: number | null;
@@ -6899,7 +6903,7 @@ export interface components {
         };
         /**
          * Stage
-         * @description A stage that was noted.
+         * @description A recorded stage.
          */
         Stage: {
             /**
@@ -6928,7 +6932,7 @@ export interface components {
         };
         /**
          * StageCreate
-         * @description From a day on, the shoulder is in a stage.
+         * @description The stage of a shoulder from a day on.
          */
         StageCreate: {
             /**
@@ -7265,12 +7269,12 @@ export interface components {
         };
         /**
          * Stretch
-         * @description At the end of range of the motor that goes farthest: back, slowly up to the end again and beyond it, and hold.
+         * @description Stretch at the end of range of the motor with the largest range: move back, slowly to the end and beyond it, and hold.
          */
         Stretch: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -7281,20 +7285,20 @@ export interface components {
             do: "stretch";
             /**
              * Further Deg
-             * @description Beyond the end, degrees.
+             * @description Beyond the end of range, degrees.
              * @example 3
              */
             further_deg: number;
             /**
              * Back Deg
-             * @description From how far below the end, degrees.
+             * @description Start below the end of range, degrees.
              * @default 5
              * @example 5
              */
             back_deg: number;
             /**
              * Hold S
-             * @description Standstill at the far end, seconds.
+             * @description Hold at the far end, seconds.
              * @default 0
              * @example 10
              */
@@ -7331,7 +7335,7 @@ export interface components {
             taught_by: string;
             /**
              * Fixtures
-             * @description What the arm was in: arm fixer 1 for motions 1 to 5, arm fixer 2 with elbow fixer 1 for motion 6. Empty where nobody has said.
+             * @description Fixtures that held the arm: arm fixer 1 for motions 1 to 5, arm fixer 2 with elbow fixer 1 for motion 6. Empty if unknown.
              * @example [
              *       "arm_fixer_1"
              *     ]
@@ -7393,7 +7397,7 @@ export interface components {
         };
         /**
          * TeamMember
-         * @description Somebody of the care team.
+         * @description A member of the care team.
          */
         TeamMember: {
             /**
@@ -7430,12 +7434,12 @@ export interface components {
         };
         /**
          * Trim
-         * @description Only what is between two times.
+         * @description Keep the part between two times.
          */
         Trim: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -7459,7 +7463,7 @@ export interface components {
         };
         /**
          * UnderstoodMotion
-         * @description What a CSV file of a motion says, for whoever brought it to compare.
+         * @description The content of a CSV file, to be compared by its owner.
          */
         UnderstoodMotion: {
             /**
@@ -7475,7 +7479,7 @@ export interface components {
             separator: "comma" | "semicolon" | "tab";
             /**
              * Left Alone
-             * @description Columns of the file that mean nothing here.
+             * @description Columns of the file that are ignored.
              * @example [
              *       "remark"
              *     ]
@@ -7488,7 +7492,7 @@ export interface components {
             side: "left" | "right";
             /**
              * Samples
-             * @description Rows of numbers.
+             * @description Number of data rows.
              * @example 2210
              */
             samples: number;
@@ -7500,13 +7504,13 @@ export interface components {
             duration_s: number;
             /**
              * Rate Hz
-             * @description Rows a second, most of the time.
+             * @description Usual number of rows a second.
              * @example 100
              */
             rate_hz: number;
             /**
              * Ranges
-             * @description What each motor would do.
+             * @description Range and speed of each motor.
              */
             ranges: components["schemas"]["MotorRange"][];
         };
@@ -7527,45 +7531,45 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it: you, unless somebody else is named.
+             * @description Prescribing person: you unless another name is given.
              * @default
              * @example Aoki Rin
              */
             made_by: string;
             /**
              * Note
-             * @description Why.
+             * @description Reason.
              * @default
              * @example Less range: pain after the last session.
              */
             note: string;
             /**
              * Timer Minutes
-             * @description After so many minutes of playing in a session no further item is begun. Null: there is no timer.
+             * @description Minutes of playing in a session after which no further item is started. Null: no timer.
              * @example 20
              */
             timer_minutes?: number | null;
             /**
              * Sessions Per Week
-             * @description How many sessions a week it is to be done in.
+             * @description Prescribed sessions per week.
              * @example 3
              */
             sessions_per_week?: number | null;
             /**
              * Based On
-             * @description The version that the editor saw; if there is a newer one, nothing is saved.
+             * @description The version that the editor saw. If there is a newer one, nothing is saved.
              * @example 2
              */
             based_on: number;
         };
         /**
          * WarmUp
-         * @description Repetitions that begin with less range and widen it, the last one the whole.
+         * @description Repetitions that begin with a reduced range and widen it up to the full range.
          */
         WarmUp: {
             /**
              * Name
-             * @description Of the new recording; unless given, the old one's with what was done.
+             * @description Name of the new recording; by default the old name with the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -7576,19 +7580,19 @@ export interface components {
             do: "warm_up";
             /**
              * Less Deg
-             * @description How much less the motor that goes farthest begins with, degrees.
+             * @description Reduction of the first repetition, of the motor with the largest range, degrees.
              * @example 15
              */
             less_deg: number;
             /**
              * Step Deg
-             * @description How much wider each repetition is, degrees.
+             * @description Increase per repetition, degrees.
              * @example 3
              */
             step_deg: number;
             /**
              * Pause S
-             * @description Standstill at each end, seconds.
+             * @description Pause at each end, seconds.
              * @default 0
              * @example 2
              */
@@ -10388,7 +10392,7 @@ export interface operations {
     preview_imported_motion: {
         parameters: {
             query: {
-                /** @description The shoulder that it is for. */
+                /** @description The shoulder of the motion. */
                 side: "left" | "right";
             };
             header?: never;
@@ -10471,11 +10475,11 @@ export interface operations {
     import_motion: {
         parameters: {
             query: {
-                /** @description What to call the recording. */
+                /** @description Name of the recording. */
                 name: string;
-                /** @description The shoulder that it is for. */
+                /** @description The shoulder of the motion. */
                 side: "left" | "right";
-                /** @description Who brings it: you, unless somebody else is named. */
+                /** @description Person who imports it: you unless another name is given. */
                 taught_by?: string;
             };
             header?: never;
@@ -10652,7 +10656,7 @@ export interface operations {
     import_fhir_patients: {
         parameters: {
             query: {
-                /** @description The shoulder that is treated; episodes of care are opened with it. */
+                /** @description The treated shoulder. An episode of care is opened for it. */
                 affected_side: "left" | "right";
             };
             header?: never;
@@ -10822,7 +10826,7 @@ export interface operations {
             query?: {
                 /** @description Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word has to be found; case, width, accents and the kind of kana do not matter. */
                 search?: string;
-                /** @description Archived patients instead of present ones. */
+                /** @description True returns archived patients instead of current ones. */
                 archived?: boolean;
                 /** @description How many at most. */
                 limit?: number;
@@ -11721,7 +11725,7 @@ export interface operations {
     get_adherence: {
         parameters: {
             query?: {
-                /** @description Of the clinic's clock: a week begins when Monday does there. */
+                /** @description Offset of the clinic's time zone; weeks begin on Monday in that zone. */
                 utc_offset_minutes?: number;
             };
             header?: never;
@@ -13252,9 +13256,9 @@ export interface operations {
     list_sessions: {
         parameters: {
             query?: {
-                /** @description Begun then or later. */
+                /** @description Started at this time or later. */
                 since?: string | null;
-                /** @description Begun before then. */
+                /** @description Started before this time. */
                 until?: string | null;
                 /** @description Led by this therapist. */
                 therapist?: string | null;
@@ -13786,7 +13790,7 @@ export interface operations {
     get_checklist: {
         parameters: {
             query?: {
-                /** @description What is to be played: it says which fixtures. */
+                /** @description The recording to be played; it determines the fixtures. */
                 recording_id?: string | null;
             };
             header?: never;
@@ -13973,9 +13977,9 @@ export interface operations {
     get_teaching_checklist: {
         parameters: {
             query: {
-                /** @description What the arm is in. */
+                /** @description Fixtures that hold the arm. */
                 fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
-                /** @description The side of the patient's episode unless given. */
+                /** @description By default the side of the patient's episode. */
                 side?: ("left" | "right") | null;
             };
             header?: never;
