@@ -4,7 +4,7 @@ import { AccountMenu } from "../features/auth/AccountMenu";
 import { useHasPermission } from "../features/auth/hooks";
 import { useSavedRecords } from "../lib/live/hooks";
 import { SHELL } from "../lib/messages";
-import { useBackAgain } from "../lib/offline";
+import { useRefetchAfterOutage } from "../lib/offline";
 import { StateBar } from "../safety/StateBar";
 import { PageLink } from "../ui/links";
 import { Brand } from "./Brand";
@@ -21,7 +21,7 @@ const PAGES = [
 /** The frame of every page: navigation, account menu, apparatus state and Stop. */
 export function Shell() {
   useSavedRecords();
-  useBackAgain();
+  useRefetchAfterOutage();
   // The route of the page on screen. The address already names the next page while that page loads.
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (

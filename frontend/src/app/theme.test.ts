@@ -2,7 +2,7 @@ import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { describe, expect, it } from "vitest";
 import { GHOST, MOTOR_COLOURS } from "../features/digital-twin/colours";
-import { IN_THE_DARK } from "../ui/plotColours";
+import { DARK_COLOURS } from "../ui/plotColours";
 import { TRACES } from "./theme";
 
 /** Return the hue in degrees and the chroma (0 for grey, 1 for a pure colour). */
@@ -41,7 +41,7 @@ describe("the alarm colours", () => {
   it("appear in no trace and on no apparatus part", () => {
     const used = [
       ...Object.values(TRACES).flatMap((scheme) => Object.values(scheme)),
-      ...Object.entries(IN_THE_DARK).flat(),
+      ...Object.entries(DARK_COLOURS).flat(),
       ...Object.values(MOTOR_COLOURS),
       GHOST,
     ].filter((colour) => colour.startsWith("#"));

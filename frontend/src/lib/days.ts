@@ -1,8 +1,8 @@
-/** 2026-11-21, as an address and a date field have it. */
-export const isDay = (given: unknown): given is string =>
-  typeof given === "string" && /^\d{4}-\d{2}-\d{2}$/.test(given) && !Number.isNaN(Date.parse(given));
+/** True for a date such as 2026-11-21, as in addresses and date fields. */
+export const isDay = (value: unknown): value is string =>
+  typeof value === "string" && /^\d{4}-\d{2}-\d{2}$/.test(value) && !Number.isNaN(Date.parse(value));
 
-/** When a day begins here, or the one so many days later. */
+/** Return the start of a local day, or of the day `daysLater` days after it. */
 export function midnight(day: string, daysLater: number): string {
   const moment = new Date(`${day}T00:00`);
   moment.setDate(moment.getDate() + daysLater);

@@ -7,29 +7,29 @@ afterEach(() => {
   forgetDrafts();
 });
 
-function Form({ of }: { of: string }) {
-  const [text, setText] = useDraft(`form ${of}`, "");
+function Form({ record }: { record: string }) {
+  const [text, setText] = useDraft(`form ${record}`, "");
   return <input aria-label="text" value={text} onChange={(event) => setText(event.currentTarget.value)} />;
 }
 
 const typed = () => (screen.getByLabelText("text") as HTMLInputElement).value;
 
-it("keeps what was typed when its form goes, for this record only", () => {
-  render(<Form of="a" />);
+it("keeps the input of an unmounted form, per record", () => {
+  render(<Form record="a" />);
   fireEvent.change(screen.getByLabelText("text"), { target: { value: "half an assessment" } });
   cleanup();
-  render(<Form of="b" />);
+  render(<Form record="b" />);
   expect(typed()).toBe("");
   cleanup();
-  render(<Form of="a" />);
+  render(<Form record="a" />);
   expect(typed()).toBe("half an assessment");
 });
 
-it("forgets what was saved", () => {
-  render(<Form of="a" />);
+it("discards saved input", () => {
+  render(<Form record="a" />);
   fireEvent.change(screen.getByLabelText("text"), { target: { value: "done" } });
   forgetDrafts("form a");
   cleanup();
-  render(<Form of="a" />);
+  render(<Form record="a" />);
   expect(typed()).toBe("");
 });

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { formatAfter, formatMoment } from "./format";
 
-it("tells a later moment by its time alone, unless it was another day", () => {
+it("shows only the time for a later moment that day", () => {
   const began = new Date(2026, 10, 22, 23, 30).toISOString();
   const sameDay = new Date(2026, 10, 22, 23, 50).toISOString();
   const nextDay = new Date(2026, 10, 23, 0, 10).toISOString();

@@ -3,50 +3,50 @@ import { useEffect, useRef } from "react";
 import { api, ProblemError, type ReadyPatient } from "./api/client";
 import { useLive } from "./live/hooks";
 
-/** While the database is away nothing tells when a run has been measured: it is asked. */
-export const ASK_AGAIN_MS = 2000;
+/** Poll interval without the database, when no message reports a saved run. */
+export const POLL_OFFLINE_MS = 2000;
 
-/** Whether the database does not answer, as the live state tells. */
-export const useAway = (): boolean => Boolean(useLive("database")?.unavailable_since);
+/** True if the live state reports that the database is unavailable. */
+export const useDatabaseUnavailable = (): boolean => Boolean(useLive("database")?.unavailable_since);
 
-/** Whether it is that what was asked for stands in a database that does not answer. */
-export const isAway = (error: unknown): boolean =>
+/** True if the request failed because the database is unavailable. */
+export const isDatabaseUnavailable = (error: unknown): boolean =>
   error instanceof ProblemError && error.code === "database_away";
 
-/** While the database is away: whom a session can begin or goes on for at this station. */
-export function useReady() {
-  const away = useAway();
+/** Without the database: the patients whose sessions this station can start or continue. */
+export function useReadyPatients() {
+  const unavailable = useDatabaseUnavailable();
   return useQuery({
     queryKey: ["ready"],
-    queryFn: api.ready,
-    enabled: away,
-    refetchInterval: away ? ASK_AGAIN_MS : false,
+    queryFn: api.readyPatients,
+    enabled: unavailable,
+    refetchInterval: unavailable ? POLL_OFFLINE_MS : false,
   });
 }
 
-/** What the record says of a patient; while the database is away, what the station has kept of it, if it has. */
-export async function orReady<T>(
+/** Return the answer of `ask`, or the station's offline copy if the database is unavailable. */
+export async function withOfflineCopy<T>(
   patientId: string,
   ask: () => Promise<T>,
-  kept: (ready: ReadyPatient) => T,
+  select: (copy: ReadyPatient) => T,
 ): Promise<T> {
   try {
     return await ask();
   } catch (error) {
-    const ready = isAway(error) ? await api.ready() : [];
-    const one = ready.find(({ patient }) => patient.id === patientId);
-    if (!one) throw error;
-    return kept(one);
+    const patients = isDatabaseUnavailable(error) ? await api.readyPatients() : [];
+    const patientCopy = patients.find(({ patient }) => patient.id === patientId);
+    if (!patientCopy) throw error;
+    return select(patientCopy);
   }
 }
 
-/** Ask for everything anew once the database answers again: what was shown meanwhile was not all there is. */
-export function useBackAgain(): void {
+/** Fetch everything again when the database returns, because the offline data was incomplete. */
+export function useRefetchAfterOutage(): void {
   const queries = useQueryClient();
-  const away = useAway();
-  const was = useRef(away);
+  const unavailable = useDatabaseUnavailable();
+  const wasUnavailable = useRef(unavailable);
   useEffect(() => {
-    if (was.current && !away) void queries.invalidateQueries();
-    was.current = away;
-  }, [queries, away]);
+    if (wasUnavailable.current && !unavailable) void queries.invalidateQueries();
+    wasUnavailable.current = unavailable;
+  }, [queries, unavailable]);
 }

@@ -1,13 +1,16 @@
 import { useLocalStorage } from "@mantine/hooks";
 import { LANGUAGE, type Language } from "./language";
 
-/** In which language notes are drafted and reports are printed: the page's, until somebody chooses; remembered in this browser. */
+/**
+ * The language of notes and printed reports: the page's language until the user chooses one. This browser
+ * stores the choice.
+ */
 export function usePaperLanguage() {
   return useLocalStorage<Language>({
     key: "kata.report-language",
     defaultValue: LANGUAGE,
     getInitialValueInEffect: false,
-    // Whatever somebody else has written there.
-    deserialize: (kept) => (kept === '"ja"' ? "ja" : "en"),
+    // Ignores unknown stored values.
+    deserialize: (stored) => (stored === '"ja"' ? "ja" : "en"),
   });
 }

@@ -1,14 +1,14 @@
 import { useQuery } from "@tanstack/react-query";
 import { api, type Session } from "./api/client";
-import { ASK_AGAIN_MS, orReady, useAway } from "./offline";
+import { POLL_OFFLINE_MS, useDatabaseUnavailable, withOfflineCopy } from "./offline";
 
-/** Everything that a patient was taught, put away or not. */
+/** All recordings of a patient, archived ones included. */
 export function useRecordings(patientId: string | null) {
   return useQuery({
     queryKey: ["recordings", patientId],
-    // What may be played without the database stands in the programme.
+    // Offline, the session's programme names what may be played.
     queryFn: () =>
-      orReady(
+      withOfflineCopy(
         patientId ?? "",
         () => api.recordings(patientId ?? ""),
         () => ({ items: [] }),
@@ -17,36 +17,36 @@ export function useRecordings(patientId: string | null) {
   });
 }
 
-/** The episodes of a patient's care, closed ones too. */
+/** All episodes of care of a patient, closed ones included. */
 export function useEpisodes(patientId: string) {
   return useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
 }
 
-/** The highest resistance level that the doctor allows in an episode of care; null where none is known. */
-export function useHighestLevel(patientId: string, episodeId: string | null): number | null {
+/** The highest resistance level allowed in an episode, or null if none is set. */
+export function useMaxLoadLevel(patientId: string, episodeId: string | null): number | null {
   const episodes = useEpisodes(patientId);
-  return episodes.data?.items.find((one) => one.id === episodeId)?.max_load_level ?? null;
+  return episodes.data?.items.find((episode) => episode.id === episodeId)?.max_load_level ?? null;
 }
 
-/** A patient's newest session, or what is wanted of it; null where there was none. */
-export function useNewestSession<Wanted = Session | null>(
+/** The patient's newest session, or a selection of it; null without a session. */
+export function useNewestSession<Selected = Session | null>(
   patientId: string | null,
-  select?: (newest: Session | null) => Wanted,
+  select?: (newest: Session | null) => Selected,
 ) {
-  const away = useAway();
+  const unavailable = useDatabaseUnavailable();
   return useQuery({
     queryKey: ["session", "newest", patientId],
     queryFn: () =>
-      orReady(
+      withOfflineCopy(
         patientId ?? "",
         async (): Promise<Session | null> => {
           const newest = (await api.patientSessions(patientId ?? "")).items[0];
           return newest ? await api.session(newest.id) : null;
         },
-        (ready) => ready.session,
+        (copy) => copy.session,
       ),
     enabled: patientId !== null,
-    refetchInterval: away ? ASK_AGAIN_MS : false,
+    refetchInterval: unavailable ? POLL_OFFLINE_MS : false,
     ...(select && { select }),
   });
 }

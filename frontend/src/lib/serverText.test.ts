@@ -7,7 +7,7 @@ beforeEach(() => {
   localStorage.clear();
 });
 
-async function speaking(language: "en" | "ja") {
+async function load(language: "en" | "ja") {
   localStorage.setItem("kata.language", language);
   const serverText = await import("./serverText");
   await serverText.loadServerTexts();
@@ -16,7 +16,7 @@ async function speaking(language: "en" | "ja") {
 
 const nested = (code: string, text: string, params = {}) => ({ code, text, params });
 
-describe("a text of the service on a Japanese page", () => {
+describe("a server text on a Japanese page", () => {
   it.each([
     ["The emergency stop was pressed.", { code: "estop_pressed", params: {} }, "非常停止が押されました。"],
     ["Motor 3 does not answer.", { code: "drive_silent", params: { motor: 3 } }, "モータ3が応答しません。"],
@@ -64,12 +64,12 @@ describe("a text of the service on a Japanese page", () => {
       "モータを設定できません：E17。",
     ],
   ])("translates %s by its code", async (text, key, translation) => {
-    const { translateServerText } = await speaking("ja");
+    const { translateServerText } = await load("ja");
     expect(translateServerText(text, key)).toBe(translation);
   });
 
-  it("is translated at its place in a figure, and a person's own words are not", async () => {
-    const { translatePlaced } = await speaking("ja");
+  it("is translated inside a figure, and user texts are not", async () => {
+    const { translatePlaced } = await load("ja");
     const figure = {
       data: [{ name: "Teaching", hovertemplate: "%{y:.2f} deg" }, { name: "Abduction" }],
       layout: { xaxis: { title: { text: "Time, s" } } },
@@ -89,7 +89,7 @@ describe("a text of the service on a Japanese page", () => {
 });
 
 it("stays English on an English page", async () => {
-  const { translateServerText, translatePlaced } = await speaking("en");
+  const { translateServerText, translatePlaced } = await load("en");
   expect(translateServerText("Try again.", { code: "try_again", params: {} })).toBe("Try again.");
   const table = {
     rows: [["active"]],

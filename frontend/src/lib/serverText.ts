@@ -32,15 +32,15 @@ export function translateServerText(text: string, key: Key | null | undefined): 
   if (!key || template === undefined) return text;
   return template.replace(
     /\{\{|\}\}|\{(\w+):([^}]*)\}/g,
-    (whole: string, name: string | undefined, type: string) => {
-      if (name === undefined) return whole.charAt(0);
+    (match: string, name: string | undefined, type: string) => {
+      if (name === undefined) return match.charAt(0);
       const value = key.params[name];
-      return value === undefined ? "" : shown(value, type);
+      return value === undefined ? "" : formatParameter(value, type);
     },
   );
 }
 
-/** Translate each text of a figure or a table at its place. */
+/** Translate the texts of a figure or table at their JSON pointers. */
 export function translatePlaced<Content extends { texts?: Schemas["PlacedText"][] }>(
   content: Content,
 ): Content {
@@ -50,18 +50,18 @@ export function translatePlaced<Content extends { texts?: Schemas["PlacedText"][
   return translated;
 }
 
-/** Put the translation of the text at a JSON pointer there. */
+/** Translate the text at a JSON pointer. */
 function replaceAt(content: object, pointer: string, key: Key) {
   const path = pointer.split("/").slice(1);
   const name = path.pop() ?? "";
   let parent: unknown = content;
   for (const part of path) parent = (parent as Record<string, unknown> | undefined)?.[part];
-  const of = parent as Record<string, unknown> | undefined;
-  if (typeof of?.[name] === "string") of[name] = translateServerText(of[name], key);
+  const container = parent as Record<string, unknown> | undefined;
+  if (typeof container?.[name] === "string") container[name] = translateServerText(container[name], key);
 }
 
-/** A parameter as its type says: see `backend/kata/messages.py`. */
-function shown(value: unknown, type: string): string {
+/** Format a parameter by its type, see `backend/kata/messages.py`. */
+function formatParameter(value: unknown, type: string): string {
   if (type === "text") return nested(value as Nested);
   if (type === "sentence") return translateServerText((value as Nested).text, value as Nested);
   if (type === "texts") return (value as Nested[]).map(nested).join("、");
@@ -72,5 +72,5 @@ function shown(value: unknown, type: string): string {
   return String(value);
 }
 
-/** A text within another one loses its full stop. */
-const nested = (one: Nested) => translateServerText(one.text, one).replace(/[.。]$/, "");
+/** A nested text loses its full stop. */
+const nested = (text: Nested) => translateServerText(text.text, text).replace(/[.。]$/, "");

@@ -18,7 +18,7 @@ function List({ fetchPage }: { fetchPage: (after: string | null) => Promise<Page
 }
 type Page = { items: string[]; next: string | null };
 
-it("a list grows by a page at a time, until there is no more", async () => {
+it("a list grows page by page to its end", async () => {
   const pages: Record<string, Page> = {
     "": { items: ["a", "b"], next: "behind b" },
     "behind b": { items: ["c"], next: null },

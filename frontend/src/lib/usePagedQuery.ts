@@ -2,7 +2,7 @@ import { keepPreviousData, useInfiniteQuery } from "@tanstack/react-query";
 
 type Page<Item> = { items: Item[]; next: string | null };
 
-/** A list that is fetched a page at a time, with what has come of it so far in one piece; a page may tell more than its items. */
+/** Query a list page by page. `items` joins the items of all loaded pages; a page may have more fields. */
 export function usePagedQuery<Item, Fetched extends Page<Item> = Page<Item>>(
   key: unknown[],
   fetchPage: (after: string | null) => Promise<Fetched & Page<Item>>,

@@ -9,13 +9,13 @@ const session = (id: string, started_at: string, note: string) =>
 
 const NEWEST = ["session", "newest", "patient"];
 
-function keepIn(queries: QueryClient) {
+function setSessionIn(queries: QueryClient) {
   return renderHook(() => useSetSessionCache(), {
     wrapper: ({ children }) => <QueryClientProvider client={queries}>{children}</QueryClientProvider>,
   }).result.current;
 }
 
-test("an answer to an earlier request does not replace a saved session", async () => {
+test("an earlier request does not replace a saved session", async () => {
   const queries = new QueryClient();
   for (const queryKey of [["session", "a"], NEWEST]) {
     queries.setQueryData(queryKey, session("a", "2026-11-24T09:00:00Z", "first"));
@@ -24,7 +24,7 @@ test("an answer to an earlier request does not replace a saved session", async (
       resolve = done;
     });
     const fetched = queries.fetchQuery({ queryKey, queryFn: () => answered }).catch(() => null);
-    keepIn(queries)(session("a", "2026-11-24T09:00:00Z", "saved"));
+    setSessionIn(queries)(session("a", "2026-11-24T09:00:00Z", "saved"));
     resolve(session("a", "2026-11-24T09:00:00Z", "stale"));
     await answered;
     await fetched;
@@ -32,14 +32,14 @@ test("an answer to an earlier request does not replace a saved session", async (
   }
 });
 
-test("a saved older session leaves the newest one and its request alone", async () => {
+test("saving an older session keeps the newest one", async () => {
   const queries = new QueryClient();
   queries.setQueryData(NEWEST, session("b", "2026-11-24T10:00:00Z", "newest"));
   const fetched = queries.fetchQuery({
     queryKey: NEWEST,
     queryFn: async () => session("b", "2026-11-24T10:00:00Z", "fetched"),
   });
-  keepIn(queries)(session("a", "2026-11-24T09:00:00Z", "saved"));
+  setSessionIn(queries)(session("a", "2026-11-24T09:00:00Z", "saved"));
   await fetched;
   expect(queries.getQueryData<Session>(NEWEST)?.note).toBe("fetched");
 });

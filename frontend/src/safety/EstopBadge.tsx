@@ -10,7 +10,7 @@ import type { Live } from "../lib/api/client";
 import { useAlive, useLive } from "../lib/live/hooks";
 import { ESTOP } from "../lib/messages";
 
-const LOOKS = {
+const STATES = {
   closed: { text: ESTOP.closed, Icon: IconCircleCheck },
   pressed: { text: ESTOP.pressed, Icon: IconAlertOctagonFilled },
   released: { text: ESTOP.released, Icon: IconLockExclamation },
@@ -18,24 +18,27 @@ const LOOKS = {
   unknown: { text: ESTOP.unknown, Icon: IconHelpHexagon },
 } as const;
 
-type Look = keyof typeof LOOKS;
+type EstopState = keyof typeof STATES;
 
-/** Of the five: a switch that the apparatus does not hear is missing; what nobody tells us of is unknown. */
-export function estopLook(alive: boolean, told: Live["estop"] | null): Look {
-  if (!alive || told === null) return "unknown";
-  return told === "unknown" ? "missing" : told;
+/**
+ * Return the badge's state: "missing" if the apparatus gets no signal from the switch, "unknown" if the page
+ * gets no data.
+ */
+export function estopState(alive: boolean, estop: Live["estop"] | null): EstopState {
+  if (!alive || estop === null) return "unknown";
+  return estop === "unknown" ? "missing" : estop;
 }
 
-/** This station's emergency stop, each of the five different in words, icon, colour and edge. */
+/** This station's emergency stop. The five states differ in text, icon, colour and border. */
 export function EstopBadge() {
-  return <EstopSign estop={estopLook(useAlive(), useLive("estop"))} />;
+  return <EstopSign estop={estopState(useAlive(), useLive("estop"))} />;
 }
 
-/** Of whichever station. */
-export function EstopSign({ estop: look }: { estop: Look }) {
-  const { text, Icon } = LOOKS[look];
+/** The badge for any station's emergency stop. */
+export function EstopSign({ estop: state }: { estop: EstopState }) {
+  const { text, Icon } = STATES[state];
   return (
-    <span className={classes.estop} data-testid="estop" data-state={look} role="status">
+    <span className={classes.estop} data-testid="estop" data-state={state} role="status">
       <Icon size={20} aria-hidden />
       {text}
     </span>

@@ -7,18 +7,18 @@ import { Alarms } from "../features/alarms/Alarms";
 import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../lib/live/hooks";
 import { SHELL } from "../lib/messages";
 import { EstopBadge } from "./EstopBadge";
-import { modeWords } from "./modes";
+import { describeMode } from "./modes";
 import { StopBanner } from "./StopBanner";
 import { StopButton } from "./StopButton";
 
-const HEADER = 124;
+const HEADER_PX = 124;
 
-/** What stands above everything while somebody is signed in, behind a locked screen too: what the apparatus does, and Stop. */
+/** The header of every signed-in page and of the lock screen: apparatus state, alarms and Stop. */
 export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBanner?: boolean }) {
   const { children, top, stopBanner = true } = props;
   return (
-    // Above dialogs: nothing may lie over Stop.
-    <AppShell header={{ height: HEADER }} padding={0} zIndex={400}>
+    // Above dialogs: nothing may cover Stop.
+    <AppShell header={{ height: HEADER_PX }} padding={0} zIndex={400}>
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
           <Box flex={1} miw={0}>
@@ -63,32 +63,32 @@ function ModeBadge() {
       tt="none"
       data-testid="mode"
     >
-      {alive && mode ? modeWords({ mode, stop, run }) : SHELL.modeUnknown}
+      {alive && mode ? describeMode({ mode, stop, run }) : SHELL.modeUnknown}
     </Badge>
   );
 }
 
 function ConnectionBadge() {
   const connected = useConnected();
-  const heard = useHeardAt() !== null;
+  const received = useHeardAt() !== null;
   const starting = useLive("device") === "starting";
   const station = useStation();
-  // Before the first word there is nothing to be alarmed about yet.
-  const lost = heard ? SHELL.lost : SHELL.connecting;
-  const live = starting ? SHELL.starting : station?.simulated ? SHELL.liveSimulated : SHELL.live;
+  // Before the first message a missing connection is no alarm.
+  const noConnection = received ? SHELL.lost : SHELL.connecting;
+  const connectedText = starting ? SHELL.starting : station?.simulated ? SHELL.liveSimulated : SHELL.live;
   return (
     <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
       <Text size="sm" role="status">
-        {connected ? live : lost}
+        {connected ? connectedText : noConnection}
       </Text>
-      <Age />
+      <StateAge />
     </Group>
   );
 }
 
-/** Of what the device said last. No screen reader is told of it twice a second. */
-function Age() {
+/** The age of the shown state. Not announced to screen readers, because it changes twice per second. */
+function StateAge() {
   const age = useAge();
   if (age === null) return null;
   return (

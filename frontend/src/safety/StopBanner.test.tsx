@@ -23,10 +23,10 @@ const NOTHING_FOUND = {
   next_step: "",
 };
 
-type Shown = { arm_held: boolean; torque?: Live["torque"]; connected?: boolean; found?: boolean };
+type Options = { arm_held: boolean; torque?: Live["torque"]; connected?: boolean; torqueFound?: boolean };
 
-function show({ arm_held, torque = "off", connected = true, found = false }: Shown) {
-  const refusals: Partial<Live["refusals"]> = found ? {} : { release_torque: NOTHING_FOUND };
+function show({ arm_held, torque = "off", connected = true, torqueFound = false }: Options) {
+  const refusals: Partial<Live["refusals"]> = torqueFound ? {} : { release_torque: NOTHING_FOUND };
   const live = { device: "running", age_ms: 5, mode: "stopped", torque, refusals } as Partial<Live>;
   const stop = { causes: [cause], arm_held };
   const state = { connected, heardAt: 0, station: null, live: { database: {}, ...live, stop }, events: [] };
@@ -47,28 +47,28 @@ afterEach(() => {
 });
 
 describe("a stop", () => {
-  it("that holds the arm says so, and that acknowledging lets it go", () => {
-    const told = show({ arm_held: true, torque: "on" });
-    expect(told).toContain("The motors still hold the arm");
-    expect(told).toContain("Acknowledge and let the arm go");
-    expect(told).toContain("Support the arm first");
-    expect(told).not.toContain("This has cleared");
+  it("that holds the arm announces that acknowledging releases it", () => {
+    const text = show({ arm_held: true, torque: "on" });
+    expect(text).toContain("The motors still hold the arm");
+    expect(text).toContain("Acknowledge and let the arm go");
+    expect(text).toContain("Support the arm first");
+    expect(text).not.toContain("This has cleared");
   });
 
-  it("without torque says nothing of holding", () => {
-    const told = show({ arm_held: false });
-    expect(told).not.toContain("hold the arm");
-    expect(told).toContain("This has cleared");
+  it("without torque does not mention holding", () => {
+    const text = show({ arm_held: false });
+    expect(text).not.toContain("hold the arm");
+    expect(text).toContain("This has cleared");
     expect(screen.getByRole("button").textContent).toBe("Acknowledge");
   });
 
-  it("is acknowledged by whoever operates, and by nobody behind a locked screen", () => {
+  it("cannot be acknowledged behind a locked screen", () => {
     authStore.signedIn({ ...ME, locked: true });
     expect(show({ arm_held: false })).toContain("acknowledges it, signed in and with the screen unlocked");
     expect(screen.queryByRole("button")).toBeNull();
   });
 
-  it("of which nothing is heard any more promises no hold", () => {
+  it("without a connection promises no hold", () => {
     const text = show({ arm_held: true, torque: "on", connected: false });
     expect(text).not.toContain("motors still hold");
     expect(text).not.toContain("has been stopped");
@@ -77,13 +77,13 @@ describe("a stop", () => {
     expect(document.querySelector(".stale")).not.toBeNull();
   });
 
-  it("with unknown torque says that the motors may hold the arm", () => {
+  it("with unknown torque warns that motors may hold the arm", () => {
     expect(show({ arm_held: true, torque: "unknown" })).toContain("The motors may still hold the arm");
   });
 
-  it("offers to release an arm that was found held, by a hold and not by a press", () => {
+  it("releases an arm found held only by a hold", () => {
     const release = vi.spyOn(api, "releaseTorque").mockResolvedValue({ accepted: true });
-    show({ arm_held: true, torque: "on", found: true });
+    show({ arm_held: true, torque: "on", torqueFound: true });
     const button = screen.getByRole("button", { name: "Release torque" });
     fireEvent.pointerDown(button, { button: 0 });
     fireEvent.pointerUp(button);

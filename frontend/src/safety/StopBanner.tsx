@@ -12,12 +12,13 @@ import hold from "./hold.module.css";
 import { useHold } from "./useHold";
 
 /**
- * A latched stop: why, what to do, and the acknowledgement once that is possible. A banner on every page; on the station's it is
- * `whole`, and stands in place of what one would do next. Without a live connection it is greyed and never more reassuring than before.
+ * A latched stop with its causes, next steps and the acknowledgement. Every page shows it as a banner; the
+ * station page shows it as `whole`, in place of its panels. Without a live connection it is greyed and never
+ * more reassuring than before.
  */
-export function StopBanner({ whole = false }: { whole?: boolean }) {
+export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
   const alive = useAlive();
-  const operates = useMayOperate();
+  const mayOperate = useMayOperate();
   const stop = useLive("stop");
   const alarm = useAlarms().find(({ code }) => code.startsWith("stop "));
   if (!stop) return null;
@@ -25,9 +26,9 @@ export function StopBanner({ whole = false }: { whole?: boolean }) {
   return (
     <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner">
       <div className={alive ? "" : "stale"}>
-        <StopTitle whole={whole} held={held} />
+        <StopTitle fullPage={fullPage} held={held} />
         <Group justify="space-between" align="start" gap="xl">
-          <List size={whole ? "xl" : "md"} spacing={4} flex="1 1 20rem">
+          <List size={fullPage ? "xl" : "md"} spacing={4} flex="1 1 20rem">
             {!alive && <List.Item>{STOPPED.notKnownNext}</List.Item>}
             {stop.causes.map((cause) => (
               <List.Item key={`${cause.code}-${cause.axis}`}>
@@ -39,32 +40,32 @@ export function StopBanner({ whole = false }: { whole?: boolean }) {
               </List.Item>
             ))}
           </List>
-          {operates ? <Reset whole={whole} held={held} /> : <Text maw={320}>{STOPPED.byWhom}</Text>}
+          {mayOperate ? <Reset fullPage={fullPage} held={held} /> : <Text maw={320}>{STOPPED.byWhom}</Text>}
         </Group>
       </div>
     </AlarmFrame>
   );
 }
 
-function StopTitle({ whole, held }: { whole: boolean; held: boolean }) {
+function StopTitle({ fullPage, held }: { fullPage: boolean; held: boolean }) {
   const alive = useAlive();
   const torque = useLive("torque");
   const known = held ? (torque === "on" ? STOPPED.titleHeld : STOPPED.titleMayHold) : STOPPED.title;
   return (
-    <Title order={2} fz={whole ? 36 : 20} mb="xs">
+    <Title order={2} fz={fullPage ? 36 : 20} mb="xs">
       {alive ? known : STOPPED.titleNotKnown}
     </Title>
   );
 }
 
-/** What ends a stop: first the torque of an arm that was found held, then the acknowledgement. */
-function Reset({ whole, held }: { whole: boolean; held: boolean }) {
+/** The button for the next reset step: release the torque of an arm found held, then acknowledge. */
+function Reset({ fullPage, held }: { fullPage: boolean; held: boolean }) {
   const release = useRefusal("release_torque");
   const refusal = useRefusal("acknowledge");
   if (release === null) {
     return (
       <ResetButton
-        whole={whole}
+        fullPage={fullPage}
         held
         send={api.releaseTorque}
         refusal={null}
@@ -76,7 +77,7 @@ function Reset({ whole, held }: { whole: boolean; held: boolean }) {
   }
   return (
     <ResetButton
-      whole={whole}
+      fullPage={fullPage}
       held={held}
       send={api.acknowledge}
       refusal={refusal}
@@ -88,8 +89,8 @@ function Reset({ whole, held }: { whole: boolean; held: boolean }) {
 }
 
 type ResetProps = {
-  whole: boolean;
-  /** It lets an arm go: it takes a second's hold. */
+  fullPage: boolean;
+  /** The action releases an arm, so it needs a one-second hold. */
   held: boolean;
   send: (seen: Schemas["SeenState"]) => Promise<unknown>;
   refusal: Schemas["RefusalLive"] | null;
@@ -97,29 +98,29 @@ type ResetProps = {
   children: string;
 };
 
-function ResetButton({ whole, held, send, refusal, next, children }: ResetProps) {
-  const sending = useMutation({ mutationFn: () => send(store.seen()) });
-  const { holding, handlers } = useHold(held && refusal === null && !sending.isPending, () =>
-    sending.mutate(),
+function ResetButton({ fullPage, held, send, refusal, next, children }: ResetProps) {
+  const mutation = useMutation({ mutationFn: () => send(store.seen()) });
+  const { holding, handlers } = useHold(held && refusal === null && !mutation.isPending, () =>
+    mutation.mutate(),
   );
   const hint = held ? (holding === "again" ? STOPPED.again : STOPPED.hold) : "";
   return (
     <Stack gap={4}>
       <Button
-        size={whole ? "xl" : "lg"}
+        size={fullPage ? "xl" : "lg"}
         color="dark"
         disabled={refusal !== null}
-        loading={sending.isPending}
+        loading={mutation.isPending}
         {...(held
           ? { ...handlers, className: hold.held ?? "", "data-holding": holding }
-          : { onClick: () => sending.mutate() })}
+          : { onClick: () => mutation.mutate() })}
       >
         {children}
       </Button>
-      <Text size={whole ? "md" : "sm"} maw={320} mih={20} {...(held && { fw: 600 })}>
+      <Text size={fullPage ? "md" : "sm"} maw={320} mih={20} {...(held && { fw: 600 })}>
         {refusal ? refusal.message : [next, hint].filter(Boolean).join(" ")}
       </Text>
-      <ProblemNote error={sending.error} />
+      <ProblemNote error={mutation.error} />
     </Stack>
   );
 }

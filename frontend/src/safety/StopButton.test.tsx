@@ -7,7 +7,7 @@ import { escapeStops, StopButton } from "./StopButton";
 
 type Answer = Schemas["StopAnswerMessage"];
 
-const asked = vi.fn<(request: Request) => Promise<Response>>();
+const fetchMock = vi.fn<(request: Request) => Promise<Response>>();
 
 function show() {
   render(
@@ -19,8 +19,8 @@ function show() {
 }
 
 beforeEach(() => {
-  asked.mockReset();
-  vi.stubGlobal("fetch", asked);
+  fetchMock.mockReset();
+  vi.stubGlobal("fetch", fetchMock);
 });
 
 afterEach(() => {
@@ -30,41 +30,41 @@ afterEach(() => {
 });
 
 describe("Stop", () => {
-  it("asks at one press, without a question, and shows sent and then confirmed", async () => {
+  it("needs one press and shows sent, then confirmed", async () => {
     let answer: (response: Response) => void = () => {};
-    asked.mockReturnValue(new Promise((resolve) => (answer = resolve)));
+    fetchMock.mockReturnValue(new Promise((resolve) => (answer = resolve)));
     show();
     fireEvent.click(screen.getByRole("button", { name: /stop/i }));
     expect(screen.getByTestId("stop-answer").textContent).toContain("Sent");
-    await waitFor(() => expect(asked.mock.calls[0]?.[0].url).toContain("/api/station/stop"));
+    await waitFor(() => expect(fetchMock.mock.calls[0]?.[0].url).toContain("/api/station/stop"));
     answer(Response.json({ accepted: true }));
     await waitFor(() =>
       expect(screen.getByTestId("stop-answer").textContent).toContain("Confirmed by the device"),
     );
   });
 
-  it("says so when nobody has confirmed it", async () => {
-    asked.mockRejectedValue(new TypeError("network"));
+  it("reports a missing confirmation", async () => {
+    fetchMock.mockRejectedValue(new TypeError("network"));
     show();
     fireEvent.click(screen.getByRole("button", { name: /stop/i }));
     await waitFor(() => expect(screen.getByTestId("stop-answer").textContent).toContain("Not confirmed"));
     expect(screen.getByTestId("stop-answer").textContent).toContain("Use the emergency stop");
   });
 
-  it("is reached by its key while typing, once for one press", async () => {
-    asked.mockReturnValue(new Promise(() => {}));
+  it("reacts to its key while typing, once per press", async () => {
+    fetchMock.mockReturnValue(new Promise(() => {}));
     show();
     const input = screen.getByLabelText("anything");
     fireEvent.keyDown(input, { key: "Escape" });
     fireEvent.keyDown(input, { key: "Escape", repeat: true });
     fireEvent.keyDown(input, { key: "a" });
-    await waitFor(() => expect(asked).toHaveBeenCalled());
-    expect(asked).toHaveBeenCalledTimes(1);
+    await waitFor(() => expect(fetchMock).toHaveBeenCalled());
+    expect(fetchMock).toHaveBeenCalledTimes(1);
   });
 });
 
-describe("Stop while the live connection stands", () => {
-  it("goes over it, and makes no request", async () => {
+describe("Stop with a live connection", () => {
+  it("uses the connection and makes no request", async () => {
     const stop = vi.spyOn(store, "stop").mockResolvedValue({ refusal: null } as Answer);
     show();
     fireEvent.click(screen.getByRole("button", { name: /stop/i }));
@@ -72,7 +72,7 @@ describe("Stop while the live connection stands", () => {
       expect(screen.getByTestId("stop-answer").textContent).toContain("Confirmed by the device"),
     );
     expect(stop).toHaveBeenCalledTimes(1);
-    expect(asked).not.toHaveBeenCalled();
+    expect(fetchMock).not.toHaveBeenCalled();
   });
 
   it("is not confirmed by a device that does not answer", async () => {
@@ -97,7 +97,7 @@ describe("the Esc key", () => {
     },
   );
 
-  it("stops when nobody knows what moves", () => {
+  it("stops when the state is unknown", () => {
     expect(escapeStops(false, "idle")).toBe(true);
     expect(escapeStops(true, undefined)).toBe(true);
   });

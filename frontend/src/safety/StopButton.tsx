@@ -7,15 +7,18 @@ import { store } from "../lib/live/store";
 import { STOP } from "../lib/messages";
 import { isMoving } from "./modes";
 
-type Sent = { state: "sending" } | { state: "confirmed"; at: number } | { state: "failed"; why: string };
+type StopProgress =
+  | { state: "sending" }
+  | { state: "confirmed"; at: number }
+  | { state: "failed"; reason: string };
 
-/** Whether Esc means Stop now: while something moves, or while nobody can say that nothing does. */
+/** True if Esc triggers Stop: while something moves, or while the state is unknown. */
 export function escapeStops(connected: boolean, mode: Live["mode"] | undefined): boolean {
   return !connected || mode === undefined || isMoving(mode);
 }
 
-/** Over the live connection, which stands already; by a request of its own where nothing is answered there. */
-async function askForStop(): Promise<void> {
+/** Send Stop over the live connection, or by a separate request if it is not answered there. */
+async function requestStop(): Promise<void> {
   const answer = await store.stop();
   if (answer === null) return await api.stop();
   if (answer.refusal) {
@@ -24,17 +27,17 @@ async function askForStop(): Promise<void> {
   }
 }
 
-/** One press, no dialog, on every page; tells whether the device has confirmed it. */
+/** The Stop button of every page: one press, no dialog. It shows whether the device confirmed. */
 export function StopButton() {
-  const [sent, setSent] = useState<Sent | null>(null);
+  const [progress, setProgress] = useState<StopProgress | null>(null);
 
   const stop = useCallback(async () => {
-    setSent({ state: "sending" });
+    setProgress({ state: "sending" });
     try {
-      await askForStop();
-      setSent({ state: "confirmed", at: Date.now() });
+      await requestStop();
+      setProgress({ state: "confirmed", at: Date.now() });
     } catch (error) {
-      setSent({ state: "failed", why: error instanceof ProblemError ? error.message : STOP.noAnswer });
+      setProgress({ state: "failed", reason: error instanceof ProblemError ? error.message : STOP.noAnswer });
     }
   }, []);
 
@@ -46,7 +49,7 @@ export function StopButton() {
       event.stopPropagation();
       void stop();
     };
-    // Before any dialog or input gets to see the key.
+    // In the capture phase, before a dialog or an input handles the key.
     window.addEventListener("keydown", onKey, { capture: true });
     return () => window.removeEventListener("keydown", onKey, { capture: true });
   }, [stop]);
@@ -67,10 +70,10 @@ export function StopButton() {
         {STOP.stop}
       </Button>
       <Text size="xs" h={18} aria-live="assertive" data-testid="stop-answer">
-        {sent?.state === "sending" && STOP.sent}
-        {sent?.state === "confirmed" && STOP.confirmed(formatClock(sent.at))}
-        {sent?.state === "failed" && STOP.failed(sent.why)}
-        {!sent && STOP.key}
+        {progress?.state === "sending" && STOP.sent}
+        {progress?.state === "confirmed" && STOP.confirmed(formatClock(progress.at))}
+        {progress?.state === "failed" && STOP.failed(progress.reason)}
+        {!progress && STOP.key}
       </Text>
     </Stack>
   );

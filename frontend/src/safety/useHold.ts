@@ -1,35 +1,36 @@
 import { type KeyboardEvent, type MouseEvent, type PointerEvent, useEffect, useRef, useState } from "react";
 
 export const HOLD_MS = 1000;
-const AGAIN_WITHIN_MS = 5000;
+const SECOND_PRESS_MS = 5000;
 
-/** Whether it is held, and whether it has been asked to be pressed once more. */
+/** Whether the button is held, or waits for a second press. */
 export type Holding = "no" | "held" | "again";
 
 /**
- * Meant, not brushed against: a pointer, or the key that presses a button, stays down for a second. Let go earlier, nothing has happened.
- * Whoever presses by voice or by a switch cannot hold: there, a second press says it. The handlers are spread on a button.
+ * Detect a deliberate hold: a pointer or an activation key stays down for one second. An earlier release has
+ * no effect. Voice and switch control cannot hold, so there a second press confirms. Spread the handlers on a
+ * button.
  */
 export function useHold(enabled: boolean, onHeld: () => void) {
   const [holding, setHolding] = useState<Holding>("no");
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
-  const then = (next: Holding, ms = 0, after?: () => void) => {
+  const setNext = (next: Holding, ms = 0, after?: () => void) => {
     clearTimeout(timer.current);
     setHolding(next);
     if (after) timer.current = setTimeout(after, ms);
   };
-  const letGo = () => {
-    if (holding === "held") then("no");
+  const release = () => {
+    if (holding === "held") setNext("no");
   };
   const hold = () => {
-    const meant = () => {
-      then("no");
+    const confirm = () => {
+      setNext("no");
       onHeld();
     };
-    // A page that hung meanwhile hears first that the hand has let go: what it was told by then comes before a new timer.
-    then("held", HOLD_MS, () => then("held", 0, meant));
+    // After a hang the page handles a waiting release before this second timer.
+    setNext("held", HOLD_MS, () => setNext("held", 0, confirm));
   };
-  // What has become impossible is not done by a hand that is still there.
+  // A command that becomes impossible during the hold is not sent.
   useEffect(() => {
     if (!enabled) {
       clearTimeout(timer.current);
@@ -37,33 +38,34 @@ export function useHold(enabled: boolean, onHeld: () => void) {
     }
   }, [enabled]);
   useEffect(() => () => clearTimeout(timer.current), []);
-  const presses = ({ key }: KeyboardEvent) => key === "Enter" || key === " ";
+  const isActivationKey = ({ key }: KeyboardEvent) => key === "Enter" || key === " ";
   const handlers = {
     onPointerDown: ({ button }: PointerEvent) => {
       if (button === 0) hold();
     },
-    onPointerUp: letGo,
-    onPointerLeave: letGo,
-    onPointerCancel: letGo,
-    onBlur: letGo,
+    onPointerUp: release,
+    onPointerLeave: release,
+    onPointerCancel: release,
+    onBlur: release,
     onKeyDown: (event: KeyboardEvent) => {
-      if (!presses(event)) return;
+      if (!isActivationKey(event)) return;
       event.preventDefault();
       if (!event.repeat) hold();
     },
     onKeyUp: (event: KeyboardEvent) => {
-      if (!presses(event)) return;
+      if (!isActivationKey(event)) return;
       event.preventDefault();
-      letGo();
+      release();
     },
     onClick: ({ detail }: MouseEvent) => {
-      // A pointer counts its clicks; a program that clicks for somebody does not. Keys are taken above.
+      // Pointer clicks have a count above 0, synthetic clicks (voice, switch control) have 0. Keys are
+      // handled above.
       if (detail > 0) return;
       if (holding === "again") {
-        then("no");
+        setNext("no");
         onHeld();
       } else {
-        then("again", AGAIN_WITHIN_MS, () => setHolding("no"));
+        setNext("again", SECOND_PRESS_MS, () => setHolding("no"));
       }
     },
     // A long touch would open a menu.

@@ -5,25 +5,25 @@ import { useHasPermission } from "../features/auth/hooks";
 import { NOTES } from "../lib/messages";
 import { ProblemNote } from "./ProblemNote";
 
-/** A note that is saved when one says so, and shows while it is not. */
+/** A note that is saved on request and shows unsaved changes. */
 export function EditableNote(props: {
   label: string;
   value: string;
-  /** Of the record that it stands in; given back with the note as it was when the writing began. */
+  /** The record's version. `save` gets the version at which editing began. */
   version?: string;
-  save: (note: string, seen: string | null) => Promise<unknown>;
+  save: (note: string, seenVersion: string | null) => Promise<unknown>;
 }) {
-  const writes = useHasPermission("write_records");
+  const mayWrite = useHasPermission("write_records");
   const [draft, setDraft] = useState<string | null>(null);
-  const [seen, setSeen] = useState<string | null>(null);
-  const saving = useMutation({
-    mutationFn: (note: string) => props.save(note, seen),
+  const [seenVersion, setSeenVersion] = useState<string | null>(null);
+  const mutation = useMutation({
+    mutationFn: (note: string) => props.save(note, seenVersion),
     onSuccess: () => setDraft(null),
   });
   const changed = draft !== null && draft !== props.value;
-  const write = (text: string) => {
-    // Somebody else's newer note may arrive meanwhile, and must not be taken for one that was read.
-    if (draft === null) setSeen(props.version ?? null);
+  const edit = (text: string) => {
+    // A newer note may arrive during editing. It must not count as read.
+    if (draft === null) setSeenVersion(props.version ?? null);
     setDraft(text);
   };
   return (
@@ -32,13 +32,13 @@ export function EditableNote(props: {
         label={props.label}
         autosize
         minRows={2}
-        readOnly={!writes}
+        readOnly={!mayWrite}
         value={draft ?? props.value}
-        onChange={(event) => write(event.currentTarget.value)}
+        onChange={(event) => edit(event.currentTarget.value)}
       />
       {changed && (
         <Group>
-          <Button loading={saving.isPending} onClick={() => saving.mutate(draft)}>
+          <Button loading={mutation.isPending} onClick={() => mutation.mutate(draft)}>
             {NOTES.save}
           </Button>
           <Button variant="subtle" onClick={() => setDraft(null)}>
@@ -46,7 +46,7 @@ export function EditableNote(props: {
           </Button>
         </Group>
       )}
-      <ProblemNote error={saving.error} />
+      <ProblemNote error={mutation.error} />
     </Stack>
   );
 }

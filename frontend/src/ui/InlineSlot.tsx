@@ -1,10 +1,10 @@
 import type { ReactNode } from "react";
 
-const PLACE = "\u{FFFC}";
+const MARKER = "\u{FFFC}";
 
-/** A sentence around something that is no text, such as a link: wherever in the sentence each language has it. */
+/** A sentence with an element such as a link inside, at the place that each language needs. */
 export function InlineSlot(props: { words: (it: string) => string; children: ReactNode }) {
-  const [before, after] = props.words(PLACE).split(PLACE);
+  const [before, after] = props.words(MARKER).split(MARKER);
   return (
     <>
       {before}

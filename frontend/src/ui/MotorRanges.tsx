@@ -3,7 +3,7 @@ import type { Schemas } from "../lib/api/client";
 import { formatDeg } from "../lib/format";
 import { RANGES } from "../lib/messages";
 
-/** How far and how fast each motor goes in a motion. */
+/** The range and the highest speed of each motor in a motion. */
 export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
   return (
     <Table maw={640} withTableBorder verticalSpacing="xs">

@@ -27,29 +27,29 @@ afterEach(cleanup);
 
 const figure = (name: string) => ({ data: [{ name }], layout: { height: 300 }, texts: [] });
 
-test("what somebody looks at closer is asked for, and the same place draws it", async () => {
-  const asked = vi.fn();
-  const shown = (of: ReturnType<typeof figure>) => (
+test("a zoom requests a window and redraws in place", async () => {
+  const onWindow = vi.fn();
+  const page = (shownFigure: ReturnType<typeof figure>) => (
     <MantineProvider>
-      <Plot figure={of} label="Motor 1" onWindow={asked} />
+      <Plot figure={shownFigure} label="Motor 1" onWindow={onWindow} />
     </MantineProvider>
   );
-  const whole = figure("an hour");
-  const { rerender, unmount } = render(shown(whole));
+  const wholeFigure = figure("an hour");
+  const { rerender, unmount } = render(page(wholeFigure));
   await waitFor(() => expect(plotly.react).toHaveBeenCalledTimes(1));
-  expect(whole.layout).toEqual({ height: 300 });
+  expect(wholeFigure.layout).toEqual({ height: 300 });
   await waitFor(() => expect(plotly.listeners.plotly_relayout).toBeDefined());
 
   act(() => plotly.listeners.plotly_relayout?.({ "xaxis.range[0]": 10, "xaxis.range[1]": 20 }));
-  expect(asked).toHaveBeenLastCalledWith({ start_s: 10, end_s: 20 });
+  expect(onWindow).toHaveBeenLastCalledWith({ start_s: 10, end_s: 20 });
   act(() => plotly.listeners.plotly_relayout?.({ "yaxis.range[0]": 10, "yaxis.range[1]": 20 }));
-  expect(asked).toHaveBeenCalledTimes(1);
+  expect(onWindow).toHaveBeenCalledTimes(1);
 
-  rerender(shown(figure("ten seconds")));
+  rerender(page(figure("ten seconds")));
   await waitFor(() => expect(plotly.react).toHaveBeenCalledTimes(2));
   expect(plotly.purge).not.toHaveBeenCalled();
   act(() => plotly.listeners.plotly_relayout?.({ "xaxis.autorange": true }));
-  expect(asked).toHaveBeenLastCalledWith(null);
+  expect(onWindow).toHaveBeenLastCalledWith(null);
 
   unmount();
   expect(plotly.purge).toHaveBeenCalledTimes(1);

@@ -4,10 +4,10 @@ import type { Schemas } from "../lib/api/client";
 import { LANGUAGE } from "../lib/language";
 import { translatePlaced } from "../lib/serverText";
 import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./figureMessages";
-import { inScheme } from "./plotColours";
-import { type PlotWindow, windowOf } from "./plotWindow";
+import { recolour } from "./plotColours";
+import { type PlotWindow, toWindow } from "./plotWindow";
 
-// A double click shows all of it again, whatever part was last asked for.
+// A double click shows the whole figure.
 const config = {
   responsive: true,
   locale: LANGUAGE,
@@ -17,9 +17,10 @@ const config = {
 };
 
 /**
- * A Plotly figure as the service built it. Plotly is large, and comes only when a figure is looked at.
+ * A Plotly figure from the service. Plotly is large and loads on first use.
  *
- * Of a long motion the service draws what a screen can show; onWindow hears which part somebody looks at closer, to ask for that.
+ * The service reduces a long motion to what a screen can show. `onWindow` receives the zoomed part, to
+ * request its details.
  */
 export function Plot({
   figure,
@@ -30,58 +31,58 @@ export function Plot({
   label: string;
   onWindow?: (window: PlotWindow | null) => void;
 }) {
-  const place = useRef<HTMLElement>(null);
+  const elementRef = useRef<HTMLElement>(null);
   const [drawn, setDrawn] = useState(false);
   const [failed, setFailed] = useState(false);
-  const [tries, setTries] = useState(0);
-  const heard = useRef(onWindow);
-  heard.current = onWindow;
-  const ending = useRef(() => {});
+  const [attempt, setAttempt] = useState(0);
+  const onWindowRef = useRef(onWindow);
+  onWindowRef.current = onWindow;
+  const cleanup = useRef(() => {});
   const scheme = useComputedColorScheme();
   // biome-ignore lint/correctness/useExhaustiveDependencies: another try draws again
   useEffect(() => {
-    const element = place.current;
+    const element = elementRef.current;
     if (!element) return;
-    let gone = false;
+    let cancelled = false;
     const draw = async () => {
       const { default: Plotly } = await import("plotly.js-cartesian-dist-min");
-      if (gone) return;
+      if (cancelled) return;
       if (LANGUAGE === "ja") {
         Plotly.register({ moduleType: "locale", name: LANGUAGE, dictionary: PLOTLY, format: PLOTLY_DAYS });
       }
-      // Plotly writes into the layout it is given what is done to it.
-      const { data, layout } = inScheme(translatePlaced(figure), scheme);
+      // Plotly modifies the layout that it gets, so this is a copy.
+      const { data, layout } = recolour(translatePlaced(figure), scheme);
       const plot = await Plotly.react(element, data, layout, config);
       plot.removeAllListeners("plotly_relayout");
       plot.on("plotly_relayout", (change) => {
-        const window = windowOf(change);
-        if (window !== undefined) heard.current?.(window);
+        const window = toWindow(change);
+        if (window !== undefined) onWindowRef.current?.(window);
       });
-      ending.current = () => Plotly.purge(element);
+      cleanup.current = () => Plotly.purge(element);
       setFailed(false);
       setDrawn(true);
     };
     draw().catch(() => {
-      if (!gone) setFailed(true);
+      if (!cancelled) setFailed(true);
     });
     return () => {
-      gone = true;
+      cancelled = true;
     };
-  }, [figure, scheme, tries]);
-  useEffect(() => () => ending.current(), []);
+  }, [figure, scheme, attempt]);
+  useEffect(() => () => cleanup.current(), []);
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
     <div style={{ position: "relative", minHeight: height }}>
       {failed && (
         <Group role="alert">
           <Text>{FIGURE.failed}</Text>
-          <Button variant="default" onClick={() => setTries(tries + 1)}>
+          <Button variant="default" onClick={() => setAttempt(attempt + 1)}>
             {FIGURE.again}
           </Button>
         </Group>
       )}
       {!drawn && !failed && <Skeleton pos="absolute" inset={0} aria-label={FIGURE.drawing} />}
-      <figure ref={place} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
+      <figure ref={elementRef} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );
 }

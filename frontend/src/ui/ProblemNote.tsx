@@ -3,11 +3,11 @@ import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../lib/api/client";
 import { PROBLEMS } from "../lib/messages";
 
-/** What went wrong, in a sentence, and what to do. Shows nothing when nothing did. */
+/** An error with its next step. Empty without an error. */
 export function ProblemNote({ error }: { error: unknown }) {
   if (!error) return null;
-  const told = error instanceof ProblemError ? error : null;
-  if (told && Object.keys(told.fields).length > 0) {
+  const problem = error instanceof ProblemError ? error : null;
+  if (problem && Object.keys(problem.fields).length > 0) {
     return (
       <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
         {PROBLEMS.fields}
@@ -16,8 +16,8 @@ export function ProblemNote({ error }: { error: unknown }) {
   }
   return (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
-      {told ? told.message : PROBLEMS.page}
-      {told?.nextStep ? ` ${told.nextStep}` : ""}
+      {problem ? problem.message : PROBLEMS.page}
+      {problem?.nextStep ? ` ${problem.nextStep}` : ""}
     </Alert>
   );
 }

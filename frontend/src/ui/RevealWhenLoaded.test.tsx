@@ -10,8 +10,8 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-/** What is asked is answered when the test says so. */
-function asking() {
+/** Queries whose answers the test controls. */
+function controlledQueries() {
   const answers: Record<string, { give: (text: string) => void; refuse: (why: Error) => void }> = {};
   const ask = (name: string) =>
     new Promise<string>((give, refuse) => {
@@ -20,12 +20,12 @@ function asking() {
   const answer = async (name: string, text: string | Error) => {
     if (text instanceof Error) answers[name]?.refuse(text);
     else answers[name]?.give(text);
-    await passed(10);
+    await advance(10);
   };
   return { ask, answer };
 }
 
-const passed = (ms: number) => act(() => vi.advanceTimersByTimeAsync(ms));
+const advance = (ms: number) => act(() => vi.advanceTimersByTimeAsync(ms));
 
 function Part(props: {
   name: string;
@@ -43,12 +43,12 @@ function Part(props: {
   );
 }
 
-function drawn(children: React.ReactNode, props: { waits?: boolean; now?: boolean } = {}) {
+function show(children: React.ReactNode, props: { waits?: boolean; now?: boolean } = {}) {
   const queries = new QueryClient({ defaultOptions: { queries: { retry: 1 } } });
-  const page = (given: typeof props) => (
+  const page = (current: typeof props) => (
     <MantineProvider env="test">
       <QueryClientProvider client={queries}>
-        <RevealWhenLoaded {...given}>
+        <RevealWhenLoaded {...current}>
           <h1>Page</h1>
           {children}
         </RevealWhenLoaded>
@@ -56,56 +56,56 @@ function drawn(children: React.ReactNode, props: { waits?: boolean; now?: boolea
     </MantineProvider>
   );
   const { rerender } = render(page(props));
-  return (given: typeof props) => rerender(page(given));
+  return (current: typeof props) => rerender(page(current));
 }
 
-const shown = () => screen.queryByRole("heading") !== null;
+const isShown = () => screen.queryByRole("heading") !== null;
 
-describe("a page in one piece", () => {
-  it("is shown when each of its parts is there, also what only the answer to another asks for", async () => {
-    const { ask, answer } = asking();
-    drawn([<Part key="a" name="a" ask={ask} then="c" />, <Part key="b" name="b" ask={ask} />]);
-    await passed(10);
-    expect(shown()).toBe(false);
+describe("a page that loads as a whole", () => {
+  it("appears when all parts and their dependent parts loaded", async () => {
+    const { ask, answer } = controlledQueries();
+    show([<Part key="a" name="a" ask={ask} then="c" />, <Part key="b" name="b" ask={ask} />]);
+    await advance(10);
+    expect(isShown()).toBe(false);
     await answer("b", "B");
     await answer("a", "A");
-    expect(shown()).toBe(false);
+    expect(isShown()).toBe(false);
     await answer("c", "C");
-    expect(shown()).toBe(true);
+    expect(isShown()).toBe(true);
   });
 
-  it("does not wait for what is late, nor again for what was refused", async () => {
-    const { ask, answer } = asking();
-    drawn([<Part key="a" name="a" ask={ask} late />, <Part key="b" name="b" ask={ask} />]);
-    await passed(10);
-    expect(shown()).toBe(false);
+  it("waits neither for late parts nor for retries", async () => {
+    const { ask, answer } = controlledQueries();
+    show([<Part key="a" name="a" ask={ask} late />, <Part key="b" name="b" ask={ask} />]);
+    await advance(10);
+    expect(isShown()).toBe(false);
     await answer("b", new Error("the database is away"));
-    expect(shown()).toBe(true);
+    expect(isShown()).toBe(true);
   });
 
-  it("waits for nothing longer than five seconds", async () => {
-    const { ask } = asking();
-    drawn(<Part name="a" ask={ask} />);
-    await passed(4_900);
-    expect(shown()).toBe(false);
-    await passed(200);
-    expect(shown()).toBe(true);
+  it("waits at most five seconds", async () => {
+    const { ask } = controlledQueries();
+    show(<Part name="a" ask={ask} />);
+    await advance(4_900);
+    expect(isShown()).toBe(false);
+    await advance(200);
+    expect(isShown()).toBe(true);
   });
 
-  it("is shown at once where somebody needs it now, and stays", async () => {
-    const { ask } = asking();
-    const again = drawn(<Part name="a" ask={ask} />, { now: true });
-    expect(shown()).toBe(true);
-    again({ now: false });
-    expect(shown()).toBe(true);
+  it("appears at once on demand and stays", async () => {
+    const { ask } = controlledQueries();
+    const update = show(<Part name="a" ask={ask} />, { now: true });
+    expect(isShown()).toBe(true);
+    update({ now: false });
+    expect(isShown()).toBe(true);
   });
 
-  it("waits for what else it is told to", async () => {
-    const again = drawn(null, { waits: true });
-    await passed(10);
-    expect(shown()).toBe(false);
-    again({ waits: false });
-    await passed(10);
-    expect(shown()).toBe(true);
+  it("waits for an additional condition", async () => {
+    const update = show(null, { waits: true });
+    await advance(10);
+    expect(isShown()).toBe(false);
+    update({ waits: false });
+    await advance(10);
+    expect(isShown()).toBe(true);
   });
 });

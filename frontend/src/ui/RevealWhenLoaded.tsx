@@ -2,40 +2,40 @@ import { Box, Skeleton } from "@mantine/core";
 import { type Query, useIsFetching, useQueryClient } from "@tanstack/react-query";
 import { type ReactNode, useEffect, useState } from "react";
 
-const LIMIT_MS = 5000;
+const MAX_WAIT_MS = 5000;
 
-/** What is asked for the first time, and not answered yet. What is `late` has its room kept free, and nobody waits for it. */
-const first = {
+/** Queries that wait for their first answer. `late` queries have reserved space and are not waited for. */
+const firstFetch = {
   predicate: ({ state, meta }: Query) =>
     state.status === "pending" && state.fetchFailureCount === 0 && meta?.late !== true,
 };
 
 /**
- * A page whose parts are asked for one by one, shown once all of them are there: nothing moves away under a finger that is on its way.
- * What fails is not waited for, nor is anything for longer than five seconds; once shown, it stays.
+ * Shows a page once all its first queries are answered, so that nothing shifts under a finger. It waits
+ * neither for failed queries nor for more than five seconds, and never hides again.
  */
 export function RevealWhenLoaded(props: {
   children: ReactNode;
-  /** Whatever else it waits for has not come. */
+  /** An additional condition is not met yet. */
   waits?: boolean;
-  /** Somebody needs it now, whole or not. */
+  /** Show the page immediately. */
   now?: boolean;
 }) {
   const { children, waits = false, now = false } = props;
   const queries = useQueryClient();
-  const asked = useIsFetching(first);
+  const pending = useIsFetching(firstFetch);
   const [shown, setShown] = useState(false);
   useEffect(() => {
-    if (asked > 0 || waits) return;
-    // Counted again once what has just been answered is drawn: its parts may have begun to ask by then.
-    const drawn = setTimeout(() => {
-      if (queries.isFetching(first) === 0) setShown(true);
+    if (pending > 0 || waits) return;
+    // Counted again after the answer is rendered, because new parts may have started queries.
+    const timer = setTimeout(() => {
+      if (queries.isFetching(firstFetch) === 0) setShown(true);
     });
-    return () => clearTimeout(drawn);
-  }, [asked, waits, queries]);
+    return () => clearTimeout(timer);
+  }, [pending, waits, queries]);
   useEffect(() => {
-    const limit = setTimeout(() => setShown(true), LIMIT_MS);
-    return () => clearTimeout(limit);
+    const timer = setTimeout(() => setShown(true), MAX_WAIT_MS);
+    return () => clearTimeout(timer);
   }, []);
   if (now && !shown) setShown(true);
   const visible = shown || now;

@@ -3,16 +3,16 @@ import { IconMinus, IconPlus } from "@tabler/icons-react";
 import { useId } from "react";
 import { PLAYING } from "../features/station/playMessages";
 
-/** What a number is called, and its bounds. */
+/** A number's label, unit, bounds and step. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };
 
-/** Whether a value may be used; NaN stands for an empty field. */
+/** True if the value is within the bounds; NaN is an empty field. */
 export const isWithin = ({ min, max }: Pick<Steps, "min" | "max">, value: number): boolean =>
   value >= min && value <= max;
 
 /**
- * A number that is changed by finger, in steps, or typed. What is shown is what `onChange` was given: an empty field gives NaN and a
- * number out of range itself, both with an error; whoever uses the value asks `isWithin` first.
+ * A number with step buttons and a field. The field shows exactly the last value of `onChange`: NaN for an
+ * empty field, or a number out of range. Both show an error; the caller checks `isWithin` before use.
  */
 export function Stepper(props: {
   field: Steps;
@@ -23,8 +23,9 @@ export function Stepper(props: {
   const { value, disabled = false, onChange } = props;
   const { label, unit, min, max, step } = props.field;
   const id = useId();
-  const give = (given: number) => onChange(Math.min(max, Math.max(min, Number.isNaN(given) ? min : given)));
-  const fits = isWithin(props.field, value);
+  const changeTo = (number: number) =>
+    onChange(Math.min(max, Math.max(min, Number.isNaN(number) ? min : number)));
+  const valid = isWithin(props.field, value);
   return (
     <Stack gap={4} role="group" aria-labelledby={id}>
       <Text size="lg" fw={600} id={id}>
@@ -36,7 +37,7 @@ export function Stepper(props: {
           variant="default"
           aria-label={PLAYING.less(label)}
           disabled={disabled || value <= min}
-          onClick={() => give(value - step)}
+          onClick={() => changeTo(value - step)}
         >
           <IconMinus size={22} />
         </ActionIcon>
@@ -53,8 +54,8 @@ export function Stepper(props: {
           disabled={disabled}
           clampBehavior="none"
           value={Number.isNaN(value) ? "" : value}
-          error={!fits && !disabled}
-          onChange={(given) => onChange(typeof given === "number" ? given : Number.NaN)}
+          error={!valid && !disabled}
+          onChange={(input) => onChange(typeof input === "number" ? input : Number.NaN)}
           styles={{ input: { textAlign: "center" } }}
         />
         <ActionIcon
@@ -62,12 +63,12 @@ export function Stepper(props: {
           variant="default"
           aria-label={PLAYING.more(label)}
           disabled={disabled || value >= max}
-          onClick={() => give(value + step)}
+          onClick={() => changeTo(value + step)}
         >
           <IconPlus size={22} />
         </ActionIcon>
       </Group>
-      {!fits && !disabled && (
+      {!valid && !disabled && (
         <Text size="sm" c="grape.9" role="alert">
           {PLAYING.outOfRange(min, max, unit)}
         </Text>

@@ -4,12 +4,12 @@ import { type ComponentPropsWithoutRef, forwardRef } from "react";
 
 type Native = Omit<ComponentPropsWithoutRef<"a">, keyof AnchorProps | keyof ButtonProps>;
 
-/** A link to another screen, its address checked by the compiler. */
+/** A link to another page with a type-checked address. */
 export const PageLink = createLink(
   forwardRef<HTMLAnchorElement, AnchorProps & Native>((props, ref) => <Anchor ref={ref} {...props} />),
 );
 
-/** The same, as a button. */
+/** The same as a button. */
 export const ButtonLink = createLink(
   forwardRef<HTMLAnchorElement, ButtonProps & Native>((props, ref) => (
     <Button component="a" ref={ref} {...props} />

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { windowOf } from "./plotWindow";
+import { toWindow } from "./plotWindow";
 
 test.each([
   [
@@ -15,20 +15,20 @@ test.each([
     { "xaxis.range[0]": -3, "xaxis.range[1]": 3 },
     { start_s: 0, end_s: 3 },
   ],
-])("a zoom %j is a window, which begins at 0 at the earliest", (change, window) => {
-  expect(windowOf(change)).toEqual(window);
+])("zoom %j gives a window from 0 or later", (change, window) => {
+  expect(toWindow(change)).toEqual(window);
 });
 
 test.each([
   [{ "xaxis.autorange": true, "yaxis.autorange": true }],
   [{ "xaxis.range[0]": -3, "xaxis.range[1]": -1 }],
-])("%j asks for all of it", (change) => {
-  expect(windowOf(change)).toBeNull();
+])("%j shows the whole figure", (change) => {
+  expect(toWindow(change)).toBeNull();
 });
 
 test.each([[{ "yaxis.range[0]": 1, "yaxis.range[1]": 2 }], [{ autosize: true }]])(
-  "%j leaves the clock as it is",
+  "%j does not change the window",
   (change) => {
-    expect(windowOf(change)).toBeUndefined();
+    expect(toWindow(change)).toBeUndefined();
   },
 );

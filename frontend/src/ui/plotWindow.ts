@@ -1,8 +1,10 @@
-/** A part of a figure, in seconds of its own clock. */
+/** A part of a figure in seconds of its time axis. */
 export type PlotWindow = { start_s: number; end_s: number };
 
-/** What a change of Plotly's says of its clock: a window, null for all of it, undefined where it is about something else. */
-export function windowOf(change: Record<string, unknown>): PlotWindow | null | undefined {
+/**
+ * Return the window of a Plotly change: null for the whole figure, undefined if the time axis did not change.
+ */
+export function toWindow(change: Record<string, unknown>): PlotWindow | null | undefined {
   for (const [name, value] of Object.entries(change)) {
     const axis = /^(xaxis\d*)\.(range\[0\]|range|autorange)$/.exec(name);
     if (!axis) continue;

@@ -23,10 +23,10 @@ export function AccountForm(props: Props) {
   const [openid, setOpenid] = useState(account?.openid ?? "");
   const loginMethods = useQuery({
     queryKey: ["ways-in"],
-    queryFn: api.waysIn,
+    queryFn: api.loginMethods,
     staleTime: Number.POSITIVE_INFINITY,
   });
-  const filterOptions = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const filterOptions = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
   const choices = [...new Set([...(filterOptions.data?.stations ?? []), ...stations])].sort();
   const save = useMutation({
     mutationFn: async () => {

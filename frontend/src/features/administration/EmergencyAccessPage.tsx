@@ -11,7 +11,7 @@ import { EMERGENCIES } from "./messages";
 /** Emergency accesses to restricted records. Another administrator reviews each one. */
 export function EmergencyAccessPage() {
   useTitle(EMERGENCIES.title);
-  const accesses = useQuery({ queryKey: ["broken-glass"], queryFn: api.brokenGlass });
+  const accesses = useQuery({ queryKey: ["broken-glass"], queryFn: api.breakGlassAccesses });
   return (
     <Stack component="section" aria-label={EMERGENCIES.title}>
       <Title order={2} size="h3">
@@ -32,7 +32,7 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
   const me = useMe();
   const queries = useQueryClient();
   const review = useMutation({
-    mutationFn: () => api.reviewBrokenGlass(access.id),
+    mutationFn: () => api.reviewBreakGlassAccess(access.id),
     onSuccess: () => queries.invalidateQueries({ queryKey: ["broken-glass"] }),
   });
   return (

@@ -1,4 +1,4 @@
-import type { AuditWanted } from "../../lib/api/client";
+import type { AuditQuery } from "../../lib/api/client";
 import { isDay, midnight } from "../../lib/days";
 import { OUTCOMES } from "./messages";
 
@@ -25,6 +25,6 @@ export function readAuditFilters(search: Record<string, unknown>): AuditFilters 
 }
 
 /** The filters as the service expects them: a day starts and ends at this browser's midnight. */
-export function toAuditQuery({ from, to, ...rest }: AuditFilters): AuditWanted {
+export function toAuditQuery({ from, to, ...rest }: AuditFilters): AuditQuery {
   return { ...rest, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../../lib/api/client";
 import { type LiveState, LOST_AFTER_MS } from "../../lib/live/store";
-import { estopLook } from "../../safety/EstopBadge";
+import { estopState } from "../../safety/EstopBadge";
 import { type Alarm, activeAlarms } from "./alarms";
 import { AlarmSounder, BURSTS, SOUND_PAUSE_MS, SoundPause } from "./sound";
 
@@ -90,13 +90,13 @@ describe("an alarm's priority", () => {
 describe("the emergency stop", () => {
   it("distinguishes missing from unknown among its five states", () => {
     const contacts = ["closed", "pressed", "released", "unknown"] as const;
-    expect(contacts.map((contact) => estopLook(true, contact as Live["estop"]))).toEqual([
+    expect(contacts.map((contact) => estopState(true, contact as Live["estop"]))).toEqual([
       "closed",
       "pressed",
       "released",
       "missing",
     ]);
-    expect(contacts.map((contact) => estopLook(false, contact))).toEqual(Array(4).fill("unknown"));
+    expect(contacts.map((contact) => estopState(false, contact))).toEqual(Array(4).fill("unknown"));
   });
 });
 

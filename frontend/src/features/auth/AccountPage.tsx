@@ -120,7 +120,7 @@ function ChangePassword({ me }: { me: Me }) {
 /** The user's login sessions, each with a button that ends it. */
 function LoginSessions() {
   const queries = useQueryClient();
-  const sessions = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
+  const sessions = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.loginSessions });
   return (
     <Stack>
       <ProblemNote error={sessions.error} />
@@ -137,7 +137,7 @@ function LoginSessions() {
           {!session.here && (
             <ReauthenticateForm
               variant="default"
-              action={(password) => api.endOwnSignIn(session.id, password)}
+              action={(password) => api.endLoginSession(session.id, password)}
               onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
             >
               {ACCOUNT.signItOut}

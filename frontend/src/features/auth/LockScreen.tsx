@@ -6,7 +6,7 @@ import { useTitle } from "../../app/title";
 import { api, type Me } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { useAlive, useLive } from "../../lib/live/hooks";
-import { modeWords } from "../../safety/modes";
+import { describeMode } from "../../safety/modes";
 import { StateBar } from "../../safety/StateBar";
 import { ProblemNote } from "../../ui/ProblemNote";
 import classes from "./access.module.css";
@@ -90,7 +90,7 @@ function ApparatusState() {
   return (
     <Stack align="center" gap={0} data-testid="going-on">
       <Text fz={40} fw={700}>
-        {modeWords({ mode, stop, run })}
+        {describeMode({ mode, stop, run })}
       </Text>
       {moving && run && <Text fz={28}>{LOCKED.left(formatSpan(run.left_s))}</Text>}
     </Stack>

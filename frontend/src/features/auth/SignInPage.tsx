@@ -29,7 +29,7 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
   if (problemCode === "second_factor_needed" && !codeNeeded) setCodeNeeded(true);
   const loginMethods = useQuery({
     queryKey: ["ways-in"],
-    queryFn: api.waysIn,
+    queryFn: api.loginMethods,
     staleTime: Number.POSITIVE_INFINITY,
   });
   const submit = (event: FormEvent) => {

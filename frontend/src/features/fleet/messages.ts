@@ -1,7 +1,7 @@
 import type { Schemas } from "../../lib/api/client";
 import { formatMoment, formatSpan } from "../../lib/format";
 import { say } from "../../lib/language";
-import { modeWords } from "../../safety/modes";
+import { describeMode } from "../../safety/modes";
 
 export type Shown = Schemas["StationShown"];
 export type State = Schemas["StationTold"];
@@ -54,7 +54,7 @@ export function doingWords(state: State): string {
   if (state.device !== "running") return STATIONS.restarting;
   const stop = state.causes.length > 0 ? { arm_held: state.arm_held, causes: [] } : null;
   const run = state.progress ? ({ reversing: state.progress.reversing } as Schemas["RunLive"]) : null;
-  return modeWords({ mode: state.mode, stop, run });
+  return describeMode({ mode: state.mode, stop, run });
 }
 
 /** How far a playback or a take is; nothing where neither goes on. */

@@ -1,5 +1,5 @@
 import type { Schemas } from "../../lib/api/client";
-import { socketTo } from "../../lib/live/socket";
+import { openSocket } from "../../lib/live/socket";
 import type { Shown } from "./messages";
 
 /** The service speaks at least every second. */
@@ -91,4 +91,4 @@ export class StationsStore {
   }
 }
 
-export const stations = new StationsStore(() => socketTo("/api/stations/live"));
+export const stations = new StationsStore(() => openSocket("/api/stations/live"));

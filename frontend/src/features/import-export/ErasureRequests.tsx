@@ -60,7 +60,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   const name = useUserName();
   const [reason, setReason] = useState("");
   const note = useMutation({
-    mutationFn: () => api.noteErasure(patient.id, { reason, noted_by: name }),
+    mutationFn: () => api.requestErasure(patient.id, { reason, noted_by: name }),
     onSuccess: () => {
       void queries.invalidateQueries({ queryKey: ["erasures"] });
       onDone();

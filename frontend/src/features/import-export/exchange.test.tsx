@@ -147,7 +147,7 @@ it("patients are imported once a file and the shoulder are chosen", async () => 
 describe("erasure", () => {
   it("is noted with a reason, in the name of whoever is signed in", async () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [] });
-    const note = vi.spyOn(api, "noteErasure").mockResolvedValue(REQUEST);
+    const note = vi.spyOn(api, "requestErasure").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Patient asks for erasure" }));
     await screen.findByRole("dialog");

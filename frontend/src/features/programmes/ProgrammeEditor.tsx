@@ -5,7 +5,7 @@ import { type ReactNode, useState } from "react";
 import { api, ProblemError } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { formatSpan } from "../../lib/format";
-import { useHighestLevel, useRecordings } from "../../lib/patientQueries";
+import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
 import { useUserName } from "../auth/hooks";
@@ -66,7 +66,7 @@ export function ProgrammeEditor(props: {
       ...draft,
       items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
     });
-  const highest = useHighestLevel(patientId, episode.id);
+  const highest = useMaxLoadLevel(patientId, episode.id);
   const withoutLevel = draft.items.filter((item) => item.load_level === null);
   const chosen = draft.items.find((item) => item.key === set);
   return (

@@ -5,7 +5,7 @@ import { useEffect, useRef, useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { useLive } from "../../lib/live/hooks";
-import { isAway } from "../../lib/offline";
+import { isDatabaseUnavailable } from "../../lib/offline";
 import { usePaperLanguage } from "../../lib/paperLanguage";
 import { useSetSessionCache } from "../../lib/useSetSessionCache";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -81,7 +81,7 @@ function Open({ session }: { session: Session }) {
         await saved();
       } catch (error) {
         // The note waits for the database, in its field; what has ended does not.
-        if (!isAway(error)) throw error;
+        if (!isDatabaseUnavailable(error)) throw error;
       }
       return api.endSession(session.id, { reason: chosen });
     },

@@ -16,7 +16,7 @@ export function SessionsPage() {
   useTitle(SESSIONS.title);
   const filters = useSearch({ from: "/sessions" });
   const navigate = useNavigate({ from: "/sessions" });
-  const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
   const found = usePagedQuery(["sessions", filters], (after) => api.sessions(asWanted(filters), after));
   return (
     <Stack>

@@ -1,4 +1,4 @@
-import type { SessionsWanted } from "../../lib/api/client";
+import type { SessionQuery } from "../../lib/api/client";
 import { isDay, midnight } from "../../lib/days";
 
 const NAMES = ["from", "to", "therapist", "station", "stop"] as const;
@@ -19,6 +19,6 @@ export function readFilters(search: Record<string, unknown>): Filters {
 }
 
 /** As the service is asked: a day begins and ends at this browser's midnight. */
-export function asWanted({ from, to, ...same }: Filters): SessionsWanted {
+export function asWanted({ from, to, ...same }: Filters): SessionQuery {
   return { ...same, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

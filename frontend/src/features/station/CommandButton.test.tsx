@@ -36,7 +36,7 @@ afterEach(() => {
 it("is disabled, saying why, until the apparatus has confirmed a command and the page shows it", async () => {
   let confirmed = () => {};
   let told = () => {};
-  vi.spyOn(store, "told").mockReturnValue(new Promise((resolve) => (told = resolve)));
+  vi.spyOn(store, "waitForFreshState").mockReturnValue(new Promise((resolve) => (told = resolve)));
   const send = vi.fn(() => new Promise<void>((resolve) => (confirmed = resolve)));
   const button = show({}, send);
   fireEvent.click(button);

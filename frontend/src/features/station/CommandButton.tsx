@@ -31,7 +31,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
   const sending = useMutation({
     mutationFn: async () => {
       await send();
-      await store.told();
+      await store.waitForFreshState();
     },
     ...(onDone && { onSuccess: onDone }),
   });

@@ -13,7 +13,7 @@ import { formatSpan, sideWord } from "../../lib/format";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
 import { FORMAT } from "../../lib/messages";
-import { useHighestLevel, useRecordings } from "../../lib/patientQueries";
+import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -61,7 +61,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const recordings = useRecordings(patientId);
   const last = useLastRuns(patientId);
   const levelOfLast = lastLevel(last.data ?? []);
-  const highest = useHighestLevel(patientId, session.episode_id);
+  const highest = useMaxLoadLevel(patientId, session.episode_id);
   const planned = session.programme?.items ?? [];
   const next = nextItem(planned, session.runs);
   const [chosen, setChosen] = useState<string | null>(wanted);
@@ -249,7 +249,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
             <CommandButton
               held
               command="return"
-              send={() => api.goBack(store.seen())}
+              send={() => api.returnArm(store.seen())}
               variant="default"
               leftSection={<IconArrowBackUp size={26} />}
             >

@@ -1,5 +1,5 @@
 import { Alert, Select, Stack, Text } from "@mantine/core";
-import { useReady } from "../../lib/offline";
+import { useReadyPatients } from "../../lib/offline";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { CHOICE } from "../patients/patientListMessages";
 import { AWAY } from "./messages";
@@ -10,7 +10,7 @@ export function ReadySelect(props: {
   disabled?: boolean;
   onChange: (patientId: string | null) => void;
 }) {
-  const ready = useReady();
+  const ready = useReadyPatients();
   const all = ready.data ?? [];
   const chosen = all.find(({ patient }) => patient.id === props.chosen);
   return (

@@ -7,7 +7,7 @@ import { useTitle } from "../../app/title";
 import { api, type Patient } from "../../lib/api/client";
 import { sideWord } from "../../lib/format";
 import { useLive, useStation } from "../../lib/live/hooks";
-import { useAway, useReady } from "../../lib/offline";
+import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
 import { useEpisodes } from "../../lib/patientQueries";
 import { StopBanner } from "../../safety/StopBanner";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -53,7 +53,7 @@ export function StationPage() {
   const work = useWork();
   useTitle(station?.name ?? STATION.title);
   // Whoever is on the apparatus is the one this page is about.
-  const away = useAway();
+  const away = useDatabaseUnavailable();
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
   const patientId = onApparatus ?? search.patient ?? null;
   const patient = useQuery({
@@ -61,7 +61,7 @@ export function StationPage() {
     queryFn: () => api.patient(patientId ?? ""),
     enabled: reads && patientId !== null && !away,
   });
-  const ready = useReady();
+  const ready = useReadyPatients();
   const kept = away ? ready.data?.find((one) => one.patient.id === patientId) : undefined;
   const choose = (chosen: string | null) => void navigate({ search: chosen ? { patient: chosen } : {} });
   return (
@@ -69,7 +69,7 @@ export function StationPage() {
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {station?.name ?? STATION.title}
       </Title>
-      <StopBanner whole />
+      <StopBanner fullPage />
       <RevealWhenLoaded waits={!station || !work} now={run !== null || teaching !== null || stop !== null}>
         <Grid gap="lg">
           <Grid.Col span={{ base: 12, md: 6 }}>

@@ -32,7 +32,7 @@ function show(checks: Check[]) {
   const live = { device: "running", age_ms: 5, mode: "idle", refusals: {}, teaching: null };
   const state = { connected: true, heardAt: 0, station: null, live, events: [] };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
-  vi.spyOn(store, "told").mockResolvedValue();
+  vi.spyOn(store, "waitForFreshState").mockResolvedValue();
   const teach = vi.spyOn(api, "teach").mockResolvedValue({ teaching_id: "t" });
   render(
     <MantineProvider env="test">

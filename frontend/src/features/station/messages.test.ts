@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Schemas } from "../../lib/api/client";
-import { modeWords } from "../../safety/modes";
+import { describeMode } from "../../safety/modes";
 import { loopWords } from "./LoopHealth";
 import { pathWords } from "./ReversalNotice";
 
@@ -30,15 +30,15 @@ describe("what goes on on the path", () => {
 
 describe("what the apparatus does", () => {
   it("tells a stop that holds the arm from one that does not", () => {
-    expect(modeWords({ mode: "stopped", stop, run: null })).toBe("Stopped");
-    expect(modeWords({ mode: "stopped", stop: { ...stop, arm_held: true }, run })).toBe(
+    expect(describeMode({ mode: "stopped", stop, run: null })).toBe("Stopped");
+    expect(describeMode({ mode: "stopped", stop: { ...stop, arm_held: true }, run })).toBe(
       "Stopped, holding the arm",
     );
   });
 
   it("tells playing from taking the arm back", () => {
-    expect(modeWords({ mode: "playing", stop: null, run })).toBe("Playing");
-    expect(modeWords({ mode: "playing", stop: null, run: { ...run, reversing: true } })).toBe(
+    expect(describeMode({ mode: "playing", stop: null, run })).toBe("Playing");
+    expect(describeMode({ mode: "playing", stop: null, run: { ...run, reversing: true } })).toBe(
       "Taking the arm back",
     );
   });

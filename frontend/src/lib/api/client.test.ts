@@ -18,15 +18,15 @@ const failure = async (call: Promise<unknown>): Promise<ProblemError> => {
 };
 
 describe("the client", () => {
-  it("is generated from the service's present document", () => {
-    const fresh = join(mkdtempSync(join(tmpdir(), "kata-")), "schema.d.ts");
-    execFileSync("node_modules/.bin/openapi-typescript", ["openapi.json", "-o", fresh]);
+  it("matches the service's OpenAPI document", () => {
+    const generated = join(mkdtempSync(join(tmpdir(), "kata-")), "schema.d.ts");
+    execFileSync("node_modules/.bin/openapi-typescript", ["openapi.json", "-o", generated]);
     expect(readFileSync("src/lib/api/schema.d.ts", "utf8"), "stale: npm run client").toBe(
-      readFileSync(fresh, "utf8"),
+      readFileSync(generated, "utf8"),
     );
   }, 30_000);
 
-  it("throws a problem with its sentence, next step and fields", async () => {
+  it("throws a problem with message, next step and fields", async () => {
     const problem = {
       detail: "Please check what was entered: name is needed.",
       code: "invalid",
@@ -40,7 +40,7 @@ describe("the client", () => {
     expect(error.fields).toEqual({ name: "is needed" });
   });
 
-  it("puts a silent service into words", async () => {
+  it("reports a service that does not answer", async () => {
     vi.stubGlobal("fetch", async () => {
       throw new TypeError("Failed to fetch");
     });
@@ -49,7 +49,7 @@ describe("the client", () => {
     expect(error.nextStep).not.toBe("");
   });
 
-  it("puts nonsense into words", async () => {
+  it("reports an invalid answer", async () => {
     vi.stubGlobal("fetch", async () => new Response("{}", { status: 502 }));
     expect((await failure(api.patient("x"))).message).toContain("cannot be understood");
   });
@@ -65,7 +65,7 @@ describe("numbers", () => {
     expect(formatDeg(value)).toBe(shown);
   });
 
-  it("rounds what is left up, so that 0:00 means over", () => {
+  it("rounds the remaining time up", () => {
     expect(formatSpan(75.2)).toBe("1:16");
     expect(formatSpan(0.1)).toBe("0:01");
     expect(formatSpan(0)).toBe("0:00");

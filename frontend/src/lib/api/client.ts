@@ -7,7 +7,7 @@ import type { components, paths } from "./schema";
 export type Schemas = components["schemas"];
 export type Patient = Schemas["Patient"];
 export type Recording = Schemas["Recording"];
-/** What can be done to a recording. */
+/** An edit of a recording. */
 export type Edit =
   | Schemas["Trim"]
   | Schemas["Hold"]
@@ -19,12 +19,12 @@ export type Edit =
 export type Episode = Schemas["Episode"];
 export type Assessment = Schemas["Assessment"];
 export type Session = Schemas["Session"];
-/** Which sessions; those that match everything that is given. */
-export type SessionsWanted = Omit<
+/** Filters of the sessions, combined with "and". */
+export type SessionQuery = Omit<
   NonNullable<paths["/api/sessions"]["get"]["parameters"]["query"]>,
   "after" | "limit"
 >;
-/** Somebody whom a session can begin for without the database. */
+/** A patient whose session can start without the database. */
 export type ReadyPatient = Schemas["ReadyPatient"];
 export type Run = Schemas["Run"];
 export type Check = Schemas["SessionCheck"];
@@ -36,11 +36,11 @@ export type StationInfo = Schemas["StationInfo"];
 export type Chart =
   paths["/api/episodes/{episode_id}/progress/{chart}"]["get"]["parameters"]["path"]["chart"];
 export type CommandName = keyof Live["refusals"];
-/** Who is signed in. */
+/** The signed-in user. */
 export type Me = Schemas["Me"];
 export type Account = Schemas["Account"];
-/** What of the audit trail; what matches everything that is given. */
-export type AuditWanted = Omit<
+/** Filters of the audit trail, combined with "and". */
+export type AuditQuery = Omit<
   NonNullable<paths["/api/audit"]["get"]["parameters"]["query"]>,
   "after" | "limit"
 >;
@@ -58,11 +58,11 @@ const UNHEARD = say(
   },
 );
 
-/** An error answer of the service: a sentence, and what to do next. */
+/** An error answer of the service, with a message and the next step. */
 export class ProblemError extends Error {
   readonly code: string;
   readonly nextStep: string;
-  /** By field name: what is wrong with it. */
+  /** Error messages by field name. */
   readonly fields: Record<string, string>;
 
   constructor(problem: Partial<Schemas["Problem"]>) {
@@ -82,19 +82,22 @@ export class ProblemError extends Error {
   }
 }
 
-/** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
+/**
+ * The HTTP client of all calls; authMiddleware is registered here. `fetch` is looked up at each call, so that
+ * tests can replace it.
+ */
 export const client = createClient<paths>({
   baseUrl: location.origin,
   fetch: (request) => fetch(request),
 });
 
-/** The data of an answer, or the problem thrown. */
+/** Return the data of the answer, or throw the problem. */
 async function unwrap<T>(
-  answer: Promise<{ data?: T; error?: unknown; response: Response }>,
+  request: Promise<{ data?: T; error?: unknown; response: Response }>,
 ): Promise<NonNullable<T>> {
-  let given: { data?: T; error?: unknown };
+  let result: { data?: T; error?: unknown };
   try {
-    given = await answer;
+    result = await request;
   } catch {
     throw new ProblemError({
       code: "no_connection",
@@ -102,64 +105,65 @@ async function unwrap<T>(
       next_step: UNHEARD.check,
     });
   }
-  if (given.data === undefined || given.data === null) {
-    throw new ProblemError((given.error ?? {}) as Partial<Schemas["Problem"]>);
+  if (result.data === undefined || result.data === null) {
+    throw new ProblemError((result.error ?? {}) as Partial<Schemas["Problem"]>);
   }
-  return given.data;
+  return result.data;
 }
 
-/** An answer without data, or the problem thrown. */
-async function done(answer: Promise<{ error?: unknown; response: Response }>): Promise<void> {
+/** Throw the problem of an answer without data. */
+async function expectSuccess(request: Promise<{ error?: unknown; response: Response }>): Promise<void> {
   await unwrap(
-    answer.then(({ error, response }) => ({ ...(response.ok ? { data: true } : { error }), response })),
+    request.then(({ error, response }) => ({ ...(response.ok ? { data: true } : { error }), response })),
   );
 }
 
-/** Behind the last row that is known already; without one, from the beginning. */
-const behind = (after: string | null) => (after === null ? {} : { after });
+/** Return the query that continues a list after its last known row. */
+const startAfter = (after: string | null) => (after === null ? {} : { after });
 
-/** Longer than the service itself waits for the device. */
-const STOP_LIMIT_MS = 4000;
+/** Longer than the service waits for the device. */
+const STOP_TIMEOUT_MS = 4000;
 
-/** Every call that the page makes. */
+/** All calls of the page. */
 export const api = {
-  // Who one is.
+  // Login
   me: () => unwrap(client.GET("/api/me")),
   signIn: (body: Schemas["SignIn"]) => unwrap(client.POST("/api/sign-in", { body })),
   signInByLink: (secret: string) => unwrap(client.POST("/api/sign-in/link", { body: { secret } })),
-  waysIn: () => unwrap(client.GET("/api/sign-in")),
+  loginMethods: () => unwrap(client.GET("/api/sign-in")),
   beginOpenId: (to: string) => unwrap(client.POST("/api/sign-in/openid/begin", { body: { to } })),
   signInByOpenId: (body: Schemas["OidcCallback"]) => unwrap(client.POST("/api/sign-in/openid", { body })),
   confirmOpenId: (code: string) => unwrap(client.POST("/api/sign-in/openid/code", { body: { code } })),
-  signOut: () => done(client.POST("/api/sign-out")),
+  signOut: () => expectSuccess(client.POST("/api/sign-out")),
   setUp: (body: Schemas["SetUp"]) => unwrap(client.POST("/api/set-up", { body })),
-  setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
-  lockScreen: () => done(client.POST("/api/me/lock")),
+  setPassword: (body: Schemas["SetPassword"]) => expectSuccess(client.POST("/api/set-password", { body })),
+  lockScreen: () => expectSuccess(client.POST("/api/me/lock")),
   unlock: (password: string) => unwrap(client.POST("/api/me/unlock", { body: { password } })),
   chooseLanguage: (language: Language) => unwrap(client.PUT("/api/me/language", { body: { language } })),
-  changePassword: (body: Schemas["ChangePassword"]) => done(client.POST("/api/me/password", { body })),
+  changePassword: (body: Schemas["ChangePassword"]) =>
+    expectSuccess(client.POST("/api/me/password", { body })),
   beginSecondFactor: (password: string | null) =>
     unwrap(client.POST("/api/me/second-factor", { body: { password } })),
   confirmSecondFactor: (code: string) => unwrap(client.PUT("/api/me/second-factor", { body: { code } })),
   removeSecondFactor: (password: string | null) =>
-    done(client.DELETE("/api/me/second-factor", { body: { password } })),
-  ownSignIns: () => unwrap(client.GET("/api/me/sign-ins")),
-  endOwnSignIn: (sign_in_id: string, password: string | null) =>
-    done(
+    expectSuccess(client.DELETE("/api/me/second-factor", { body: { password } })),
+  loginSessions: () => unwrap(client.GET("/api/me/sign-ins")),
+  endLoginSession: (sign_in_id: string, password: string | null) =>
+    expectSuccess(
       client.DELETE("/api/me/sign-ins/{sign_in_id}", {
         params: { path: { sign_in_id } },
         body: { password },
       }),
     ),
-  // Who else may come in, and what was done.
+  // Administration
   accounts: () => unwrap(client.GET("/api/accounts")),
   createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
   updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
     unwrap(client.PATCH("/api/accounts/{account_id}", { params: { path: { account_id } }, body })),
   resetAccount: (account_id: string, body: Schemas["Reset"]) =>
     unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
-  audit: (wanted: AuditWanted, after: string | null = null) =>
-    unwrap(client.GET("/api/audit", { params: { query: { ...wanted, ...behind(after) } } })),
+  audit: (query: AuditQuery, after: string | null = null) =>
+    unwrap(client.GET("/api/audit", { params: { query: { ...query, ...startAfter(after) } } })),
   stationVersions: (station: string) =>
     unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
   backups: () => unwrap(client.GET("/api/backups")),
@@ -175,11 +179,11 @@ export const api = {
         body,
       }),
     ),
-  brokenGlass: () => unwrap(client.GET("/api/break-glass-accesses")),
-  reviewBrokenGlass: (glass_id: string) =>
+  breakGlassAccesses: () => unwrap(client.GET("/api/break-glass-accesses")),
+  reviewBreakGlassAccess: (glass_id: string) =>
     unwrap(client.POST("/api/break-glass-accesses/{glass_id}/review", { params: { path: { glass_id } } })),
   patients: (search: string, archived: boolean, after: string | null = null) =>
-    unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...behind(after) } } })),
+    unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...startAfter(after) } } })),
   patient: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}", { params: { path: { patient_id: key } } })),
   createPatient: (body: Schemas["PatientCreate"]) => unwrap(client.POST("/api/patients", { body })),
@@ -190,7 +194,7 @@ export const api = {
   patientSessions: (key: string, after: string | null = null) =>
     unwrap(
       client.GET("/api/patients/{patient_id}/sessions", {
-        params: { path: { patient_id: key }, query: behind(after) },
+        params: { path: { patient_id: key }, query: startAfter(after) },
       }),
     ),
   // Episodes
@@ -242,15 +246,15 @@ export const api = {
         body,
       }),
     ),
-  sessions: (wanted: SessionsWanted, after: string | null = null) =>
-    unwrap(client.GET("/api/sessions", { params: { query: { ...wanted, ...behind(after) } } })),
-  sessionChoices: () => unwrap(client.GET("/api/sessions/filter-options")),
+  sessions: (query: SessionQuery, after: string | null = null) =>
+    unwrap(client.GET("/api/sessions", { params: { query: { ...query, ...startAfter(after) } } })),
+  sessionFilterOptions: () => unwrap(client.GET("/api/sessions/filter-options")),
   // Assessments and progress
   assessmentForm: () => unwrap(client.GET("/api/assessments/form")),
   assessments: (key: string, after: string | null = null) =>
     unwrap(
       client.GET("/api/episodes/{episode_id}/assessments", {
-        params: { path: { episode_id: key }, query: behind(after) },
+        params: { path: { episode_id: key }, query: startAfter(after) },
       }),
     ),
   createAssessment: (key: string, body: Schemas["AssessmentCreate"]) =>
@@ -274,12 +278,12 @@ export const api = {
         params: { path: { episode_id: key, chart } },
       }),
     ),
-  ready: () => unwrap(client.GET("/api/station/ready-patients")),
+  readyPatients: () => unwrap(client.GET("/api/station/ready-patients")),
   session: (key: string) =>
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
   updateSession: (key: string, body: Schemas["SessionUpdate"]) =>
-    // A note that is saved while its page is being closed still arrives; browsers allow that for 64 kB.
+    // `keepalive` lets a note arrive although the page is closing. Browsers allow it for up to 64 kB.
     unwrap(
       client.PATCH("/api/sessions/{session_id}", {
         params: { path: { session_id: key } },
@@ -289,14 +293,14 @@ export const api = {
     ),
   endSession: (key: string, body: Schemas["SessionEnd"] = {}) =>
     unwrap(client.POST("/api/sessions/{session_id}/end", { params: { path: { session_id: key } }, body })),
-  // The flow of a visit.
+  // Session wizard
   checklist: (key: string, recording_id: string | null) =>
     unwrap(
       client.GET("/api/sessions/{session_id}/checklist", {
         params: { path: { session_id: key }, query: { recording_id } },
       }),
     ),
-  tick: (key: string, check: Check["check"], body: Schemas["CheckConfirmation"]) =>
+  confirmCheck: (key: string, check: Check["check"], body: Schemas["CheckConfirmation"]) =>
     unwrap(
       client.PUT("/api/sessions/{session_id}/checklist/{check}", {
         params: { path: { session_id: key, check } },
@@ -328,7 +332,7 @@ export const api = {
       }),
     ),
   teach: (body: Schemas["TeachRequest"]) => unwrap(client.POST("/api/station/teach", { body })),
-  // Programmes, and what was done of them.
+  // Programmes
   programmes: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } } })),
   createProgramme: (key: string, body: Schemas["ProgrammeCreate"]) =>
@@ -371,10 +375,11 @@ export const api = {
   setSide: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
   pause: () => unwrap(client.POST("/api/station/pause")),
   reduceRange: () => unwrap(client.POST("/api/station/reduce-range")),
-  goBack: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
+  returnArm: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
   releaseTorque: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/release-torque", { body })),
-  /** Somebody waits for this answer with a hand on the switch: after STOP_LIMIT_MS there is none. */
-  stop: () => done(client.POST("/api/station/stop", { signal: AbortSignal.timeout(STOP_LIMIT_MS) })),
+  /** Fails after STOP_LIMIT_MS, because the user needs the result at once. */
+  stop: () =>
+    expectSuccess(client.POST("/api/station/stop", { signal: AbortSignal.timeout(STOP_TIMEOUT_MS) })),
   acknowledge: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/acknowledge", { body })),
   simulator: () => unwrap(client.GET("/api/simulator")),
   setPedal: (down: boolean) => unwrap(client.POST("/api/simulator/pedal", { body: { down } })),
@@ -389,7 +394,7 @@ export const api = {
         bodySerializer: (body) => body,
       }),
     ),
-  // What goes out to others and comes in from them. A file is sent as it is: what its bytes mean is the service's to say.
+  // Import, export and erasure. Files are sent as bytes; the service decodes them.
   previewMotion: (patient_id: string, side: "left" | "right", csv: Blob) =>
     unwrap(
       client.POST("/api/patients/{patient_id}/recordings/import/preview", {
@@ -424,7 +429,7 @@ export const api = {
   openErasures: () => unwrap(client.GET("/api/erasures")),
   erasures: (patient_id: string) =>
     unwrap(client.GET("/api/patients/{patient_id}/erasures", { params: { path: { patient_id } } })),
-  noteErasure: (patient_id: string, body: Schemas["ErasureRequest"]) =>
+  requestErasure: (patient_id: string, body: Schemas["ErasureRequest"]) =>
     unwrap(client.POST("/api/patients/{patient_id}/erasures", { params: { path: { patient_id } }, body })),
   refuseErasure: (erasure_id: string, body: Schemas["ErasureRefusal"]) =>
     unwrap(client.POST("/api/erasures/{erasure_id}/refuse", { params: { path: { erasure_id } }, body })),

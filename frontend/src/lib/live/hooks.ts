@@ -5,7 +5,7 @@ import { say } from "../language";
 import { translateServerText } from "../serverText";
 import { ageTenths, isAlive, type LiveState, store } from "./store";
 
-const AGE_EVERY_MS = 500;
+const AGE_UPDATE_MS = 500;
 const NOT_ALIVE = say(
   { message: "There is no live connection to the apparatus.", nextStep: "Wait until it is back." },
   { message: "装置とのライブ接続がありません。", nextStep: "接続が戻るまでお待ちください。" },
@@ -15,20 +15,23 @@ function useStore<T>(select: (state: LiveState) => T): T {
   return useSyncExternalStore(store.subscribe, () => select(store.get()));
 }
 
-/** Messages are coming from the service. */
+/** True while messages from the service arrive. */
 export const useConnected = (): boolean => useStore((state) => state.connected);
 
-/** The values shown are of now. When false, nothing may look alive. */
+/** True while the shown values are current. When false, nothing may look live. */
 export const useAlive = (): boolean => useStore(isAlive);
 
-/** How old what is shown is, in tenths of a second: of the device's own last word, and of its way to here. Null before any. */
+/**
+ * Age of the shown state in tenths of a second: the device's own age plus the transport time. Null without
+ * data.
+ */
 export function useAge(): number | null {
   const [age, setAge] = useState<number | null>(null);
   useEffect(() => {
-    const look = () => setAge(ageTenths(store.get(), Date.now()));
-    look();
-    const looking = setInterval(look, AGE_EVERY_MS);
-    return () => clearInterval(looking);
+    const update = () => setAge(ageTenths(store.get(), Date.now()));
+    update();
+    const timer = setInterval(update, AGE_UPDATE_MS);
+    return () => clearInterval(timer);
   }, []);
   return age;
 }
@@ -36,17 +39,17 @@ export function useAge(): number | null {
 export const useHeardAt = (): number | null =>
   useStore((state) => (state.heardAt === null ? null : Math.floor(state.heardAt / 1000) * 1000));
 
-/** What happened while this page was open, newest first. */
+/** Events since this page was opened, newest first. */
 export const useEvents = (): Schemas["EventLive"][] => useStore((state) => state.events);
 
 export const useStation = (): StationInfo | null => useStore((state) => state.station);
 
-/** One field of the live state; null before anything has come. */
+/** One field of the live state, or null without data. */
 export function useLive<Name extends keyof Live>(name: Name): Live[Name] | null {
   return useStore((state) => state.live?.[name] ?? null);
 }
 
-/** Why a command is not possible now; null when it is. */
+/** The reason why a command is not possible, or null if it is. */
 export function useRefusal(
   command: CommandName,
 ): Pick<Schemas["RefusalLive"], "code" | "message" | "next_step"> | null {
@@ -68,7 +71,7 @@ export function useRefusal(
   );
 }
 
-/** Keep lists fresh as takes and runs reach the database. */
+/** Refresh lists when a recording or a run is saved. */
 export function useSavedRecords(): void {
   const queries = useQueryClient();
   useEffect(

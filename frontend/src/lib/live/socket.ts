@@ -1,5 +1,5 @@
-/** A WebSocket to the service that this page came from. */
-export function socketTo(path: string): WebSocket {
+/** Open a WebSocket to the page's own service. */
+export function openSocket(path: string): WebSocket {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   return new WebSocket(`${scheme}://${location.host}${path}`);
 }

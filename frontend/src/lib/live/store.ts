@@ -1,5 +1,5 @@
 import type { Live, Schemas, StationInfo } from "../api/client";
-import { socketTo } from "./socket";
+import { openSocket } from "./socket";
 
 export type LiveMessage =
   | Schemas["SnapshotMessage"]
@@ -8,24 +8,29 @@ export type LiveMessage =
   | Schemas["SavedMessage"]
   | Schemas["StopAnswerMessage"];
 
-/** A last message this old counts as a lost connection; the service speaks ten times a second. */
+/** Without a message for this long the connection counts as lost. The service sends ten per second. */
 export const LOST_AFTER_MS = 1200;
-const LOOK_EVERY_MS = 250;
-/** After a pause of its own the page first hears what waited for it meanwhile, for this long, and then judges. */
+const CHECK_EVERY_MS = 250;
+/**
+ * After the page was blocked, it processes waiting messages for this long before it judges the connection.
+ */
 export const SETTLE_MS = 100;
-/** So that the page is right again within three seconds of the service's return. */
+/** Pauses between attempts, so that the page recovers within three seconds after the service returns. */
 const RECONNECT_MS = [250, 500, 1000, 1000];
-/** A connection that is not made by then is tried anew: where a cable was pulled, the browser itself would wait for minutes. */
-export const OPEN_WITHIN_MS = 2000;
-/** Stop goes another way when it is not answered over the live connection by then. */
-export const STOP_ANSWER_MS = 600;
-/** Two clocks drift apart; a connection over which everything comes later and later does so faster than this. */
-const DRIFT = 0.001;
-const EVENTS_KEPT = 50;
+/**
+ * An attempt that does not succeed in this time is repeated. With a pulled cable the browser would wait for
+ * minutes.
+ */
+export const OPEN_TIMEOUT_MS = 2000;
+/** Without an answer over the live connection in this time, Stop takes another way. */
+export const STOP_ANSWER_TIMEOUT_MS = 600;
+/** Allowed drift between the two clocks. Delays of a congested connection grow faster than this. */
+const CLOCK_DRIFT = 0.001;
+const MAX_EVENTS = 50;
 
-/** What the page knows of the station at this moment. Replaced whole at every change, never altered. */
+/** The page's knowledge of the station. Replaced at every change, never modified. */
 export interface LiveState {
-  /** Messages are coming. Without them nothing below is to be believed. */
+  /** Messages arrive. Otherwise the fields below are outdated. */
   connected: boolean;
   /** When the last message was sent, by this computer's clock. */
   heardAt: number | null;
@@ -34,42 +39,46 @@ export interface LiveState {
   events: Schemas["EventLive"][];
 }
 
-const NOTHING: LiveState = { connected: false, heardAt: null, station: null, live: null, events: [] };
+const EMPTY: LiveState = { connected: false, heardAt: null, station: null, live: null, events: [] };
 
-/** The one WebSocket to the service: snapshot first, then changes; a gap in the numbers means beginning anew. */
+/**
+ * The WebSocket to the service: a snapshot, then changes. A missing sequence number causes a new connection.
+ */
 export class LiveStore {
-  #state: LiveState = NOTHING;
+  #state: LiveState = EMPTY;
   #listeners = new Set<() => void>();
   #savedListeners = new Set<(saved: Schemas["SavedMessage"]) => void>();
   #lostListeners = new Set<() => void>();
-  #stops = new Map<number, (answer: Schemas["StopAnswerMessage"] | null) => void>();
+  #pendingStops = new Map<number, (answer: Schemas["StopAnswerMessage"] | null) => void>();
   #stopNumber = 0;
   #socket: WebSocket | null = null;
-  #triedAt = 0;
-  #lookedAt = 0;
-  #settlesAt = 0;
+  #openedAt = 0;
+  #checkedAt = 0;
+  #settledAt = 0;
   #sequence = 0;
-  /** Of this connection: the least that a message took, by two clocks that know nothing of each other, and when that was. */
-  #quickest: { ms: number; at: number } | null = null;
+  /**
+   * The shortest transport time of this connection, by the unsynchronized clocks, and when it was measured.
+   */
+  #fastest: { ms: number; at: number } | null = null;
   #failures = 0;
-  #reconnecting: ReturnType<typeof setTimeout> | null = null;
+  #reconnectTimer: ReturnType<typeof setTimeout> | null = null;
   #connect: () => WebSocket;
 
   constructor(connect: () => WebSocket) {
     this.#connect = connect;
   }
 
-  /** Connect, and keep connected. Returns how to end it; then everything that was heard is forgotten. */
+  /** Connect and stay connected. The returned function disconnects and clears the state. */
   start(): () => void {
     this.#open();
-    this.#lookedAt = Date.now();
-    const looking = setInterval(() => this.#look(), LOOK_EVERY_MS);
+    this.#checkedAt = Date.now();
+    const timer = setInterval(() => this.#check(), CHECK_EVERY_MS);
     return () => {
-      clearInterval(looking);
-      if (this.#reconnecting) clearTimeout(this.#reconnecting);
-      this.#drop();
+      clearInterval(timer);
+      if (this.#reconnectTimer) clearTimeout(this.#reconnectTimer);
+      this.#disconnect();
       this.#failures = 0;
-      this.#set(NOTHING);
+      this.#set(EMPTY);
     };
   }
 
@@ -87,7 +96,7 @@ export class LiveStore {
     };
   }
 
-  /** Called when a connection was refused or has ended, before it is tried again. */
+  /** Register a listener for a refused or ended connection, called before the next attempt. */
   onLost(listener: () => void): () => void {
     this.#lostListeners.add(listener);
     return () => this.#lostListeners.delete(listener);
@@ -96,46 +105,49 @@ export class LiveStore {
   get = (): LiveState => this.#state;
 
   /**
-   * Ask for Stop over the connection that is open already. What the device said to it; null when nothing was heard in time,
-   * and another way has to be taken.
+   * Send Stop over the open connection. Return the device's answer, or null if none came in time and another
+   * way is needed.
    */
   stop(): Promise<Schemas["StopAnswerMessage"] | null> {
     const socket = this.#socket;
     if (!socket || !this.#state.connected || socket.readyState !== WebSocket.OPEN)
       return Promise.resolve(null);
     this.#stopNumber += 1;
-    const asked: Schemas["StopMessage"] = { kind: "stop", number: this.#stopNumber };
+    const request: Schemas["StopMessage"] = { kind: "stop", number: this.#stopNumber };
     return new Promise((resolve) => {
-      const answered = (answer: Schemas["StopAnswerMessage"] | null) => {
-        clearTimeout(waiting);
-        this.#stops.delete(asked.number);
+      const settle = (answer: Schemas["StopAnswerMessage"] | null) => {
+        clearTimeout(timeout);
+        this.#pendingStops.delete(request.number);
         resolve(answer);
       };
-      const waiting = setTimeout(() => answered(null), STOP_ANSWER_MS);
-      this.#stops.set(asked.number, answered);
-      socket.send(JSON.stringify(asked));
+      const timeout = setTimeout(() => settle(null), STOP_ANSWER_TIMEOUT_MS);
+      this.#pendingStops.set(request.number, settle);
+      socket.send(JSON.stringify(request));
     });
   }
 
-  /** What a command that can start motion, release an arm or reset a stop has to carry: the state that this page shows. */
+  /**
+   * Return the state that this page shows. Commands that start motion, release an arm or reset a stop must
+   * carry it.
+   */
   seen(): Schemas["SeenState"] {
     const live = this.#state.live;
     return { stops: live?.stops ?? 0, seen_at: live?.at ?? new Date(0).toISOString() };
   }
 
-  /** Until what is shown is newer than what the service has just answered, or nobody tells any more. */
-  told(): Promise<void> {
-    // The first message may have been on its way already.
-    let missing = 2;
+  /** Wait until the shown state is newer than the service's last answer, or the connection is lost. */
+  waitForFreshState(): Promise<void> {
+    // The first message may have been sent before the answer.
+    let remaining = 2;
     return new Promise((resolve) => {
-      const look = () => {
-        if (--missing > 0 && this.#state.connected) return;
-        leave();
+      const onChange = () => {
+        if (--remaining > 0 && this.#state.connected) return;
+        unsubscribe();
         resolve();
       };
-      const leave = this.subscribe(look);
+      const unsubscribe = this.subscribe(onChange);
       if (!this.#state.connected) {
-        leave();
+        unsubscribe();
         resolve();
       }
     });
@@ -144,25 +156,25 @@ export class LiveStore {
   #open() {
     const socket = this.#connect();
     this.#socket = socket;
-    this.#triedAt = Date.now();
+    this.#openedAt = Date.now();
     this.#sequence = 0;
-    this.#quickest = null;
-    socket.onmessage = (event) => this.#take(socket, JSON.parse(String(event.data)) as LiveMessage);
-    socket.onclose = () => this.#again(socket);
-    socket.onerror = () => this.#again(socket);
+    this.#fastest = null;
+    socket.onmessage = (event) => this.#receive(socket, JSON.parse(String(event.data)) as LiveMessage);
+    socket.onclose = () => this.#reconnect(socket);
+    socket.onerror = () => this.#reconnect(socket);
   }
 
-  #take(socket: WebSocket, message: LiveMessage) {
+  #receive(socket: WebSocket, message: LiveMessage) {
     if (socket !== this.#socket) return;
     if (message.sequence !== this.#sequence + 1) {
-      this.#again(socket);
+      this.#reconnect(socket);
       return;
     }
     this.#sequence = message.sequence;
     this.#failures = 0;
     const heardAt = this.#sentAt(message);
     const now = Date.now();
-    const connected = now - heardAt <= LOST_AFTER_MS || (this.#state.connected && this.#settles(now));
+    const connected = now - heardAt <= LOST_AFTER_MS || (this.#state.connected && this.#isSettling(now));
     const next: LiveState = { ...this.#state, connected, heardAt };
     switch (message.kind) {
       case "snapshot":
@@ -173,77 +185,78 @@ export class LiveStore {
         next.live = { ...(this.#state.live as Live), ...message.live };
         break;
       case "event":
-        next.events = [message.event, ...this.#state.events].slice(0, EVENTS_KEPT);
+        next.events = [message.event, ...this.#state.events].slice(0, MAX_EVENTS);
         break;
       case "saved":
         for (const listener of this.#savedListeners) listener(message);
         break;
       case "stop_answer":
-        this.#stops.get(message.number)?.(message);
+        this.#pendingStops.get(message.number)?.(message);
         break;
     }
     this.#set(next);
   }
 
   /**
-   * When a message was sent, by this computer's clock. The service's clock may be wrong by hours: what counts is how much longer a
-   * message took than the quickest one of this connection. What waited in a network, or in a page that slept, is old when it comes.
+   * Return when a message was sent, by this computer's clock. The service's clock may be wrong by hours, so
+   * the delay is measured against the fastest message of this connection. A message that waited in the
+   * network or in a blocked page is old.
    */
   #sentAt(message: LiveMessage): number {
     const now = Date.now();
-    const took = now - Date.parse(message.sent_at);
-    if (Number.isNaN(took)) return now;
-    const before = this.#quickest;
-    const least = before ? Math.min(took, before.ms + DRIFT * (now - before.at)) : took;
-    this.#quickest = { ms: least, at: now };
-    return now - (took - least);
+    const delay = now - Date.parse(message.sent_at);
+    if (Number.isNaN(delay)) return now;
+    const fastest = this.#fastest;
+    const minDelay = fastest ? Math.min(delay, fastest.ms + CLOCK_DRIFT * (now - fastest.at)) : delay;
+    this.#fastest = { ms: minDelay, at: now };
+    return now - (delay - minDelay);
   }
 
   /**
-   * Whether the page itself has just stood still, drawing figures or put to sleep: what it hears now has waited here, not on its way,
-   * and says nothing of the connection.
+   * True shortly after the page was blocked by drawing or sleep. Messages then waited in the page, so their
+   * age does not show a lost connection.
    */
-  #settles(now: number): boolean {
-    if (now - this.#lookedAt > LOST_AFTER_MS) {
-      this.#lookedAt = now;
-      this.#settlesAt = now + SETTLE_MS;
-      setTimeout(() => this.#judge(), SETTLE_MS);
+  #isSettling(now: number): boolean {
+    if (now - this.#checkedAt > LOST_AFTER_MS) {
+      this.#checkedAt = now;
+      this.#settledAt = now + SETTLE_MS;
+      setTimeout(() => this.#checkConnection(), SETTLE_MS);
     }
-    return now < this.#settlesAt;
+    return now < this.#settledAt;
   }
 
-  #look() {
+  #check() {
     const now = Date.now();
-    if (this.#settles(now)) return;
-    this.#lookedAt = now;
-    this.#judge();
+    if (this.#isSettling(now)) return;
+    this.#checkedAt = now;
+    this.#checkConnection();
   }
 
-  /** Silence is noticed by looking: a cable that is pulled closes no socket. */
-  #judge() {
+  /** Detect a lost connection by polling, because a pulled cable does not close the socket. */
+  #checkConnection() {
     const { connected, heardAt } = this.#state;
     const now = Date.now();
     if (heardAt !== null && now - heardAt > LOST_AFTER_MS && connected) {
       this.#set({ ...this.#state, connected: false });
-      if (this.#socket) this.#again(this.#socket);
-    } else if (!connected && this.#socket && now - this.#triedAt > OPEN_WITHIN_MS) {
-      this.#again(this.#socket);
+      if (this.#socket) this.#reconnect(this.#socket);
+    } else if (!connected && this.#socket && now - this.#openedAt > OPEN_TIMEOUT_MS) {
+      this.#reconnect(this.#socket);
     }
   }
 
-  #again(socket: WebSocket) {
+  #reconnect(socket: WebSocket) {
     if (socket !== this.#socket) return;
-    this.#drop();
+    this.#disconnect();
     const pause = RECONNECT_MS[Math.min(this.#failures, RECONNECT_MS.length - 1)];
     this.#failures += 1;
-    this.#reconnecting = setTimeout(() => this.#open(), pause);
+    this.#reconnectTimer = setTimeout(() => this.#open(), pause);
     for (const listener of this.#lostListeners) listener();
   }
 
-  #drop() {
+  #disconnect() {
     const socket = this.#socket;
     this.#socket = null;
-    for (const answered of [...this.#stops.values()]) answered(null);
+    for (const settle of [...this.#pendingStops.values()]) settle(null);
     if (socket) {
       socket.onmessage = null;
       socket.onclose = null;
@@ -258,7 +271,7 @@ export class LiveStore {
   }
 }
 
-/** The station's data is fresh: messages come, and the device process behind them is alive. */
+/** True if messages arrive and the device process is running with current data. */
 export function isAlive(state: LiveState): boolean {
   const live = state.live;
   return (
@@ -270,10 +283,10 @@ export function isAlive(state: LiveState): boolean {
   );
 }
 
-/** How old the shown state is, in tenths of a second; null before anything has come. */
+/** Age of the shown state in tenths of a second, or null without data. */
 export function ageTenths({ heardAt, live }: LiveState, now: number): number | null {
   if (heardAt === null || live?.age_ms == null) return null;
   return Math.round((Math.max(0, now - heardAt) + live.age_ms) / 100);
 }
 
-export const store = new LiveStore(() => socketTo("/api/live"));
+export const store = new LiveStore(() => openSocket("/api/live"));

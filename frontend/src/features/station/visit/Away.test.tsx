@@ -5,7 +5,7 @@ import type { ReactNode } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, ProblemError, type ReadyPatient, type Session } from "../../../lib/api/client";
 import { type LiveState, store } from "../../../lib/live/store";
-import { useBackAgain } from "../../../lib/offline";
+import { useRefetchAfterOutage } from "../../../lib/offline";
 import { NoteCard } from "../../sessions/NoteCard";
 import { ReadySelect } from "../ReadySelect";
 import { BeginStep } from "./BeginStep";
@@ -90,7 +90,7 @@ afterEach(() => {
 
 describe("while the database is away", () => {
   it("exactly those patients are offered whom the station keeps ready, with what must not be done", async () => {
-    vi.spyOn(api, "ready").mockResolvedValue([READY]);
+    vi.spyOn(api, "readyPatients").mockResolvedValue([READY]);
     const onChange = vi.fn();
     show(<ReadySelect chosen="p" onChange={onChange} />);
     await screen.findByText("Contraindications: No traction.");
@@ -100,14 +100,14 @@ describe("while the database is away", () => {
   });
 
   it("it is said that nobody is kept ready", async () => {
-    vi.spyOn(api, "ready").mockResolvedValue([]);
+    vi.spyOn(api, "readyPatients").mockResolvedValue([]);
     show(<ReadySelect chosen={null} onChange={vi.fn()} />);
     await screen.findByText(/nobody is kept ready here/);
     expect(screen.getByRole("combobox", { name: "Patient" }).hasAttribute("disabled")).toBe(true);
   });
 
   it("a session is begun by the programme that is kept, and by nothing else", async () => {
-    vi.spyOn(api, "ready").mockResolvedValue([READY]);
+    vi.spyOn(api, "readyPatients").mockResolvedValue([READY]);
     const create = vi.spyOn(api, "createSession").mockResolvedValue(SESSION);
     const onDone = vi.fn();
     show(<BeginStep patientId="p" session={null} onDone={onDone} />);
@@ -123,7 +123,7 @@ describe("while the database is away", () => {
   });
 
   it("the visit goes on where it stands here", async () => {
-    vi.spyOn(api, "ready").mockResolvedValue([{ ...READY, session: SESSION }]);
+    vi.spyOn(api, "readyPatients").mockResolvedValue([{ ...READY, session: SESSION }]);
     const checklist = vi.spyOn(api, "checklist").mockResolvedValue({ checks: [], complete: false });
     show(<SessionWizard patientId="p" wanted={null} />);
     await screen.findByRole("heading", { name: "Checklist" });
@@ -131,7 +131,7 @@ describe("while the database is away", () => {
   });
 
   it("whoever is not kept ready is not made up: what the service said stands there", async () => {
-    vi.spyOn(api, "ready").mockResolvedValue([READY]);
+    vi.spyOn(api, "readyPatients").mockResolvedValue([READY]);
     show(<SessionWizard patientId="somebody else" wanted={null} />);
     expect((await screen.findAllByText(/The database does not answer/)).length).toBeGreaterThan(0);
   });
@@ -152,7 +152,7 @@ describe("while the database is away", () => {
 it("everything is asked anew once the database answers again", () => {
   const invalidate = vi.spyOn(queries, "invalidateQueries");
   function Page() {
-    useBackAgain();
+    useRefetchAfterOutage();
     return null;
   }
   const { rerender } = show(<Page />);

@@ -2,7 +2,7 @@ import { Button, Group, Select, Stack, Text } from "@mantine/core";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type ReadyPatient, type Schemas, type Session } from "../../../lib/api/client";
-import { orReady, useAway } from "../../../lib/offline";
+import { useDatabaseUnavailable, withOfflineCopy } from "../../../lib/offline";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useUserName } from "../../auth/hooks";
@@ -30,10 +30,10 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   const { patientId, session, onDone } = props;
   const who = useUserName();
   const keep = useSetSessionCache();
-  const away = useAway();
+  const away = useDatabaseUnavailable();
   const programmes = useQuery({
     queryKey: ["programmes", patientId, "to begin by"],
-    queryFn: () => orReady(patientId, () => choicesOf(patientId), keptChoices),
+    queryFn: () => withOfflineCopy(patientId, () => choicesOf(patientId), keptChoices),
   });
   const choices = programmes.data ?? [];
   const planned = session?.programme?.version_id ?? null;

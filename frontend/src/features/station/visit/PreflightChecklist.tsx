@@ -50,7 +50,10 @@ export function PreflightChecklist(props: {
   const tick = useMutation({
     mutationFn: async (checks: Check[]) => {
       for (const { check } of checks) {
-        const saved = await api.tick(sessionId, check, { checked_by: who, recording_id: recordingId });
+        const saved = await api.confirmCheck(sessionId, check, {
+          checked_by: who,
+          recording_id: recordingId,
+        });
         replaceData(queries, ["session", sessionId, "checklist", recordingId], saved);
         if (saved.complete) onComplete?.();
       }

@@ -68,7 +68,7 @@ describe("the checklist", () => {
       checks: [check("side", true), check("belt", false), check("estop", false, true)],
       complete: false,
     });
-    const tick = vi.spyOn(api, "tick").mockResolvedValue({ checks: [], complete: true });
+    const tick = vi.spyOn(api, "confirmCheck").mockResolvedValue({ checks: [], complete: true });
     show(<PreflightChecklist sessionId="s" recordingId="r" />);
     await screen.findByText("About the side.");
     expect(screen.getByTestId("check-side").textContent).toContain("Ito Mai");
@@ -85,7 +85,7 @@ describe("the checklist", () => {
     const seen = check("estop", true, true);
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: [...open, seen], complete: false });
     const tick = vi
-      .spyOn(api, "tick")
+      .spyOn(api, "confirmCheck")
       .mockImplementation((_, name) =>
         Promise.resolve({ checks: [...open, seen], complete: name === "belt" }),
       );
@@ -100,7 +100,7 @@ describe("the checklist", () => {
     const open = [check("side", false), check("fixtures", false)];
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: open, complete: false });
     const tick = vi
-      .spyOn(api, "tick")
+      .spyOn(api, "confirmCheck")
       .mockRejectedValue(new ProblemError({ detail: "This session has ended." }));
     const onComplete = vi.fn();
     show(<PreflightChecklist sessionId="s" recordingId="r" onComplete={onComplete} />);
