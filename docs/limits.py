@@ -31,12 +31,12 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("safety/useHold.ts", "HOLD_MS", "The press that moves the arm to the start is held for so long."),
         (
             "lib/live/store.ts",
-            "STOP_ANSWER_MS",
+            "STOP_ANSWER_TIMEOUT_MS",
             "Stop is repeated as an HTTP request when the WebSocket has not answered.",
         ),
         ("lib/live/store.ts", "LOST_AFTER_MS", "The page shows the connection as lost when no message has come."),
-        ("lib/api/client.ts", "STOP_LIMIT_MS", "The page waits for the answer to a Stop request."),
-        ("features/alarms/sound.ts", "PAUSED_MS", "The alarm sound stays paused for so long."),
+        ("lib/api/client.ts", "STOP_TIMEOUT_MS", "The page waits for the answer to a Stop request."),
+        ("features/alarms/sound.ts", "SOUND_PAUSE_MS", "The alarm sound stays paused for so long."),
     ),
     "The device": (
         ("device/config.py", "StationConfig.cycle_hz", "Bus cycles a second."),

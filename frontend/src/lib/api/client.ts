@@ -377,7 +377,7 @@ export const api = {
   reduceRange: () => unwrap(client.POST("/api/station/reduce-range")),
   returnArm: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
   releaseTorque: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/release-torque", { body })),
-  /** Fails after STOP_LIMIT_MS, because the user needs the result at once. */
+  /** Fails after STOP_TIMEOUT_MS, because the user needs the result at once. */
   stop: () =>
     expectSuccess(client.POST("/api/station/stop", { signal: AbortSignal.timeout(STOP_TIMEOUT_MS) })),
   acknowledge: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/acknowledge", { body })),
