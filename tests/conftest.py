@@ -1,4 +1,4 @@
-"""What several kinds of tests need."""
+"""Fixtures and settings of several kinds of tests."""
 
 import gc
 import os
@@ -20,22 +20,21 @@ from tests.support.databases import upgraded_file
 from tests.support.motions import recorded_motions
 from tests.support.paths import ROOT
 
-# What `make test` says of a commit, it says of it every time: its examples follow from the tests alone. Looking for new
-# ones is `make campaign`'s work, and what that finds becomes a test.
-# How fast a busy machine is, is nobody's question here.
+# `make test` uses the same examples in every run. `make campaign` searches for new examples; those that fail become tests.
+# Without deadlines, because the computer may be busy.
 settings.register_profile("steady", derandomize=True, deadline=None)
 settings.register_profile("exploring", derandomize=False, deadline=None, print_blob=True)
 settings.load_profile("steady")
 
 
 def pytest_collection_finish() -> None:
-    """What the tests themselves are made of is no garbage. A control loop looks for some whenever it opens its port, which
-    among a thousand tests' objects takes a third of a second each time."""
+    """Exclude the tests' own objects from garbage collection. A control loop collects garbage whenever it opens its port, which would take
+    a third of a second with the objects of a thousand tests."""
     gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give each test an id of its own: pytest-xdist runs only one of those that share an id, without a word.
+    """Give each test its own id: pytest-xdist silently runs only one of the tests with the same id.
 
     Schemathesis puts the operation into a test's name, which pytest leaves out of the id.
     """
@@ -50,7 +49,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def browser_type_launch_args() -> dict[str, Any]:
-    """Tell pytest-playwright which browser: KATA_CHROMIUM, or the one that `make test` has fetched."""
+    """Give pytest-playwright its browser: KATA_CHROMIUM, or the one that `make test` has fetched."""
     browser = Path(os.environ.get("KATA_CHROMIUM") or ROOT / ".cache/chromium/chromium")
     if not browser.exists():
         pytest.fail(f"There is no browser at {browser}: `make test` fetches one, KATA_CHROMIUM names another.")
@@ -63,7 +62,7 @@ def browser_type_launch_args() -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def motion() -> Taught:
-    """A real motion where there is one (the shortest), a built-in one otherwise."""
+    """Return the shortest recorded motion if there is one, else a built-in motion."""
     recorded = [read_csv(path) for path in recorded_motions()]
     return min(recorded or built_in_motions(), key=lambda one: one.duration_s)
 

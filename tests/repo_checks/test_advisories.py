@@ -1,4 +1,4 @@
-"""No pin is older than the last version with a published hole: what holds where no advisory database can be asked."""
+"""No pin has a known vulnerability, checked without an advisory database: each is newer than the last vulnerable version."""
 
 import json
 import re
@@ -17,7 +17,7 @@ _LOCKS = ("frontend", "tests/browser", "tests/fhir_validators")
 
 
 def python_pins() -> dict[str, list[Version]]:
-    """Every version of every package that is installed for running or for working."""
+    """Return the pinned versions of the Python packages for running and development."""
     pins: dict[str, list[Version]] = {}
     for file in ("requirements.txt", "requirements-dev.txt"):
         for name, version in re.findall(
@@ -28,7 +28,7 @@ def python_pins() -> dict[str, list[Version]]:
 
 
 def node_pins() -> dict[str, list[Version]]:
-    """The same of Node's."""
+    """Return the pinned versions of the Node packages."""
     pins: dict[str, list[Version]] = {}
     for folder in _LOCKS:
         packages = json.loads((ROOT / folder / "package-lock.json").read_text())["packages"]

@@ -1,4 +1,4 @@
-"""What the audit trail tells in codes, the page tells in words: of every code that the service can write there."""
+"""The page has words for every code that the service can write to the audit trail."""
 
 import ast
 import re
@@ -15,7 +15,7 @@ from tests.support.paths import ROOT
 KATA: Final = ROOT / "backend/kata"
 PAGE: Final = ROOT / "frontend/src/features/administration"
 PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
-"""Where the action stands among the arguments of what writes it down."""
+"""Position of the action among the arguments of each function that writes an entry."""
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
     "context.action": set(map(audit_action, RULES)),
@@ -25,19 +25,19 @@ ELSEWHERE: Final = {
     "_DOOR": {"at_the_door"},
     "_ACTION": {"backup_restored"},
 }
-"""What comes to an action that is none where it is written."""
+"""Suffixes that are added to an action."""
 OTHER_NOTES: Final = {"patient_id", "values", "resource"}
-"""Functions of the same name that write nothing into the trail."""
+"""Functions of the same name that do not write to the audit trail."""
 
 
 def worded(file: str, table: str) -> list[str]:
-    """The codes of one table of words, each as often as it has words: once a language."""
+    """Return the codes of one table of words, once for each language."""
     text = (PAGE / file).read_text("utf-8").partition(f"export const {table} = ")[2].partition("\n);")[0]
     return re.findall(r"^    \"?(\w+)\"?:\s", text, re.MULTILINE)
 
 
 def actions() -> Iterator[str]:
-    """Every action that the service's source can write down."""
+    """Return every action that the service's source can write."""
     yield from map(audit_action, RULES)
     for file in sorted(KATA.rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):

@@ -1,4 +1,4 @@
-"""The repository itself: pins, licences, and versions that have to agree."""
+"""Pins, licences and versions of the repository."""
 
 import json
 import re
@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.paths import ROOT
 
-# Licences that fit Apache-2.0 for something that is used as it comes. LGPL: psycopg, which is never part of a wheel of ours.
+# Licences compatible with Apache-2.0 for unchanged packages. LGPL: psycopg, which is never part of our wheel.
 FITTING = re.compile(
     r"MIT|BSD|Apache|ISC|PSF|Python-2\.0|Python Software Foundation|0BSD|Unlicense|MPL-2\.0|Mozilla|HPND|CC0|CC-BY-4\.0|BlueOak|Zlib|OFL",
     re.IGNORECASE,
@@ -23,7 +23,7 @@ LGPL = {"psycopg", "psycopg-binary"}
 
 
 def pins(name: str) -> dict[str, str]:
-    """Name to the block of its pin."""
+    """Return the block of each pin by package name."""
     blocks = re.split(r"\n(?=\S)", (ROOT / name).read_text())
     return {block.split("==")[0].split("[")[0]: block for block in blocks if "==" in block}
 
@@ -44,14 +44,14 @@ def test_every_pin_has_hashes_and_no_address(name: str) -> None:
 def test_the_locked_packages_have_hashes_and_no_address(name: str) -> None:
     packages = json.loads((ROOT / name).read_text())["packages"]
     for path, package in packages.items():
-        # What lies inside another package is held by that one's hash.
+        # A bundled package is covered by the hash of the package that contains it.
         if path and not package.get("inBundle"):
             assert "resolved" not in package, path
             assert package["integrity"].startswith("sha512-"), path
 
 
 def test_the_page_writes_texts_never_markup() -> None:
-    """And nothing is run that was a text: React puts strings into text nodes, and nothing here goes round that."""
+    """No text is executed: React puts strings into text nodes, and the source does not bypass that."""
     dangerous = re.compile(
         r"dangerouslySetInnerHTML|\b(?:inner|outer)HTML\b|insertAdjacentHTML|document\.write|createContextualFragment"
         r"|\bsrcdoc\b|\beval\(|new Function\(|javascript:|\b(?:window|parent|opener|top|source)\.postMessage\("
@@ -70,7 +70,7 @@ def _licence(dist: Distribution) -> str:
 
 
 def _of_its_file(dist: Distribution) -> str:
-    """The title of the licence that lies in the package, of one whose metadata names none."""
+    """Return the title of the licence file of a package whose metadata names no licence."""
     files = [file for file in dist.files or [] if file.name.startswith("LICENSE")]
     return files[0].read_text().strip().partition("\n")[0] if files else ""
 
@@ -117,7 +117,7 @@ def test_page_and_figures_use_the_same_plotly_version() -> None:
 
 
 def test_no_symbolic_link_is_tracked() -> None:
-    """A link that was committed pointed to a folder of one developer's machine."""
+    """A committed link once pointed to a folder of a developer's computer."""
     listed = subprocess.run(["git", "ls-files", "--stage"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode:
         pytest.skip("not a git checkout")

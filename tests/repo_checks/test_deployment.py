@@ -1,4 +1,4 @@
-"""What others start Kata with: the compose file, and the unit for systemd."""
+"""Deployment files: the compose file and the systemd unit."""
 
 import configparser
 import re

@@ -23,7 +23,7 @@ JAPANESE: Final[dict[str, str]] = json.loads((ROOT / "frontend/src/locales/ja/se
 
 
 def parameters(template: str) -> set[tuple[str, str]]:
-    """Name and type of every placeholder."""
+    """Return name and type of every placeholder."""
     return {(name, spec or "") for _, name, spec, _ in string.Formatter().parse(template) if name is not None}
 
 
@@ -48,7 +48,7 @@ def test_every_type_of_a_parameter_is_known() -> None:
 
 
 def calls() -> Iterator[tuple[str, str, set[str]]]:
-    """File and line, constant, and names of the arguments of every call of a message."""
+    """Yield file and line, constant and argument names of every call of a message."""
     constants = {code.upper() for code in CATALOGUE}
     for file in sorted(BACKEND.rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
@@ -57,7 +57,7 @@ def calls() -> Iterator[tuple[str, str, set[str]]]:
             ):
                 continue
             names = [keyword.arg for keyword in node.keywords]
-            # What is unpacked, **those, is checked when it is called.
+            # Unpacked arguments (**values) are checked at run time.
             if None not in names:
                 yield f"{file.relative_to(BACKEND)}:{node.lineno}", node.func.attr, {str(name) for name in names}
 
@@ -73,7 +73,7 @@ def test_every_message_is_used() -> None:
         file.read_text("utf-8") for file in BACKEND.rglob("*.py") if Path(file).name != "texts.py"
     ) + "".join(file.read_text("utf-8").partition("SIDES:")[2] for file in BACKEND.rglob("texts.py"))
     used = set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", sources))
-    # Fields, their units and what is wrong with them are declared in tables.
+    # Tables declare fields, units and their errors.
     tables = {template.code for table in (i18n.SENTENCES, i18n.NAMES, i18n.UNITS) for template in table.values()}
     assert [code for code in sorted(CATALOGUE.keys() - tables) if code.upper() not in used] == []
 

@@ -1,4 +1,4 @@
-"""docs/explanation/security.md names tests that exist, and sections that stand on it; and no requirement of the standard is left out."""
+"""docs/explanation/security.md names existing tests and sections, and covers every requirement of the standard."""
 
 import ast
 import re
@@ -12,7 +12,7 @@ _APART, _, _OPEN = _BEHIND.partition("### Open")
 
 
 def rows(text: str) -> list[list[str]]:
-    """Of a table: requirement, how, what shows it."""
+    """A table row: requirement, implementation, evidence."""
     cells = [
         [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")
     ]
@@ -20,7 +20,7 @@ def rows(text: str) -> list[list[str]]:
 
 
 def numbers(text: str) -> list[str]:
-    """Every requirement that is named, also within ``1.2.3-1.2.5``, ``6.6`` and ``17``."""
+    """Yield every named requirement, also within ``1.2.3-1.2.5``, ``6.6`` and ``17``."""
     found: list[str] = []
     for first, last in re.findall(r"(?<![\d.])(\d+(?:\.\d+){0,2})(?:-(\d+\.\d+\.\d+))?(?![\d.]*\d)", text):
         if not last:
@@ -33,7 +33,7 @@ def numbers(text: str) -> list[str]:
 
 
 def every() -> list[str]:
-    """The standard's requirements of levels 1 and 2."""
+    """Return the standard's requirements of levels 1 and 2."""
     sections: dict[str, int] = tomllib.loads((ROOT / "tests/repo_checks/asvs_5_0_0.toml").read_text())["sections"]
     return [f"{section}.{n}" for section, count in sections.items() for n in range(1, count + 1)]
 

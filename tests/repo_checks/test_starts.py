@@ -1,4 +1,4 @@
-"""What a process does not take along when it starts: each of these was most of a second, or seconds, of somebody's waiting."""
+"""Processes start without heavy imports, each of which would take up to some seconds."""
 
 import subprocess
 import sys
@@ -8,7 +8,7 @@ import pytest
 
 (COMMAND,) = entry_points(group="console_scripts", name="kata")
 MAIN = COMMAND.value.partition(":")[0]
-"""What a worker that is spawned reads once more."""
+"""The module that a spawned worker imports again."""
 
 
 @pytest.mark.parametrize(

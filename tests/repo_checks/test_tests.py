@@ -12,7 +12,7 @@ MOST_WORDS = 10
 
 
 def _imports(tree: ast.Module) -> Iterator[str]:
-    """Each imported module and each imported name with its module."""
+    """Yield each imported module and each imported name with its module."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)

@@ -14,11 +14,11 @@ TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
 
 RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-one", "region"]
-"""Besides: what a screen reader finds its way by."""
+"""Further rules: the landmarks and headings that a screen reader uses."""
 
 
 def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
-    """Of every page, by name."""
+    """Return the address of every page by name."""
 
     def ask(path: str) -> Any:
         return page.request.get(f"{clinic.url}/api{path}").json()
@@ -50,7 +50,7 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
 
 
 def wrong(page: Page) -> list[str]:
-    """What axe-core finds."""
+    """Return the errors that axe-core finds."""
     page.evaluate(AXE.read_text())
     found = page.evaluate(
         """async ([tags, rules]) => {

@@ -13,7 +13,7 @@ _PACKET_START: Final = b"\xff\xff\xfd\x00"
 
 
 class AnsweringLine:
-    """A :class:`~kata.device.bus.serial_transport.Transport` to drives that are there at once, with the station's ids and models."""
+    """A :class:`~kata.device.bus.serial_transport.Transport` to drives that answer at once, with the station's ids and models."""
 
     def __init__(self, config: StationConfig) -> None:
         self._modbus = config.protocol == "modbus"
@@ -21,7 +21,7 @@ class AnsweringLine:
         self._now_ns = 0
         self._answer = b""
         self.registers: dict[int, defaultdict[int, int]] = {drive_id: defaultdict(int) for drive_id in self._ids}
-        """By drive and address: bytes (Dynamixel) or words (Modbus)."""
+        """Registers by drive and address: bytes (Dynamixel) or words (Modbus)."""
         for axis in config.axes:
             if not self._modbus:
                 self._store(axis.id, 0, struct.pack("<H", axis.model))

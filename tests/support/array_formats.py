@@ -9,4 +9,4 @@ FIRST_FORMAT = (
     b"\xc3\x9b\x81\x81\xe1\xbf\x0f\x88`@#\x1a\x1a\x18\xea\x1b\x00\xb9\xb5\t\xd1x\x9c\xbb\xf0P\t\n"
     b"\xba6\xfaA\xc1\xff\xff\x0cP@:\x0b\x00e\x1f\x12a"
 )
-"""As the first version wrote it: three columns of five samples."""
+"""Return three columns of five samples as the first version encoded them."""

@@ -25,12 +25,12 @@ from kata.database.engine import Database
 TABLE: Final = cast(Table, AuditRow.__table__)
 ALTERED: Final = (*COLUMNS[1:], "hash")
 EVERY: Final = 20
-"""Rows between two lines of the anchor, unless told, so that there is something to guess."""
+"""Default number of rows between two lines of the anchor."""
 _STAFF: Final = [Actor(UUID(int=n), UUID(int=100 + n), f"Person {n}", "therapist", frozenset()) for n in range(5)]
 
 
 def filled(database: Database, file: Path, rows: int, every: int = EVERY) -> None:
-    """A trail of so many rows, as services write it, with an anchor behind the last."""
+    """Create a trail of this many rows, as services write it, with an anchor after the last."""
     anchor = Anchor(file)
     made = [
         entry(f"act_{n % 40}", "done", UUID(int=1000 + n % 300), f"recording {n}", {"n": n}, _STAFF[n % 5])
@@ -45,7 +45,7 @@ def filled(database: Database, file: Path, rows: int, every: int = EVERY) -> Non
 
 @dataclass(frozen=True, slots=True)
 class Trick:
-    """What was done, and to which rows."""
+    """A change, and the rows that it affects."""
 
     name: str
     first: int
@@ -54,7 +54,7 @@ class Trick:
 
 @contextmanager
 def guards_down(database: Database) -> Iterator[Session]:
-    """A session that may do anything, and is taken back in the end."""
+    """Yield a session without protection, which is rolled back at the end."""
     on_file = database.file is not None
     with Session(database.writer) as session:
         for name in ("audit_grows", "audit_kept", "audit_kept_as_it_is" if on_file else "audit_kept_whole"):
@@ -64,7 +64,7 @@ def guards_down(database: Database) -> Iterator[Session]:
 
 
 def tricks(rows: int, chance: Random, every: int = EVERY) -> Iterator[tuple[str, Callable[[Session, Path], Trick]]]:
-    """One of each, at places that chance chooses."""
+    """Return one change of each kind, at random places."""
 
     def place() -> int:
         return chance.randint(1, rows)
@@ -98,14 +98,14 @@ def tricks(rows: int, chance: Random, every: int = EVERY) -> Iterator[tuple[str,
 
 
 def alter(session: Session, number: int, column: str) -> Trick:
-    """Another value, of a kind that may stand there."""
+    """Return another value that the column accepts."""
     value = session.execute(select(TABLE.c[column]).where(TABLE.c.number == number)).scalar_one()
     _set(session, number, **{column: _other(value)})
     return Trick(f"alter {column}", number, number)
 
 
 def spoil(session: Session, number: int) -> Trick:
-    """What no program of ours would have written, where the database lets one."""
+    """Return a value that our programs never write, where the database accepts it."""
     if session.get_bind().dialect.name == "sqlite":
         session.execute(text("UPDATE audit SET who = X'FF00', patient_id = 'nobody' WHERE number = :n"), {"n": number})
     else:
@@ -114,27 +114,27 @@ def spoil(session: Session, number: int) -> Trick:
 
 
 def alter_and_hash(session: Session, number: int) -> Trick:
-    """With a hash that fits: the next row's does not any more, or the anchor's."""
+    """Change a row and its hash; then the next row's hash or the anchor does not fit."""
     alter(session, number, "who")
     _chain(session, number, number)
     return Trick("alter and hash", number, number + 1)
 
 
 def rewrite(session: Session, number: int) -> Trick:
-    """With every hash from there on made anew: the chain itself is right again."""
+    """Change a row and recalculate all later hashes, so that the chain itself is correct."""
     alter(session, number, "who")
     _chain(session, number)
     return Trick("rewrite", number, number)
 
 
 def drop(session: Session, number: int, count: int) -> Trick:
-    """Rows that are simply gone."""
+    """Delete rows."""
     session.execute(delete(TABLE).where(TABLE.c.number.between(number, number + count - 1)))
     return Trick("drop", number, number + count - 1)
 
 
 def drop_and_close(session: Session, number: int) -> Trick:
-    """With nothing left that shows it but the anchor."""
+    """Delete rows so that only the anchor shows it."""
     rows = _all(session, number + 1)
     session.execute(delete(TABLE).where(TABLE.c.number >= number))
     if rows:
@@ -144,7 +144,7 @@ def drop_and_close(session: Session, number: int) -> Trick:
 
 
 def swap(session: Session, one: int, other: int) -> Trick:
-    """All but their numbers."""
+    """Exchange the contents of two rows, except their numbers."""
     of_one, of_other = (_all(session, number, number)[0] for number in (one, other))
     _set(session, one, **{name: value for name, value in of_other.items() if name != "number"})
     _set(session, other, **{name: value for name, value in of_one.items() if name != "number"})
@@ -152,7 +152,7 @@ def swap(session: Session, one: int, other: int) -> Trick:
 
 
 def slip_in(session: Session, number: int) -> Trick:
-    """A row that nobody wrote, and the others after it."""
+    """Insert an invented row before the others."""
     rows = _all(session, number)
     session.execute(delete(TABLE).where(TABLE.c.number >= number))
     moved = [row | {"number": row["number"] + 1} for row in rows]
@@ -162,26 +162,26 @@ def slip_in(session: Session, number: int) -> Trick:
 
 
 def cut(session: Session, rows: int, count: int) -> Trick:
-    """The end, where what somebody has just done stands."""
+    """Cut off the end with the latest entries."""
     session.execute(delete(TABLE).where(TABLE.c.number > rows - count))
     return Trick("cut", rows - count + 1, rows)
 
 
 def cut_anchor(file: Path, count: int) -> Trick:
-    """As an older copy of the file would be."""
+    """Replace the anchor by an older copy."""
     lines = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join(lines[:-count]))
     return Trick("cut anchor", 0, 0)
 
 
 def remove_anchor(file: Path) -> Trick:
-    """No file, no anchor."""
+    """Delete the anchor's file."""
     file.unlink()
     return Trick("remove anchor", 0, 0)
 
 
 def drop_line(file: Path, line: int) -> Trick:
-    """One, and nothing numbered anew."""
+    """Delete one line without renumbering."""
     lines = file.read_bytes().splitlines(keepends=True)
     del lines[line - 1]
     file.write_bytes(b"".join(lines))
@@ -189,7 +189,7 @@ def drop_line(file: Path, line: int) -> Trick:
 
 
 def alter_line(file: Path, line: int, field: str) -> Trick:
-    """One field of one line."""
+    """Change one field of one line."""
     lines = file.read_bytes().splitlines()
     told = json.loads(lines[line - 1])
     other: dict[str, Any] = {"hash": "0" * 64, "anchor": "0" * 32}
@@ -200,7 +200,7 @@ def alter_line(file: Path, line: int, field: str) -> Trick:
 
 
 def judged(database: Database, file: Path, trick: Callable[[Session, Path], Trick]) -> tuple[Trick, Verdict]:
-    """Play it, see what a verification says, and take it back."""
+    """Apply a change, verify the trail, and roll the change back."""
     before = file.read_bytes()
     try:
         with guards_down(database) as session:
@@ -212,7 +212,7 @@ def judged(database: Database, file: Path, trick: Callable[[Session, Path], Tric
 
 
 def last_line(file: Path) -> Head:
-    """Where the anchor ends."""
+    """Return the last number in the anchor."""
     return read(file)[-1].head
 
 
@@ -245,7 +245,7 @@ def _all(session: Session, first: int, last: int | None = None) -> list[dict[str
 
 
 def _chain(session: Session, first: int, last: int | None = None) -> None:
-    """Hashes that fit, from ``first`` on."""
+    """Recalculate the hashes from ``first`` on."""
     found = session.scalar(select(TABLE.c.hash).where(TABLE.c.number == first - 1))
     before = found or chain.NOTHING.hash
     anew = []

@@ -16,14 +16,14 @@ START_LIMIT_S = 60.0
 
 
 LONG_MS = 60_000
-"""For what takes its time on a busy computer; never how long it should take."""
+"""Time-out for a busy computer; not a requirement."""
 
 
 class Clinic:
-    """``kata serve --simulate`` in a process of its own."""
+    """``kata serve --simulate`` in its own process."""
 
     def __init__(self, folder: Path, *, database_url: str = "") -> None:
-        """``database_url``: of its database, unless that is a file in ``folder``."""
+        """Without ``database_url``, the database is a file in ``folder``."""
         self.cookie = signed_in_at(folder, database_url=database_url)
         self._environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
@@ -33,7 +33,7 @@ class Clinic:
         self.start()
 
     def start(self) -> None:
-        """Returns once it answers; also after it was killed, on the same folder and port."""
+        """Start the service and wait until it answers; also after a kill, on the same folder and port."""
         folder = str(self._folder)
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
@@ -45,7 +45,7 @@ class Clinic:
         self._wait()
 
     def kill(self) -> None:
-        """As when the power fails: nothing is said to anybody."""
+        """Kill the service, like a power failure."""
         os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
 

@@ -1,8 +1,7 @@
 """A disk whose power can be cut: it records every write and sync and returns what may remain.
 
-What POSIX promises is little, and this disk keeps no more: a name is there for certain after a sync of its folder, bytes
-after a sync of their file. Of what was written since, any part may be there, and where the file has grown over a block
-that was never written there are zeros, or what was there before.
+It guarantees no more than POSIX: a name remains after a sync of its folder, bytes after a sync of their file. Any part of later writes
+may remain. A block of a grown file that never reached the disk has zeros or its earlier content.
 """
 
 import errno
@@ -19,24 +18,24 @@ _BLOCK: Final = 512
 
 @dataclass
 class CutDisk(JournalDisk):
-    """Holds one file. ``now_ns`` is moved by the test; a sync takes ``sync_ns``, during which ``meanwhile`` is called."""
+    """Holds one file. The test moves ``now_ns``; a sync takes ``sync_ns``, during which ``meanwhile`` is called."""
 
     sync_ns: int = 0
     meanwhile: Callable[[int], None] = lambda until_ns: None
     most_at_once: int = 1 << 20
     room: int = 1 << 40
     tried: int = 10
-    """Lengths of the part that was not synced, after each operation."""
+    """Length of the unsynced part after each operation."""
     now_ns: int = 0
     data: bytearray = field(default_factory=bytearray)
     created: bool = False
     entered: bool = False
     synced: int = 0
-    """Bytes that a sync has ended for."""
+    """Bytes of completed syncs."""
     failing: set[str] = field(default_factory=set)
-    """Operations that end in an input/output error, once each."""
+    """Operations that fail once with an input/output error."""
     moments: list[tuple[int, int, int, bool, bool]] = field(default_factory=list)
-    """After each operation: time, bytes synced, bytes written, whether the file is there, whether it must be."""
+    """After each operation: time, synced bytes, written bytes, whether the file exists, and whether it must exist."""
 
     def create(self, path: Path) -> int:
         self._may_fail("create")
@@ -84,9 +83,9 @@ class CutDisk(JournalDisk):
         self.moments.append((self.now_ns, self.synced, len(self.data), self.created, self.entered))
 
     def states(self, stale: bytes = b"") -> Iterator[tuple[int, bytes | None]]:
-        """Every legal one after each operation: the last time that it may be found at, and the file, None for no file.
+        """Yield every legal state after each operation: the last time at which it is possible, and the file, None for no file.
 
-        ``stale``: what stood on the disk before, of which whole blocks may come back.
+        ``stale``: the disk's earlier content, of which whole blocks may reappear.
         """
         chance = random.Random(0)
         ends = [moment[0] for moment in self.moments[1:]] + [self.now_ns]
@@ -98,7 +97,7 @@ class CutDisk(JournalDisk):
                     yield end_ns, data
 
     def _contents(self, synced: int, written: int, chance: random.Random, stale: bytes) -> Iterator[bytes]:
-        """What may be in the file; lengths are sampled where there are too many."""
+        """Yield the possible contents of the file; a sample of the lengths if there are many."""
         whole = bytes(self.data[:written])
         lengths = range(synced, written + 1)
         if len(lengths) > self.tried:
@@ -110,7 +109,7 @@ class CutDisk(JournalDisk):
             yield whole[:length]
             yield whole[:length] + bytes(missing)
             yield whole[:length] + chance.randbytes(missing)
-        # Blocks reach the disk in any order: one that did not still holds what was there, those after it may be new.
+        # Blocks reach the disk in any order: an unwritten block has its earlier content, later blocks may be new.
         for block in range(synced // _BLOCK, -(-written // _BLOCK)):
             begin, end = max(synced, block * _BLOCK), min(written, (block + 1) * _BLOCK)
             for old in (bytes(end - begin), stale[begin:end].ljust(end - begin, b"\0")):

@@ -9,7 +9,7 @@ from kata.database.upgrade import upgrade
 
 
 def upgraded_file(file: Path) -> str:
-    """Make an empty one at this path; its URL."""
+    """Create an empty database at this path and return its URL."""
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(_upgraded())
     return f"sqlite:///{file}"

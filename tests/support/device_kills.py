@@ -34,27 +34,27 @@ _LIMIT_MS = 200.0
 
 @dataclass(frozen=True)
 class Kill:
-    """What one left behind. Times are counted from the signal, by the simulator's own clock."""
+    """The effects of a kill. Times count from the signal, by the simulator's clock."""
 
     in_what: Literal["teaching", "playback"]
     missing: int
-    """Samples that the simulator answered and the journal has not."""
+    """Samples that the simulator answered and the journal does not contain."""
     cut: bool
-    """The last record was being written."""
+    """True if the last record was incomplete."""
     tripped_ms: float
-    """When the last drive's watchdog had stopped it; NaN without torque."""
+    """Time at which the last drive's watchdog stopped it; NaN without torque."""
     moved_ms: float
-    """When it was last seen moving; NaN without torque."""
+    """Time of the last movement; NaN without torque."""
 
     def judge(self) -> None:
-        """Raises what a kill must not come to."""
+        """Raise an AssertionError for a forbidden effect."""
         assert self.missing <= 1, self
         if self.in_what == "playback":
             assert max(self.tripped_ms, self.moved_ms) <= _LIMIT_MS, self
 
 
 class KeptClinic(Clinic):
-    """With a database and a recording of its own."""
+    """A station with its own database and recording."""
 
     def __init__(self, folder: Path) -> None:
         database = Database(upgraded_file(folder / "kata.db"))
@@ -66,7 +66,7 @@ class KeptClinic(Clinic):
 
 
 def kill_at_random(clinic: KeptClinic, seed: int) -> Kill:
-    """In teaching and in playback by turns."""
+    """Kill during teaching and playback in turns."""
     chance = random.Random(seed)
     if seed % 2:
         return kill_while_teaching(clinic, chance.uniform(0.55, 1.5))
@@ -74,7 +74,7 @@ def kill_at_random(clinic: KeptClinic, seed: int) -> Kill:
 
 
 def kill_while_teaching(clinic: Clinic, after_s: float) -> Kill:
-    """``after_s``: since the pedal went down."""
+    """Kill ``after_s`` after the press of the pedal."""
     teaching = clinic.begin_teaching()
     before = clinic.count(RecordingRow)
     with closing(Rig(clinic.folder.parent)) as rig:
@@ -98,7 +98,7 @@ def kill_while_teaching(clinic: Clinic, after_s: float) -> Kill:
 
 
 def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
-    """``after_s``: since the playback began."""
+    """Kill ``after_s`` after the beginning of playback."""
     with closing(Rig(clinic.folder.parent)) as rig:
         run_id = play(rig, clinic, after_s)
         before = clinic.count(RunRow)
@@ -123,7 +123,7 @@ def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
 
 
 def hang_up_while_playing(clinic: KeptClinic, after_s: float) -> list[float]:
-    """As a service that is killed: until each drive was without torque, by the simulator's clock, in ms."""
+    """Close the socket like a killed service; return ms until all drives had no torque, by the simulator's clock."""
     with closing(Rig(clinic.folder.parent)) as rig:
         run_id = play(rig, clinic, after_s)
         killed_ns = time.monotonic_ns()
@@ -140,7 +140,7 @@ def hang_up_while_playing(clinic: KeptClinic, after_s: float) -> list[float]:
 
 
 def play(rig: Rig, clinic: KeptClinic, until_s: float) -> UUID:
-    """Play back, to this place on the path."""
+    """Play until this place on the path."""
     run_id = clinic.begin_run(clinic.played)
     rig.until_mode("idle")
     load = Load(
@@ -158,7 +158,7 @@ def play(rig: Rig, clinic: KeptClinic, until_s: float) -> UUID:
 
 
 def _kill(rig: Rig, after_s: float) -> int:
-    # A snapshot has just come, so a cycle has just ended: go on to any place in one of the next two.
+    # A snapshot has just arrived, so a cycle has just ended: wait until a random phase of the next two cycles.
     time.sleep(after_s % 0.02)
     killed_ns = time.monotonic_ns()
     os.kill(rig.device.pid, signal.SIGKILL)
@@ -167,7 +167,7 @@ def _kill(rig: Rig, after_s: float) -> int:
 
 
 def _watch(rig: Rig, killed_ns: int) -> int:
-    """When any axis was last seen moving."""
+    """Return the time of the last movement of any axis."""
     moved_ns = killed_ns
     while (state := rig.hand.state()).t_ns < killed_ns + int(_WATCHED_S * 1e9):
         if any(abs(axis.speed_deg_s) > _STANDS_DEG_S for axis in state.axes):
@@ -177,7 +177,7 @@ def _watch(rig: Rig, killed_ns: int) -> int:
 
 
 def _missing(rig: Rig, kept: journal.Journal) -> int:
-    """Whole cycles that the simulator heard after the last sample there is; and nothing in it is out of order."""
+    """Return the complete cycles that the simulator received after the journal's last sample; check the journal's order."""
     steps_ns = np.diff(kept.t_ns)
     assert np.all(steps_ns > 0)
     assert np.all(np.isfinite(kept.measured_deg))
@@ -186,7 +186,7 @@ def _missing(rig: Rig, kept: journal.Journal) -> int:
 
 
 def _import_twice(clinic: Clinic, path: Path) -> None:
-    """As the next start does; once more; and as after a crash between the commit and the file's move."""
+    """Import as at the next start, a second time, and as after a crash between the commit and the file's move."""
     clinic.importer.run_at_start()
     clinic.importer.run_at_start()
     shutil.copy(path.parent / "imported" / path.name, path)

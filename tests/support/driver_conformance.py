@@ -23,9 +23,9 @@ class Conformance:
     resolution_deg: ClassVar[float]
     byte_by_byte: ClassVar[bool] = False
     alerts: ClassVar[bool] = False
-    """An answer says at once that there is a hardware error."""
+    """True if every answer reports a hardware error at once."""
     arming_request: ClassVar[int]
-    """How many requests of ``torque_on`` come before the one that arms the watchdogs."""
+    """Number of requests of ``torque_on`` before the one that arms the watchdogs."""
 
     @pytest.fixture
     def world(self) -> World:
@@ -43,7 +43,7 @@ class Conformance:
         return bus
 
     def until_verified(self, world: World, bus: Bus) -> None:
-        """Read until every register of every drive has been found right."""
+        """Read until every register of every drive is verified."""
         verified = [False] * 5
         for _ in range(80):
             for status in self.cycles(world, bus, 1)[0].statuses:
@@ -54,7 +54,7 @@ class Conformance:
 
     @staticmethod
     def cycles(world: World, bus: Bus, count: int) -> list[Any]:
-        """Readings, a cycle's time apart."""
+        """Return readings at the interval of a cycle."""
         readings = []
         for _ in range(count):
             began_ns = world.t_ns
@@ -92,7 +92,7 @@ class Conformance:
     # -- configuration ----------------------------------------------------------------------------------------------
 
     def wrong(self, world: World, motor: int) -> list[int]:
-        """Return the registers of a drive that are not as the manual and the configuration want them."""
+        """Return the registers of a drive that differ from the manual and the configuration."""
         expected = expected_registers(world.config.with_side_directions, motor)
         return [address for address, data in expected.items() if world.registers(motor, address, len(data)) != data]
 
@@ -141,7 +141,7 @@ class Conformance:
             world.place(motor, angle_deg)
             world.fault("off", motor)
         world.faults.clear()
-        # Without torque the arm sinks: what counts is where the shafts are.
+        # Without torque the arm sinks: compare with the shafts' true angles.
         (reading,) = self.cycles(world, bus, 1)
         assert [drive.position_deg for drive in reading.drives] == pytest.approx(wanted, abs=1.0)
         for _ in range(20):
@@ -284,7 +284,7 @@ class Conformance:
         self.cycles(world, bus, 5)
         assert not any(world.torque)
         offs = [seen.t_ns for seen in world.seen if seen.what == "torque" and seen.value == 0 and seen.t_ns > off_ns]
-        # A hundred bytes: behind setpoints that are on the line already, and its own frame.
+        # A hundred bytes: the setpoints already on the line, and its own frame.
         assert max(offs) - off_ns < 100 * 10e9 / world.config.baud + 1e6
         assert not any(world.goals(motor, max(offs)) for motor in range(1, 6))
         assert {s.torque_on for r in self.cycles(world, bus, 5) for s in r.statuses} == {False}
@@ -300,7 +300,7 @@ class Conformance:
         told = [status for reading in self.cycles(world, bus, 8) for status in reading.statuses]
         assert {(status.watchdog_tripped, status.torque_on) for status in told} == {(False, True)}
 
-    # -- what goes wrong ------------------------------------------------------------------------------------------
+    # -- faults -------------------------------------------------------------------------------------------------
 
     @pytest.mark.parametrize("motor", [1, 3, 5])
     def test_silent_drive_delays_others_by_at_most_one_cycle(self, world: World, bus: Bus, motor: int) -> None:
@@ -353,7 +353,7 @@ class Conformance:
 
     def test_noise_between_answers_loses_no_valid_answer(self, world: World, bus: Bus) -> None:
         world.fault("noise", value=3)
-        # One cycle to find out that the line is noisy.
+        # One cycle to detect the noise.
         for reading in self.cycles(world, bus, 20)[1:]:
             assert all(reading.drives)
             assert reading.inputs is not None
@@ -373,7 +373,7 @@ class Conformance:
             bus.read,
             bus.torque_off,
             bus.open,
-            # A driver may keep setpoints for its next reading.
+            # A driver may send setpoints with its next reading.
         ]
         for call in calls:
             with pytest.raises(BusError, match=r"gone|opened"):

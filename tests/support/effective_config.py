@@ -33,7 +33,7 @@ OVERSPEED_MS: Final = 100.0
 
 
 OVERSPEED_DEG_S: Final = 226.0
-"""Faster than this is too fast for every station: half of what the motors can do."""
+"""Too fast for every station: half of the motors' maximum."""
 
 
 OVERTORQUE_MS: Final = 250.0
@@ -43,18 +43,18 @@ OVERTORQUE_NM: Final = 4.5
 
 
 BEYOND_DEG: Final = 10.0
-"""So far beyond its range an arm is too far for every station."""
+"""Too far beyond its range for every station."""
 
 
 BEYOND_MS: Final = 100.0
 
 
 STUCK_DEG: Final = 10.0
-"""How far the setpoint of a stuck drive goes before the drive is called stuck."""
+"""Distance of a stuck drive's setpoint until the fault is detected."""
 
 
 HELD_DEG: Final = 45.0
-"""As much for a drive that trembles by one count of its encoder, at 20 deg/s."""
+"""The same for a drive that trembles by one count of its encoder, at 20 deg/s."""
 
 
 HELD_DEG_S: Final = 20.0
@@ -68,12 +68,12 @@ MS: Final = 1_000_000
 
 
 WATCHED: Final = 3
-"""The axis that something happens to."""
+"""The axis with the fault."""
 
 
 @dataclass
 class Apparatus:
-    """What the drives and inputs report from now on."""
+    """Readings of the drives and inputs, which a test changes."""
 
     config: StationConfig
     t_ns: int = 1_000_000_000
@@ -99,7 +99,7 @@ class Apparatus:
         return 1000 / self.config.cycle_hz
 
     def faults(self) -> set[str]:
-        """The faults of the next cycle."""
+        """Return the faults of the next cycle."""
         self.t_ns += round(self.cycle_ms * MS)
         context = LoopContext(
             late_ms=0.0,
@@ -114,7 +114,7 @@ class Apparatus:
         return {code for code, _ in found}
 
     def after_ms(self, codes: set[str], limit_ms: float, change: Callable[[float], None] | None = None) -> float:
-        """Let time pass until one of these faults holds, ``change(ms)`` before each cycle; how long that took."""
+        """Let time pass until one of these faults holds, with ``change(ms)`` before each cycle; return the duration."""
         passed_ms = 0.0
         while passed_ms <= limit_ms:
             passed_ms += self.cycle_ms
@@ -146,14 +146,14 @@ class Apparatus:
 
 
 def hold_effective(config: StationConfig) -> None:
-    """Assert everything that an accepted configuration promises."""
+    """Assert all requirements of an accepted configuration."""
     hold_supervisor_effective(config)
     hold_stuck_drives_noticed(config)
     hold_registers_fit(config)
 
 
 def hold_supervisor_effective(config: StationConfig) -> None:
-    """Assert that every failure which may injure is noticed in its time."""
+    """Assert that every dangerous failure is detected in time."""
     pressed = Apparatus(config, estop_open=False)
     pressed.estop_open = True
     assert pressed.after_ms({"estop_pressed"}, ESTOP_PRESSED_MS) <= ESTOP_PRESSED_MS
@@ -189,7 +189,7 @@ def hold_supervisor_effective(config: StationConfig) -> None:
 
 
 def hold_stuck_drives_noticed(config: StationConfig) -> None:
-    """Assert that a drive which does not follow is noticed, whether its encoder is still or trembles."""
+    """Assert that a drive which does not follow is detected, whether its encoder is still or trembles."""
     step_deg = HELD_DEG_S * (1 / config.cycle_hz)
     for trembles, furthest_deg in ((False, STUCK_DEG), (True, HELD_DEG)):
         stuck = Apparatus(config)
@@ -221,7 +221,7 @@ ROOMY: Final[dict[str, Any]] = {
     "approach_speed_deg_s": 1.0,
     "axes": tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=6_000.0) for axis in StationConfig().axes),
 }
-"""With these, an axis may have any highest speed."""
+"""Settings with which an axis may have any maximum speed."""
 
 
 BASES: Final[dict[str, StationConfig]] = {
@@ -239,7 +239,7 @@ INTEGERS: Final = {
 
 
 def placed(told: dict[str, Any], row: Range, value: float) -> None:
-    """Put a value where a row of the table speaks of."""
+    """Set the value of a table row."""
     holder, _, name = row.field.rpartition(".")
     if row.field in INTEGERS and math.isfinite(value):
         value = round(value)
@@ -254,7 +254,7 @@ def placed(told: dict[str, Any], row: Range, value: float) -> None:
 
 
 def told_of(base: str) -> dict[str, Any]:
-    """A configuration as its file has it."""
+    """Return a configuration in its file form."""
     told: dict[str, Any] = msgspec.toml.decode(msgspec.toml.encode(_without_none(msgspec.to_builtins(BASES[base]))))
     return told
 
@@ -266,7 +266,7 @@ def _without_none(value: Any) -> Any:
 
 
 def accepted(folder: Path, told: dict[str, Any]) -> StationConfig | None:
-    """Read it from a file. Nothing but ConfigError refuses one."""
+    """Read a configuration from a file; only ConfigError may refuse it."""
     (folder / "station.toml").write_bytes(msgspec.toml.encode(told))
     try:
         return read(folder / "station.toml")
@@ -279,7 +279,7 @@ def rows(protocol: str) -> list[Range]:
 
 
 def inside(row: Range) -> st.SearchStrategy[float]:
-    """Within the range, often at its ends."""
+    """Draw values within the range, often at its ends."""
     if row.choices:
         return st.sampled_from(row.choices)
     step = row.step or 1
@@ -288,14 +288,14 @@ def inside(row: Range) -> st.SearchStrategy[float]:
 
 
 def outside(row: Range) -> st.SearchStrategy[float]:
-    """Just beyond the range, far beyond, or no number at all."""
+    """Draw values just beyond the range, far beyond it, or not a number."""
     beyond = [row.low - 1, row.high + 1, math.nextafter(row.high, math.inf), 0.0, -1.0, 1e6, 2e9]
     return st.sampled_from([math.nan, math.inf, -math.inf, *beyond])
 
 
 @st.composite
 def changes(draw: st.DrawFn) -> dict[str, Any]:
-    """A configuration of which some fields are changed, seldom to something that is out of range."""
+    """Draw a configuration with some changed fields, rarely out of range."""
     base = draw(st.sampled_from(sorted(BASES)))
     told = told_of(base)
     for row in draw(st.lists(st.sampled_from(rows(base)), min_size=1, max_size=5)):

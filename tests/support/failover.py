@@ -23,7 +23,7 @@ _USER: Final = "postgres"
 
 
 class Pair:
-    """The one in ``now`` is written to, the other one repeats it."""
+    """Two servers: ``now`` is the primary, the other one replicates it."""
 
     def __init__(self, folder: Path, user: str | None) -> None:
         self._user, self._folder = user, folder
@@ -39,12 +39,12 @@ class Pair:
 
     @property
     def url(self) -> str:
-        """Names both; whoever connects comes to the one that can be written to."""
+        """URL with both servers; a connection goes to the writable one."""
         hosts = ",".join(map(str, self._hosts))
         return f"postgresql+psycopg://kata@/postgres?host={hosts}&port=5432,5432&target_session_attrs=read-write"
 
     def fail_over(self, without_s: float) -> None:
-        """Kill the first as by a power cut, leave everybody without for so long, and have the second take over; then a new second."""
+        """Kill the first like a power cut, wait, let the second take over, and add a new second."""
         first = int((self.now / "data/postmaster.pid").read_text().split()[0])
         for process in [*children(first), first]:
             with suppress(ProcessLookupError):
@@ -60,7 +60,7 @@ class Pair:
                 self._control(host, "--mode", "immediate", "stop")
 
     def _join(self) -> None:
-        """A new second server: a copy of the first. From then on nothing is acknowledged that only one of them has."""
+        """Add a second server as a copy of the first. From then on both have every acknowledged write."""
         shutil.rmtree(self._other / "data", ignore_errors=True)
         self._run(
             "pg_basebackup", "--host", self.now, "--username", "kata", "--pgdata", self._other / "data",
@@ -90,17 +90,17 @@ class Pair:
     def _run(self, program: str, *arguments: str | Path) -> None:
         found = postgresql_program(program)
         assert found is not None, program
-        # Not into a pipe: the server keeps it open.
+        # Without a pipe, which the server would keep open.
         subprocess.run([found, *arguments], check=True, user=self._user, cwd=self._folder, stdout=subprocess.DEVNULL)
 
 
 @contextmanager
 def pair() -> Iterator[Pair]:
-    """Two of them while the block lasts; the test is skipped where PostgreSQL's programs are missing."""
+    """Run two servers during the block; skip the test if PostgreSQL's programs are missing."""
     user = _USER if os.geteuid() == 0 else None
     if not postgresql_program("pg_basebackup") or (user and user not in {known.pw_name for known in pwd.getpwall()}):
         pytest.skip("PostgreSQL's programs, or somebody to run them as, are not on this computer")
-    # Short: a socket's path must be.
+    # A short path, because the length of a socket's path is limited.
     folder = Path(tempfile.mkdtemp(prefix="kata-pair-"))
     if user:
         shutil.chown(folder, user)

@@ -10,10 +10,10 @@ from kata.device.messages import Mode
 
 Kind = Literal["off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent"]
 KINDS: Final[tuple[Kind, ...]] = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
-"""off: nothing at all, or zero. stuck: the last value for ever. garbage: values that cannot be, or bytes that are not
-sound. wrong: sound, plausible, and not true. slow: one in five cycles. delayed: true, and late (angles and currents
-by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle. What comes with a drive's status, its registers
-and its word on its torque, is slow, late or intermittent status by status."""
+"""off: nothing, or zero. stuck: the last value forever. garbage: impossible values, or invalid bytes. wrong: valid, plausible and
+false. slow: one in five cycles. delayed: correct, but late (angles and currents
+by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle. Values of a drive's status, its registers
+and its report of torque, are slow, late or intermittent with the status."""
 
 SIGNALS: Final = (
     *(f"position {motor}" for motor in range(1, 6)),
@@ -46,7 +46,7 @@ _ENERGISED: Final[tuple[Mode, ...]] = (*_MOVING, "paused")
 
 @dataclass(frozen=True)
 class Stops:
-    """The apparatus stops for this cause, and torque is off (or the mode stopped, where it was off) this soon."""
+    """The apparatus stops for this cause, with torque off (or the mode stopped, if torque was off) within this time."""
 
     cause: str
     within_ms: int
@@ -54,17 +54,17 @@ class Stops:
 
 @dataclass(frozen=True)
 class GoesOn:
-    """Nothing stops: the fault is harmless here, or cannot be known from this signal."""
+    """Nothing stops: the fault is harmless here, or not detectable from this signal."""
 
 
 @dataclass(frozen=True)
 class StaysOffline:
-    """Nothing starts before it is gone."""
+    """Nothing starts while the fault is present."""
 
 
 @dataclass(frozen=True)
 class Ends:
-    """The device process comes to its end, without torque."""
+    """The device process ends without torque."""
 
 
 Expected = Stops | GoesOn | StaysOffline | Ends
@@ -82,7 +82,7 @@ def _row(
     paused: Expected | None = None,
     stopped: Expected | None = None,
 ) -> Row:
-    """What is not given goes on."""
+    """Modes that are not given continue."""
     row: Row = dict.fromkeys(MODES, GoesOn())
     row["offline"] = offline or GoesOn()
     row.update(dict.fromkeys(_RESTING, resting or GoesOn()))
@@ -93,13 +93,13 @@ def _row(
 
 
 def _always(cause: str, within_ms: int, *, offline: Expected) -> Row:
-    """In every mode, a stopped one included: there it becomes a further cause."""
+    """In every mode, including stopped, where it becomes a further cause."""
     stops = Stops(cause, within_ms)
     return _row(offline=offline, resting=stops, moving=stops, paused=stops, stopped=stops)
 
 
 def _energised(cause: str, within_ms: int, *, paused: bool = True, resting: Expected | None = None) -> Row:
-    """Wherever there is torque; standing still shows some faults only on the next movement."""
+    """In every mode with torque; at rest some faults only show at the next movement."""
     stops = Stops(cause, within_ms)
     return _row(resting=resting, moving=stops, paused=stops if paused else None)
 
@@ -109,7 +109,7 @@ _WAITS: Final = StaysOffline()
 
 _POSITION: Final[dict[Kind, Row]] = {
     "off": _energised("position_jump", 2 * _CYCLE),
-    # Only a setpoint that goes away shows that an angle stands still.
+    # A constant angle is only detected when the setpoint moves.
     "stuck": _energised("position_frozen", 3000, paused=False),
     "garbage": _energised("position_jump", 3 * _CYCLE),
     "wrong": _energised("position_jump", 2 * _CYCLE),
@@ -118,7 +118,7 @@ _POSITION: Final[dict[Kind, Row]] = {
     "intermittent": _energised("position_jump", 2 * _CYCLE),
 }
 _CURRENT: Final[dict[Kind, Row]] = {
-    # No current where there should be some is a weak motor: the following error shows it, if it matters.
+    # Missing current is a weak motor: the following error shows it, if it matters.
     "off": _HARMLESS,
     "stuck": _HARMLESS,
     "garbage": _energised("overtorque", 100 + 3 * _CYCLE),
@@ -130,7 +130,7 @@ _CURRENT: Final[dict[Kind, Row]] = {
 }
 _REPLY: Final[dict[Kind, Row]] = {
     "off": _always("drive_silent", 100 + 3 * _CYCLE, offline=_WAITS),
-    # The same sound answer again and again: its angle stands still.
+    # The same valid answer repeatedly: its angle is constant.
     "stuck": _energised("position_frozen", 3000, paused=False),
     "garbage": _always("drive_garbled", 100 + 3 * _CYCLE, offline=_WAITS),
     "wrong": _always("drive_silent", 100 + 3 * _CYCLE, offline=_WAITS),
@@ -140,30 +140,30 @@ _REPLY: Final[dict[Kind, Row]] = {
 }
 _ESTOP: Final[dict[Kind, Row]] = {
     "off": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
-    # A switch that sticks closed is a closed switch. Pressing it before a session is what finds it.
+    # A contact that sticks closed reads as closed. The test before a session finds it.
     "stuck": _HARMLESS,
     "garbage": _always("estop_pressed", 10 * _CYCLE, offline=Stops("estop_pressed", 300)),
     "wrong": _always("estop_pressed", _CYCLE, offline=Stops("estop_pressed", 300)),
-    # Now and then it is known, so that the apparatus comes up, and stops.
+    # It is known at times, so that the apparatus becomes ready, and stops.
     "slow": _always("estop_unknown", 6 * _CYCLE, offline=Stops("estop_unknown", 300)),
     "delayed": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
     "intermittent": _HARMLESS,
 }
 _STATUS: Final = 6 * _CYCLE
-"""Each drive says how it is every fifth cycle."""
-# What a drive has in its registers, compared with what it is to have.
+"""Each drive sends its status every fifth cycle."""
+# A drive's registers, compared with the configuration.
 _REGISTERS: Final[dict[Kind, Row]] = {
-    # Not read yet: nothing is known to be wrong, but nothing begins.
+    # Not read yet: no difference is known, but nothing starts.
     "off": _row(offline=_WAITS),
     "stuck": _HARMLESS,
     "garbage": _always("drive_reset", _STATUS, offline=_WAITS),
-    # Offline nothing has begun: the drive is configured, and the apparatus comes up.
+    # Offline nothing has started: the drive is configured, and the apparatus becomes ready.
     "wrong": _always("drive_reset", _STATUS, offline=GoesOn()),
     "slow": _HARMLESS,
     "delayed": _HARMLESS,
     "intermittent": _always("drive_reset", 2 * _STATUS, offline=Stops("drive_reset", 300)),
 }
-# A drive's own word on its torque. Whatever it says, torque that is on is never shown off.
+# A drive's report of its torque. Torque that is on is never shown as off.
 _FOUND: Final = Stops("torque_found", 300)
 _TORQUE_WORD: Final[dict[Kind, Row]] = {
     "off": _always("drive_silent", 1000 + 3 * _CYCLE, offline=_WAITS),
@@ -178,7 +178,7 @@ _TORQUE_WORD: Final[dict[Kind, Row]] = {
     | {"offline": _FOUND, "stopped": Stops("torque_remains", 2 * _STATUS)},
 }
 _SECOND_CONTACT: Final[dict[Kind, Row]] = {
-    # A wire that is broken reads as the switch that is not pressed. Pressing it before a session is what finds it.
+    # A broken wire reads as an unpressed switch. The test before a session finds it.
     "off": _HARMLESS,
     "stuck": _HARMLESS,
     # A reading in which the contacts differ clears the count.
@@ -188,11 +188,11 @@ _SECOND_CONTACT: Final[dict[Kind, Row]] = {
     "delayed": _HARMLESS,
     "intermittent": _HARMLESS,
 }
-# The pedal stops nothing: it lets samples be recorded. What it must never do is tested beside the cells.
+# The pedal stops nothing: it records samples. Other tests have its safety rules.
 _PEDAL: Final[dict[Kind, Row]] = dict.fromkeys(KINDS, _HARMLESS)
 _BUS: Final[dict[Kind, Row]] = {
     "off": _always("bus_lost", _CYCLE, offline=_WAITS),
-    # Old answers keep their old time.
+    # Old answers have their old time.
     "stuck": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
     "garbage": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
     "wrong": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
@@ -205,7 +205,7 @@ _GONE_EVERYWHERE: Final = _GONE | {"offline": Ends(), "stopped": Ends()}
 _SERVICE: Final[dict[Kind, Row]] = {
     "off": _GONE_EVERYWHERE,
     "stuck": _energised("service_silent", 500 + _RAMP + 3 * _CYCLE),
-    # What cannot be understood is not listened to any further.
+    # The connection is closed after a message that cannot be decoded.
     "garbage": _GONE_EVERYWHERE,
     "wrong": _energised("other_run", _RAMP + 6 * _CYCLE),
     "slow": _HARMLESS,
@@ -227,5 +227,5 @@ _TABLES: Final = {
 
 
 def expected(kind: Kind, signal: str, mode: Mode) -> Expected:
-    """The cell. A cell that nobody has thought about does not exist, and is an error."""
+    """Return the requirement of a cell; a missing cell is an error."""
     return _TABLES[signal.split()[0]][kind][mode]

@@ -20,7 +20,7 @@ _NOTHING = BusSample((None,) * 5, None, ())
 
 @dataclass
 class FaultyApparatus(SteppedApparatus):
-    """What a fault does to a signal is done to what the bus would have said; the arm itself goes on as told."""
+    """A fault changes the bus's reading of a signal; the arm itself still follows its setpoints."""
 
     kind: Kind | None = None
     signal: str = ""
@@ -29,7 +29,7 @@ class FaultyApparatus(SteppedApparatus):
     dice: random.Random = field(default_factory=lambda: random.Random(1))
     last: BusSample | None = None
     statuses: list[DriveStatus] = field(default_factory=list)
-    """What the faulty drive has said of itself since it is at fault, before the fault changed it."""
+    """The faulty drive's readings before the fault changed them."""
 
     def read(self) -> BusSample:
         true = super().read()
@@ -58,7 +58,7 @@ class FaultyApparatus(SteppedApparatus):
         return true
 
     def _told(self, what: str, faulty: int, statuses: Iterable[DriveStatus]) -> Iterator[DriveStatus]:
-        """What comes with a status of the faulty drive."""
+        """Values of the faulty drive's status."""
         for status in statuses:
             if status.axis != faulty:
                 yield status
@@ -141,7 +141,7 @@ class FaultyApparatus(SteppedApparatus):
                 return None if self.number % _SLOW else now
             case "intermittent":
                 return None if self.number % 2 else now
-        # Nothing came, nothing sound came, what came was an error, or it came when nobody listened any more.
+        # No answer, an invalid answer, an error, or an answer after the time-out.
         return None
 
     def _slowly(self, axis: int) -> DriveSample:

@@ -27,7 +27,7 @@ _RANGES = {"taught_min_deg": 5.0, "taught_max_deg": 90.0, "played_min_deg": 5.2,
 
 
 def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUID:
-    """Episode, programme in two versions, assessments, and sessions of two runs each."""
+    """Write an episode, a programme in two versions, assessments, and sessions of two runs each."""
     patient = PatientRow(
         id=uuid4(), clinic_number=number, name=NAME, kana=KANA, birth_date=date(1968, 4, 12), sex="female",
         dominant_side="right", notes="Mrs Yamada plays the koto.", created_at=BEGAN, updated_at=BEGAN,

@@ -8,7 +8,7 @@ from typing import Final
 from urllib.parse import quote
 
 CALL: Final = "kataHostile(1)"
-"""What each of them would call; the test has it tell."""
+"""Function that each of them would call; the test defines it."""
 
 _SHAPES: Final = (
     "<script>{}</script>",
@@ -67,6 +67,6 @@ _WRITTEN: Final[tuple[Callable[[str], str], ...]] = (
 
 
 def hostile(count: int = 500) -> list[str]:
-    """So many, all different: every shape in every way of writing it, the ways taken in turn."""
+    """Return this many different texts: every form in every spelling, in turns."""
     texts = dict.fromkeys(written(shape.format(CALL)) for written, shape in product(_WRITTEN, _SHAPES))
     return list(texts)[:count]

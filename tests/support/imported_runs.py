@@ -28,7 +28,7 @@ STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
 
 class Clinic:
-    """A database with a patient, and journals as a device would leave them."""
+    """A database with a patient, and journals like those of a device."""
 
     def __init__(self, folder: Path, database: Database) -> None:
         self.folder = folder / "journal"
@@ -63,7 +63,7 @@ class Clinic:
         at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5,
         torque_nm: Sequence[float] = (0.0,) * 5,
     ) -> Path:
-        """``takes``: their lengths in seconds; a run has one. ``at``: where the arm is."""
+        """``takes``: their lengths in seconds; a run has one. ``at``: the arm's angles."""
         header = JournalHeader(
             kind="teaching" if kind == "teaching" else "run",
             id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
@@ -99,6 +99,6 @@ class Clinic:
 
 
 def pose(time_s: float) -> list[float]:
-    """Motor angles of an arm that is lifted sideways and back, the scapula rotating upward with it."""
+    """Return motor angles of an arm that is lifted sideways and back, with upward rotation of the scapula."""
     share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / 4)
     return [float(angle) for angle in motor_angles_deg([0.0, 10 * share, 10 + 80 * share, 0.0, 0.0])]

@@ -41,7 +41,7 @@ def until(condition: Callable[[], object]) -> None:
 
 
 class FakeLoader:
-    """A builder that answers when the test says so, or never."""
+    """A builder that answers when the test lets it, or never."""
 
     def __init__(self) -> None:
         self.sent: list[Request | LoadPart] = []
@@ -59,7 +59,7 @@ class FakeLoader:
 
 
 class Service:
-    """The service's end of the socket, and an exchange without its threads unless they are started."""
+    """The service's end of the socket, and a link whose threads only run when they are started."""
 
     def __init__(self, folder: Path, files: JournalDisk | None = None) -> None:
         self._socket, self._device = socket.socketpair()
@@ -77,7 +77,7 @@ class Service:
         self.send(Request(id=number, command=command))
 
     def deliver(self, number: int, command: Command) -> None:
-        """As the I/O thread would, but in this one."""
+        """Do the I/O thread's work in this thread."""
         parts = parts_of(number, command) if isinstance(command, Load) else [Request(id=number, command=command)]
         for part in parts:
             self.take(part)
@@ -95,7 +95,7 @@ class Service:
         return self._heard.popleft()
 
     def answers(self) -> list[tuple[int, str | None]]:
-        """Everything that was answered so far, where no thread runs: id and the refusal's code."""
+        """Return all answers so far, without running threads: id and the refusal's code."""
         self.link.wake()
         letters = self.link._outbound_messages
         found = [letter for letter in letters if isinstance(letter, Reply)]

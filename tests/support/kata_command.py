@@ -1,4 +1,4 @@
-"""The ``kata`` command in a process of its own."""
+"""The ``kata`` command in its own process."""
 
 import os
 import subprocess

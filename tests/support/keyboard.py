@@ -10,11 +10,11 @@ from tests.support.browser_clinic import LONG_MS
 
 _OPTIONS: Final = 30
 _STOPS: Final = 150
-"""More than any page has places for the focus: once around, and it would have been met."""
+"""More than the focusable elements of any page."""
 
 
 def reach(page: Page, target: Locator) -> None:
-    """Go by the tab key until it, or the chosen one of its group, has the focus; wait first until it can be worked with."""
+    """Wait until the element is enabled; press Tab until it, or the chosen element of its group, has the focus."""
     expect(target).to_be_enabled()
     for _ in range(_STOPS):
         if target.evaluate("element => element === document.activeElement"):
@@ -34,11 +34,11 @@ def write(page: Page, target: Locator, text: str) -> None:
 
 
 def choose(page: Page, target: Locator, option: str, *, several: bool = False) -> None:
-    """In a list that opens. ``several``: more than one may be chosen, and it stays open until one goes on."""
+    """Choose in a list that opens. ``several``: it allows more than one choice and stays open."""
     press(page, target, "ArrowDown")
     wanted = page.get_by_role("option", name=option).first
     expect(wanted).to_be_visible(timeout=LONG_MS)
-    # A list that has opened works out a moment later, in timers, at which option it stands: sooner than any hand, Enter says
+    # An opened list determines its current option in a timer, a moment later; before that, Enter does nothing.
     # nothing to it.
     page.evaluate("() => new Promise(done => setTimeout(done))")
     for _ in range(_OPTIONS):
@@ -53,7 +53,7 @@ def choose(page: Page, target: Locator, option: str, *, several: bool = False) -
 
 @contextmanager
 def held(page: Page, target: Locator, key: str = "Enter") -> Iterator[None]:
-    """The key stays down for as long as the context lasts."""
+    """Hold the key down during the context."""
     reach(page, target)
     page.keyboard.down(key)
     yield

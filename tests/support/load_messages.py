@@ -15,7 +15,7 @@ TIMES_S = np.arange(0.0, SECONDS + 0.001, 0.01)
 
 
 def angles(**motors: Floats) -> Floats:
-    """At rest, but for the motors that are given."""
+    """Return a recording at rest, except for the given motors."""
     found = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
     for name, values in motors.items():
         found[:, int(name.removeprefix("motor")) - 1] = values

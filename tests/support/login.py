@@ -13,9 +13,9 @@ from tests.support.databases import upgraded_file
 
 
 def signed_in(database: Database, role: Role = "administrator", *, stations: tuple[str, ...] = ()) -> str:
-    """Of a new account of this role, with its second factor given: the value of its browser's cookie.
+    """Create an account of this role and return the cookie value of a login session with a second factor.
 
-    ``stations``: names of those that it works at; without any, at all of them.
+    ``stations``: names of the account's stations; without any, all stations.
     """
     now, id_ = utc_now(), uuid4()
     with database.write() as session:
@@ -35,9 +35,9 @@ def signed_in(database: Database, role: Role = "administrator", *, stations: tup
 
 
 def signed_in_at(folder: Path, role: Role = "administrator", *, database_url: str = "") -> str:
-    """The same, for a service that is going to be started on this folder: nobody else writes while a service does.
+    """Do the same in the folder of a service that is started later; only one process may write.
 
-    ``database_url``: of its database, unless that is a file in the folder.
+    Without ``database_url``, the database is a file in the folder.
     """
     file = folder / "kata.db"
     if not database_url and not file.exists():

@@ -27,7 +27,7 @@ OTHER = "a kettle under the bridge"
 
 
 class Clock:
-    """Stands until it is moved."""
+    """A clock that only the test moves."""
 
     def __init__(self) -> None:
         self.at = utc_now()
@@ -43,7 +43,7 @@ class Clock:
 
 
 class Clinic:
-    """The service, and browsers that come to it."""
+    """The service and its browsers."""
 
     def __init__(self, first: TestClient) -> None:
         self._first = first
@@ -61,7 +61,7 @@ class Clinic:
 
     @property
     def administrator(self) -> TestClient:
-        """A new browser that the first administrator is signed in at, just now."""
+        """Return a new browser in which the first administrator has just signed in."""
         browser = self.browser()
         with self.database.write() as session:
             actor = login_session.actor_of(session, self._first.cookies[COOKIE], utc_now())
@@ -71,14 +71,14 @@ class Clinic:
         return browser
 
     def browser(self, address: str = "127.0.0.1") -> TestClient:
-        """A new one."""
+        """Return a new browser."""
         browser = TestClient(self.app, client=(address, 50_001))
-        # In the event loop that the service runs in.
+        # In the service's event loop.
         browser.portal = self._first.portal
         return browser
 
     def account(self, role: Role = "therapist") -> str:
-        """A new one, with PASSWORD and without a second factor: its user name."""
+        """Create an account with PASSWORD and without a second factor; return its user name."""
         cookie = signed_in(self.database, role)
         with self.database.write() as session:
             actor = login_session.actor_of(session, cookie, utc_now())
@@ -95,7 +95,7 @@ class Clinic:
             return row.id
 
     def sign_in(self, username: str, password: str = PASSWORD, **more: Any) -> TestClient:
-        """A new browser, at which it worked."""
+        """Sign in at a new browser; the sign-in must succeed."""
         browser = self.browser()
         answer = browser.post("/api/sign-in", json={"username": username, "password": password, **more})
         assert answer.status_code == 200, answer.text
@@ -104,13 +104,13 @@ class Clinic:
 
 @contextmanager
 def clinic(folder: Path) -> Iterator[Clinic]:
-    """From start to end."""
+    """Run the service during the context."""
     with running(folder, simulate=False) as client:
         yield Clinic(client)
 
 
 def code(answer: Any, status: int) -> str:
-    """Of a problem."""
+    """Return the code of a problem."""
     assert answer.status_code == status, answer.text
     told: str = answer.json()["code"]
     return told

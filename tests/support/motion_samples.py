@@ -7,12 +7,12 @@ from kata.motion.taught import Taught
 
 
 class Samples(NamedTuple):
-    """A recording, as a run is given it."""
+    """Return a recording for a run."""
 
     times_s: Floats
     angles_deg: Floats
 
 
 def known(motion: Taught) -> Samples:
-    """As if it had been taught: what is about playing need not wait for a hand."""
+    """Save a recording as if it had been taught, without waiting for the hand."""
     return Samples(motion.times_s, motor_angles_deg(motion.poses_deg))

@@ -8,7 +8,7 @@ from kata.motion.taught import Taught
 
 
 def recorded_motions() -> list[Path]:
-    """The CSV files of the folder KATA_TAUGHT; none without it."""
+    """Return the CSV files in the folder KATA_TAUGHT; none if it is not set."""
     folder = os.environ.get("KATA_TAUGHT")
     return sorted(Path(folder).glob("*.csv")) if folder else []
 

@@ -24,32 +24,32 @@ CLIENT, SECRET = "kata", "of the client: not to be guessed"
 
 @dataclass
 class Provider:
-    """Whoever comes is `subject`, unless a test says otherwise."""
+    """Every user is `subject`, unless a test changes it."""
 
     issuer: str = ""
     subject: str = "hanako-7"
     now: Callable[[], datetime] = utc_now
     claims: dict[str, Any] = field(default_factory=dict)
-    """Said in place of what is true; None: left out."""
+    """Claims to replace; None: left out."""
     metadata: dict[str, Any] = field(default_factory=dict)
     key: RSAKey = field(default_factory=lambda: RSAKey.generate_key(2048, {"kid": "one", "use": "sig"}))
     signs_with: RSAKey | None = None
-    """Another key than the one that is made known."""
+    """Sign with a key that is not published."""
     header: dict[str, Any] = field(default_factory=dict)
     forged: str = ""
-    """Signed by whoever knows the public key: `none` or HS256."""
+    """Forge the signature with the public key: `none` or HS256."""
     status: int = 200
-    """Of every answer."""
+    """Status of every answer."""
     moved: str = ""
-    """Where every answer redirects to."""
+    """Redirect target of every answer."""
     hangs: threading.Event | None = None
-    """Until it is set, nothing is answered."""
+    """Answers wait until it is set."""
     asked: list[dict[str, str]] = field(default_factory=list)
-    """What browsers were sent here with."""
+    """Parameters of the browsers' requests."""
     _codes: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def authorize(self, address: str) -> dict[str, str]:
-        """What a browser does here that is sent to ``address``: signs in, and is sent back with this."""
+        """Sign in like a browser that is sent to ``address``; return the parameters of the callback."""
         given = dict(parse_qsl(urlsplit(address).query))
         self.asked.append(given)
         code = secrets.token_urlsafe(8)
@@ -57,7 +57,7 @@ class Provider:
         return {"code": code, "state": given["state"], "iss": self.issuer}
 
     def answer(self, method: str, path: str, headers: Any, body: bytes) -> tuple[int, dict[str, str], bytes]:
-        """Of its HTTP side."""
+        """Return the HTTP request handler."""
         if self.hangs:
             self.hangs.wait(60)
         if self.moved:
@@ -76,7 +76,7 @@ class Provider:
         if split.path == "/keys":
             return 200, {}, json.dumps({"keys": [self.key.as_dict(private=False)]}).encode()
         if split.path == "/authorize":
-            # A browser, which is sent back at once: its user has signed in.
+            # A browser is redirected back at once: its user is signed in.
             back = self.authorize(path)
             redirect = dict(parse_qsl(split.query))["redirect_uri"]
             return 303, {"Location": f"{redirect}?{urlencode(back)}"}, b""
@@ -123,7 +123,7 @@ class Provider:
 
 @contextmanager
 def provider(host: str = "127.0.0.1") -> Iterator[Provider]:
-    """From start to end; ``host``: the name in its addresses."""
+    """Run the provider during the context; ``host``: the name in its addresses."""
     made = Provider()
 
     class Handler(BaseHTTPRequestHandler):

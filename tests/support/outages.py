@@ -38,13 +38,13 @@ _RATE_HZ: Final = 100
 _PLAY_S: Final = 20.0
 _LIMIT_S: Final = 120.0
 _PREPARED: Final = 3
-"""Journals that are there before anything is played."""
+"""Journals before the first playback."""
 _ACTIVE: Final = {"X-Kata-Active": "1"}
 _ESTOP: Final = "estop_pressed"
 
 
 class _Hand:
-    """The simulator's, which counts how often its emergency stop is pressed."""
+    """The simulator's client, which counts the presses of the emergency stop."""
 
     def __init__(self, hand: Any) -> None:
         self._hand, self.presses = hand, 0
@@ -58,7 +58,7 @@ class _Hand:
 
 
 class TreatingStation:
-    """Plays over and over, presses its emergency stop now and then, and writes notes; whatever the database does."""
+    """Plays repeatedly, presses its emergency stop at times, and writes notes, whatever the database does."""
 
     def __init__(self, stack: ExitStack, folder: Path, name: str, database_url: str, over: Event) -> None:
         self.name, self.data, self._over = name, folder / name, over
@@ -68,12 +68,12 @@ class TreatingStation:
         )
         self.hand = _Hand(self.clinic.hand)
         self.clinic.hand = self.hand  # type: ignore[assignment]
-        # A page is open, or the apparatus would be paused for want of one.
+        # Without an open page, the apparatus would be paused.
         stack.enter_context(page_load(self.clinic, None, pages=1))
         self.notes: dict[str, int] = {}
-        """By clinic number: which change of its notes was the last that the service has acknowledged."""
+        """Number of the last acknowledged change of the notes, by clinic number."""
         self.runs: set[UUID] = set()
-        """That were seen going on."""
+        """Observed runs."""
         self._threads = [Thread(target=self._treat), Thread(target=self._write)]
 
     def begin(self) -> None:
@@ -82,14 +82,14 @@ class TreatingStation:
             thread.start()
 
     def wait_for_a_run(self) -> None:
-        """Until one has been played and brought into the database: what is loaded for the first is no growth."""
+        """Wait until the first run is played and stored, so that its one-time memory does not count as growth."""
         limit = time.monotonic() + _LIMIT_S
         while len(_journals(self.data)) <= _PREPARED:
             assert time.monotonic() < limit, self.clinic.live()
             time.sleep(0.1)
 
     def end(self) -> None:
-        """Wait until nothing is going on and all that was kept is delivered."""
+        """Wait until nothing runs and the spool is delivered."""
         for thread in self._threads:
             thread.join()
         limit = time.monotonic() + _LIMIT_S
@@ -97,7 +97,7 @@ class TreatingStation:
             (live := self.clinic.live()).mode != "idle"
             or live.database.waiting
             or live.database.unavailable_since
-            # One that has ended just now is on its way.
+            # A run that has just ended is still being delivered.
             or list((self.data / "journal").glob("*.journal"))
         ):
             assert time.monotonic() < limit, live
@@ -106,7 +106,7 @@ class TreatingStation:
 
     @property
     def missed(self) -> str:
-        """Cycles of the control loop since the beginning, in words."""
+        """Return the control loop's cycles since the beginning as text."""
         before, now = self._before, self._loop()
         return f"{now.overruns - before.overruns} of {now.cycles - before.cycles} cycles"
 
@@ -172,7 +172,7 @@ class TreatingStation:
     def _acknowledged(
         self, client: httpx2.Client, method: str, path: str, body: dict[str, str], status: int
     ) -> dict[str, Any] | None:
-        """The answer; None where the database was away, and it may have been done or not."""
+        """Return the answer; None when the database was unavailable and the effect is unknown."""
         answer = client.request(method, path, json=body)
         if answer.status_code == 503:
             self._over.wait(0.5)
@@ -183,9 +183,9 @@ class TreatingStation:
 
 
 def judge(stations: list[TreatingStation], database_url: str) -> str:
-    """Nothing of what happened is missing, nothing is there twice; raises what is. Says how much it was.
+    """Check that nothing is missing or stored twice; return the numbers as text.
 
-    Of what is taken out or put in, it is tried whether it shows.
+    It also checks that a removed or added record is detected.
     """
     with closing(Database(database_url)) as database:
         with database.read() as session:
@@ -228,7 +228,7 @@ def _judged(stations: list[TreatingStation], session: Session) -> str:
         assert one.runs <= set(written), f"{one.name}: runs that were seen"
         assert [row.id for row in written.values() if not row.ended_at] == [], f"{one.name}: runs that never end"
         for key, kept in measured.items():
-            # One that was loaded and never moved has none.
+            # A run that was loaded and never moved has no samples.
             if len(kept.t_ns):
                 times_s = runs.samples(session, key)["time_s"]
                 np.testing.assert_allclose(times_s, (kept.t_ns - kept.t_ns[0]) / 1e9, atol=1e-6, err_msg=str(key))
@@ -236,7 +236,7 @@ def _judged(stations: list[TreatingStation], session: Session) -> str:
         query = select(PatientRow.clinic_number, PatientRow.notes).where(PatientRow.clinic_number.in_(list(one.notes)))
         notes = {number: int(last) for number, last in session.execute(query).all()}
         assert set(notes) == set(one.notes), f"{one.name}: patients"
-        # What was refused for want of the database may have been done.
+        # A request that failed for lack of the database may have had its effect.
         assert all(0 <= notes[number] - change <= 1 for number, change in one.notes.items()), f"{one.name}: notes"
         counted.update(presses=one.hand.presses, events=found.total(), runs=len(written), notes=sum(one.notes.values()))
     verdict = verify(session, [one.data / "audit.anchor" for one in stations])
@@ -245,7 +245,7 @@ def _judged(stations: list[TreatingStation], session: Session) -> str:
 
 
 def _harms(one: TreatingStation) -> dict[str, Callable[[Session], object]]:
-    """What could have happened to a station's records."""
+    """Possible damage to a station's records."""
     pressed = DeviceEventRow.station == one.name, DeviceEventRow.code == _ESTOP
     shown = DeviceEventRow.station == one.name, DeviceEventRow.kind == "event", DeviceEventRow.code != ESTOP_TESTED
 
@@ -278,7 +278,7 @@ def _harms(one: TreatingStation) -> dict[str, Callable[[Session], object]]:
 
 
 def _told(log_file: Path) -> list[tuple[str, str]]:
-    """The events that the device process says it has told, but for those that are alarms."""
+    """Return the events that the device process has sent, except alarms."""
     found = re.findall(r"device INFO (\w+): (.*)", log_file.read_text())
     return [(code, message) for code, message in found if code != "fault"]
 

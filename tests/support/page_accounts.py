@@ -8,7 +8,7 @@ PASSWORD = "seven slow swans at dawn"
 
 
 def made(page: Page, name: str, username: str, role: str) -> str:
-    """A new account, by the administrator's page: its one-time code."""
+    """Create an account on the administrator's page; return its one-time code."""
     page.get_by_role("link", name="Administration").click()
     page.get_by_role("button", name="New account").click()
     dialog = page.get_by_role("dialog", name="New account")

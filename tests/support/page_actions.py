@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, Page, expect
 from tests.support.browser_clinic import LONG_MS
 
 HOLD_MS = 1500
-"""The apparatus is asked to move the arm by holding the button for a second."""
+"""Hold the button for a second, which asks the apparatus to move the arm."""
 
 
 Press = Callable[[Page, Locator], None]
@@ -30,7 +30,7 @@ def sign_up(page: Page, name: str) -> None:
 
 
 def stand_for_left(page: Page, press: Press = click) -> None:
-    """The patient's side is the left one, and the apparatus comes for the right."""
+    """Turn the apparatus, which starts at the right side, for the patient's left side."""
     expect(page.get_by_text("The apparatus stands for the right shoulder", exact=True)).to_be_visible()
     press(page, page.get_by_role("button", name="Turned to the left shoulder"))
     press(page, page.get_by_role("button", name="It stands for the left shoulder"))
@@ -55,7 +55,7 @@ def teach(page: Page, motion: str) -> None:
     hand = page.get_by_role("combobox", name="Motion that the hand follows")
     hand.fill(motion)
     expect(page.get_by_role("option", name=motion).first).to_be_visible()
-    # By its keys: the list hangs on a page whose panels change while teaching begins.
+    # By keys: the panels behind the list change while teaching begins.
     hand.press("ArrowDown")
     hand.press("Enter")
     expect(hand).to_have_value(re.compile(re.escape(motion)))
@@ -67,7 +67,7 @@ def teach(page: Page, motion: str) -> None:
 
 
 def try_estop(page: Page, press: Press = click) -> None:
-    """Press the switch, release it, acknowledge."""
+    """Press and release the emergency stop, and acknowledge."""
     press(page, page.get_by_role("button", name="Press the e-stop switch"))
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_be_visible()
@@ -77,22 +77,22 @@ def try_estop(page: Page, press: Press = click) -> None:
 
 
 def begin_session(page: Page) -> None:
-    """From begin to pain before: what comes before anything is played."""
+    """Do the steps from the beginning to the pain score before playback."""
     visit = page.get_by_role("region", name="Session")
     visit.get_by_role("button", name="Begin the session").click()
-    # It was tried before the arm was taught anything.
+    # The emergency stop was tested before teaching.
     expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
     for check in ("side", "fixtures"):
         line = visit.get_by_test_id(f"check-{check}")
         line.get_by_role("button").click()
         expect(line).to_contain_text("Test administrator")
-    # The last answer of a step goes on to the next one.
+    # The last answer of a step opens the next step.
     visit.get_by_test_id("check-belt").get_by_role("button").click()
     visit.get_by_role("button", name="Pain before: 4").click()
 
 
 def choose_level(page: Page, key: str = "End") -> None:
-    """Choose the resistance level with the slider's keys, where none is offered."""
+    """Choose the resistance level with the slider's keys if none is proposed."""
     if page.get_by_test_id("level").inner_text() == "Choose a level":
         page.get_by_role("slider").first.press(key)
 

@@ -22,7 +22,7 @@ def load(method: Method, **changes: object) -> Load:
 
 
 def station(lag_s: float = 0.0, lag2_s2: float = 0.0, friction_deg: float = 0.0, **settings: object) -> StationConfig:
-    """As quick as a station may be configured."""
+    """The fastest configuration of a station."""
     config = StationConfig()
     axes = tuple(
         msgspec.structs.replace(
@@ -50,5 +50,5 @@ def until_place(stepped: Stepped, at_s: float) -> None:
 
 
 def sent(stepped: Stepped) -> Floats:
-    """What the moving axis was told."""
+    """Return the setpoints of the moving axis."""
     return np.array(stepped.apparatus.written)[:, MOVING]

@@ -25,32 +25,32 @@ from kata.database.base import Base, utc_now
 from tests.support.treatment import treat
 
 TOGETHER: Final = 50
-"""So many share a note of a place: each must be found on the page as it was written, or one has been taken for more."""
+"""Number of texts in one note of a place; the page must show each unchanged."""
 
 NOT_WRITTEN: Final = frozenset(
     {
-        # Which of a few words holds; another one cannot be read.
+        # An enumeration; other words cannot be read.
         "accounts.role", "accounts.language", "backups.kind", "device_events.kind", "episodes.side", "erasures.decision",
         "patients.dominant_side", "patients.sex", "programme_items.method", "recordings.side", "rom_measurements.side",
         "rom_measurements.motion", "rom_measurements.kind", "rom_measurements.position", "runs.method", "runs.outcome",
         "sessions.end_reason", "sign_ins.end_reason", "sign_ins.method", "stages.stage", "teachings.side",
-        # Secrets, or what is left of them.
+        # Secrets and their hashes.
         "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
         "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
-        # Made by the program, of what stands elsewhere.
+        # Derived by the program from other columns.
         "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
         "session_stops.therapist", "session_stops.station",
-        # Only ever added to, each row at its beginning: fill() does.
+        # Append-only tables, which fill() writes.
         *(f"audit.{name}" for name in ("who", "role", "address", "action", "outcome", "subject", "station", "detail", "anchor")),
     }
 )  # fmt: skip
-"""Columns of text that nobody writes into; any other one is hostile, a new one too."""
+"""Text columns without free text; every other text column, also a new one, gets hostile texts."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """The record of one patient, for the pages that show one thing at a time."""
+    """The record of one patient, for pages that show one object."""
 
     patients: UUID
     episodes: UUID
@@ -61,15 +61,15 @@ class Place:
 
 @dataclass
 class Poison:
-    """What was put where."""
+    """The inserted texts and their places."""
 
     places: list[Place] = field(default_factory=list)
     together: list[str] = field(default_factory=list)
-    """The note of each place: many texts in one."""
+    """The note of each place, which contains many texts."""
     planted: dict[str, list[str]] = field(default_factory=dict)
-    """By ``table.column``, one text a row."""
+    """Texts by ``table.column``, one per row."""
     ids: dict[str, str] = field(default_factory=dict)
-    """Of the first place and of what has no place, as the API calls them."""
+    """Ids of the first place and of records without a place, by their names in the API."""
 
 
 def poison(session: Session, texts: list[str]) -> Poison:
@@ -105,7 +105,7 @@ def _place(session: Session) -> Place:
 
 
 def _of_a_place(session: Session, place: Place) -> list[Base]:
-    """A row of each kind that its pages list; each behind what it needs."""
+    """Insert a row of each kind that the patient's pages list, in order of references."""
     now = utc_now()
     run = session.scalars(select(tables.RunRow).filter_by(session_id=place.sessions)).first()
     assert run
@@ -134,7 +134,7 @@ def _of_a_place(session: Session, place: Place) -> list[Base]:
 
 
 def _of_the_clinic(session: Session, first: Place) -> list[Base]:
-    """A row of each kind that is listed for all patients together, or is of none."""
+    """Insert a row of each kind that is listed for all patients or belongs to none."""
     now = utc_now()
     account = session.scalars(select(AccountRow)).one()
     glass = BreakGlassAccessRow(
@@ -161,7 +161,7 @@ def _ids(session: Session, place: Place) -> dict[str, str]:
 
 
 def _copy(session: Session, row: Base, times: int) -> None:
-    """So many more, each with an id and unique values of its own."""
+    """Insert more rows with their own ids and unique values."""
     table, number = cast(Table, row.__table__), count(1_000)
     values = {column.name: getattr(row, column.name) for column in table.columns}
     own = {"accounts": "username", "sign_ins": "secret_hash", "patients": "clinic_number", "account_stations": "station", "stations": "name"}  # fmt: skip
@@ -181,7 +181,7 @@ def _copy(session: Session, row: Base, times: int) -> None:
 
 
 def _give_versions(session: Session) -> None:
-    """To each programme that has none: it would be in no list."""
+    """Add an item to each programme without one, so that lists contain it."""
     programmes, versions = tables.ProgrammeRow, tables.ProgrammeVersionRow
     without = session.scalars(select(programmes.id).where(programmes.id.not_in(select(versions.programme_id))))
     given = {"number": 1, "made_at": utc_now(), "made_by": "", "note": ""}
@@ -189,13 +189,13 @@ def _give_versions(session: Session) -> None:
 
 
 def _spoil(session: Session, table: Table, texts: list[str], made: Poison) -> None:
-    """In every row another text; where a column is short, as much as it takes. Behind it a mark that tells the columns apart."""
+    """Put another text into every row, cut to the column's length, with a mark that identifies the column."""
     columns = [one for one in table.columns if _is_written(one)]
     lists = [one for one in table.columns if isinstance(one.type, JSON)]
     keys = list(table.primary_key.columns)
     if not columns and not lists:
         return
-    # White space that stands around a text is nobody's, and a service that takes it away is right.
+    # A service may remove white space around a text.
     marks = {one.name: f"~{len(made.planted) + n:02}" for n, one in enumerate(columns)}
     changes = []
     for n, row in enumerate(session.execute(select(*keys, *lists)).mappings().all()):
@@ -228,7 +228,7 @@ def _fitted(column: Column[Any], text: str, mark: str, n: int) -> str:
 
 
 def _written_in(value: Any, text: str) -> Any:
-    """The names within: who has ticked, what was done."""
+    """Fill the names within JSON: who confirmed a check, and the exercises done."""
     if isinstance(value, list):
         return [text if isinstance(one, str) and not _is_word(one) else _written_in(one, text) for one in value]
     if isinstance(value, dict):
@@ -241,7 +241,7 @@ def _is_word(value: str) -> bool:
 
 
 def _write_notes(session: Session, place: Place, together: str) -> None:
-    """As much as a note takes: so a page that shows one note shows many texts."""
+    """Return a note of maximum length, so that one page shows many texts."""
     for table, column, id_ in (
         (PatientRow, "notes", place.patients),
         (tables.EpisodeRow, "contraindications", place.episodes),
@@ -255,7 +255,7 @@ def _write_notes(session: Session, place: Place, together: str) -> None:
 
 
 def text_columns() -> Iterator[str]:
-    """Every column that holds text, ``table.column``."""
+    """Return every text column as ``table.column``."""
     for table in Base.metadata.sorted_tables:
         for column in table.columns:
             if isinstance(column.type, String | Text):

@@ -10,18 +10,18 @@ from tests.support.station_commands import operate
 LIMIT_S = 30.0
 WHO = "Ito Mai"
 LOOKED_AT = ("side", "fixtures", "belt")
-"""What nobody but somebody who stands there can tell."""
+"""Checks that only a person at the apparatus can make."""
 
 
 def still_open(client: TestClient, session_id: str, recording_id: str) -> list[str]:
-    """Names of the checks that nobody has given yet."""
+    """Return the names of the unanswered checks."""
     asked = client.get(f"/api/sessions/{session_id}/checklist", params={"recording_id": recording_id})
     assert asked.status_code == 200, asked.text
     return [one["check"] for one in asked.json()["checks"] if not one["given"]]
 
 
 def until_estop(client: TestClient, state: str) -> None:
-    """Wait until the device has seen the switch."""
+    """Wait until the device has read the switch."""
     limit = time.monotonic() + LIMIT_S
     with client.websocket_connect("/api/live") as socket:
         while socket.receive_json()["estop"] != state:
@@ -29,7 +29,7 @@ def until_estop(client: TestClient, state: str) -> None:
 
 
 def try_estop(client: TestClient) -> None:
-    """Press the switch, release it, acknowledge."""
+    """Press and release the emergency stop, and acknowledge."""
     for pressed, state in ((True, "pressed"), (False, "released")):
         assert client.post("/api/simulator/estop", json={"pressed": pressed}).status_code == 200
         until_estop(client, state)
@@ -46,7 +46,7 @@ def try_estop(client: TestClient) -> None:
 def open_before_teaching(
     client: TestClient, patient_id: str, fixtures: tuple[str, ...] = ("arm_fixer_1",), side: str | None = None
 ) -> list[str]:
-    """Names of the checks that are not in order yet for teaching."""
+    """Return the names of the failing checks for teaching."""
     params: dict[str, Any] = {"fixtures": fixtures} | ({"side": side} if side else {})
     asked = client.get(f"/api/patients/{patient_id}/teaching-checklist", params=params)
     assert asked.status_code == 200, asked.text
@@ -54,18 +54,18 @@ def open_before_teaching(
 
 
 def teaching(client: TestClient, patient_id: str, **more: Any) -> dict[str, Any]:
-    """What is asked of the station to teach this patient a motion, with everything in order."""
+    """Return the request to teach this patient a motion, with every check answered."""
     if "estop" in open_before_teaching(client, patient_id):
         try_estop(client)
         limit = time.monotonic() + LIMIT_S
         while "estop" in open_before_teaching(client, patient_id):
-            # That it was tried is written down by a thread of its own.
+            # A thread stores the test of the emergency stop.
             assert time.monotonic() < limit
     return {"patient_id": patient_id, "fixtures": ["arm_fixer_1"], "looked_at": list(LOOKED_AT)} | more
 
 
 def go_through_checklist(client: TestClient, session_id: str, recording_id: str) -> None:
-    """Everything is in order: the emergency stop is tried if it has not been today, and somebody has looked at the rest."""
+    """Complete all checks: test the emergency stop if it has not been tested today, and answer the others."""
     body = {"checked_by": WHO, "recording_id": recording_id}
     for check in still_open(client, session_id, recording_id):
         if check == "estop":
@@ -75,5 +75,5 @@ def go_through_checklist(client: TestClient, session_id: str, recording_id: str)
             assert answer.status_code == 200, answer.text
     limit = time.monotonic() + LIMIT_S
     while still_open(client, session_id, recording_id):
-        # That it was tried is written down by a thread of its own.
+        # A thread stores the test of the emergency stop.
         assert time.monotonic() < limit, still_open(client, session_id, recording_id)

@@ -17,7 +17,7 @@ LASTS_S = 8.0
 
 
 def lifted(top_deg: float = 90.0) -> Callable[[Floats], Floats]:
-    """Poses of an arm that is lifted sideways from 10 deg and let down again, the scapula rotating upward with it."""
+    """Poses of an arm that is lifted sideways from 10 deg and lowered again, with upward rotation of the scapula."""
 
     def at(times_s: Floats) -> Floats:
         share = 0.5 - 0.5 * np.cos(2 * np.pi * times_s / LASTS_S)
@@ -28,7 +28,7 @@ def lifted(top_deg: float = 90.0) -> Callable[[Floats], Floats]:
 
 
 def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], Floats], **given: Any) -> dict[str, Any]:
-    """A recording of a right shoulder, as if it had been taught."""
+    """Create a recording of a right shoulder as if it had been taught."""
     app: Any = client.app
     database: Database = app.state.services.database
     times_s = np.arange(0, LASTS_S + 0.005, 0.01)

@@ -6,7 +6,7 @@ from httpx2 import Response
 
 
 def problem(answer: Response, status: int, code: str) -> dict[str, Any]:
-    """It must be a problem document (RFC 9457) with this code."""
+    """Assert that the response is a problem document (RFC 9457) with this code."""
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
     told: dict[str, Any] = answer.json()

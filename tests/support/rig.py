@@ -30,11 +30,11 @@ from kata.simulator.apparatus import SimulatorEvent
 from kata.simulator.process import SimulatorProcess
 
 _EXPIRES_NS = 20_000_000_000
-"""As long as an answer is waited for: in these tests no command is late."""
+"""As long as the time-out of an answer, so that no command expires in these tests."""
 
 
 class Rig:
-    """Starts both processes in a folder; everything waits for events, with a limit."""
+    """Starts both processes in a folder; every wait is for an event and has a limit."""
 
     def __init__(
         self, folder: Path, protocol: Literal["dynamixel", "modbus"] = "dynamixel", **settings: object
@@ -63,7 +63,7 @@ class Rig:
         self._replies: dict[int, Reply] = {}
         self.heartbeats = True
         self.believed: str | None = None
-        """The run that heartbeats name."""
+        """Run id in the heartbeats."""
         self.snapshots: list[Snapshot] = []
         self.events: list[Event] = []
         self.closed: list[Path] = []
@@ -73,7 +73,7 @@ class Rig:
         return self.snapshots[-1]
 
     def pump(self) -> None:
-        """Beat, and take what comes within 20 ms."""
+        """Send a heartbeat and receive messages for 20 ms."""
         if self.heartbeats:
             self._send(Heartbeat(run_id=self.believed))
         readable, _, _ = select.select([self._socket], [], [], 0.02)
@@ -96,7 +96,7 @@ class Rig:
                     self._replies[message.id] = message
 
     def until(self, condition: Callable[[], object], within_s: float = 20.0) -> None:
-        """Pump until it holds."""
+        """Pump until a condition holds."""
         limit = time.monotonic() + within_s
         while not condition():
             assert time.monotonic() < limit, f"not within {within_s} s; {self.snapshots[-1:]}"
@@ -118,11 +118,11 @@ class Rig:
         return self._replies[number].refusal
 
     def happened(self, what: str) -> list[SimulatorEvent]:
-        """What the simulator saw itself, on its side of the wire."""
+        """Return the simulator's events."""
         return [event for event in self.hand.state().events if event.what == what]
 
     def hang_up(self) -> None:
-        """As a service that has died."""
+        """Close the socket, like a dead service."""
         self._socket.close()
 
     def close(self) -> None:

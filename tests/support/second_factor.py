@@ -5,7 +5,7 @@ from fastapi.testclient import TestClient
 
 
 def enrol(browser: TestClient, at: float) -> tuple[pyotp.TOTP, list[str]]:
-    """Set up a second factor: the app, and the recovery codes."""
+    """Set up a second factor; return the app and the recovery codes."""
     begun = browser.post("/api/me/second-factor", json={}).json()
     assert begun["picture"].startswith("data:image/svg+xml")
     app = pyotp.parse_uri(begun["address"])

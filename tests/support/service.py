@@ -29,7 +29,7 @@ def replaced(app: Any, **services: Any) -> Iterator[None]:
 
 @contextmanager
 def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iterator[TestClient]:
-    """From start to end; somebody of this role is signed in."""
+    """Run the service during the context, signed in with this role."""
     if "database_url" not in settings and not (folder / "kata.db").exists():
         upgraded_file(folder / "kata.db")
     given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings

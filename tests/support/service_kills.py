@@ -30,25 +30,25 @@ _ACTIVE: Final = {"X-Kata-Active": "1"}
 
 @dataclass(frozen=True)
 class Left:
-    """What stands on the disk after a kill."""
+    """The state on disk after a kill."""
 
     acknowledged: int
-    """Changes that this service had acknowledged."""
+    """Changes that the service had acknowledged."""
     rows: int
-    """Of the audit trail, all of them verified."""
+    """Rows of the audit trail, all verified."""
 
 
 class KilledClinic:
-    """A clinic whose service is killed again and again; what it has acknowledged is known here."""
+    """A clinic whose service is killed repeatedly; records the acknowledged changes."""
 
     def __init__(self, folder: Path) -> None:
         self._settings = Settings(data=folder, database_url="")
         self._cookie = signed_in_at(folder)
         self._notes: dict[str, int] = {}
-        """By clinic number: which change of its notes was the last that the service has acknowledged."""
+        """Number of the last acknowledged change of the notes, by clinic number."""
 
     def kill(self, after_s: float) -> Left:
-        """Start the service, let everybody write, and kill it ``after_s`` after the first answer; then look."""
+        """Start the service, let the clients write, kill it ``after_s`` after the first answer, and check."""
         port = free_port()
         command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(self._settings.data)]
         command += ["--port", str(port)]
@@ -58,7 +58,7 @@ class KilledClinic:
             _wait_for(url, service)
             before = sum(self._notes.values())
             began, over = Event(), Event()
-            # A port may come again: who writes is told apart by what has been acknowledged so far.
+            # A port may be used again: distinguish clients by the number of acknowledged changes.
             writers = [Thread(target=self._write, args=(url, f"{before}-{n}", began, over)) for n in range(_WRITERS)]
             for writer in writers:
                 writer.start()
@@ -69,13 +69,13 @@ class KilledClinic:
             for writer in writers:
                 writer.join()
         finally:
-            # With what it has started, whatever has happened.
+            # With its child processes, in any case.
             os.killpg(service.pid, signal.SIGKILL)
             service.wait(20)
         return self._look(sum(self._notes.values()) - before)
 
     def _write(self, url: str, who: str, began: Event, over: Event) -> None:
-        """A patient, then changes of the notes, one after the other, each known by its number; until nobody answers."""
+        """Create a patient, then change the notes repeatedly, numbering each change, until the service does not answer."""
         with httpx2.Client(base_url=url, cookies={COOKIE: self._cookie}, headers=_ACTIVE, timeout=20) as client:
             for number in range(1_000_000):
                 clinic_number = f"K-{who}-{number}"
@@ -94,9 +94,9 @@ class KilledClinic:
                     return
 
     def _look(self, acknowledged: int) -> Left:
-        """As the kill has left it, before another service touches it.
+        """Check the database after the kill, before another service opens it.
 
-        What was on its way may have been done or not, and nothing in between.
+        A request during the kill must have had its full effect or none.
         """
         with closing(Database(self._settings.effective_database_url)) as database, database.read() as session:
             assert session.scalars(text("PRAGMA integrity_check")).all() == ["ok"]
@@ -109,7 +109,7 @@ class KilledClinic:
             verdict = verify(session, [self._settings.effective_audit_anchor])
             assert verdict.findings == []
             changes = sum(kept.values())
-            # Each change is in the trail, and the trail speaks of none that is not there.
+            # The trail contains each change, and no other change.
             assert verdict.rows >= changes
         self._notes.update(kept)
         return Left(acknowledged, verdict.rows)

@@ -10,7 +10,7 @@ from kata.station.station import Station
 
 
 class Silent:
-    """Hears everything and says nothing by itself."""
+    """Receives everything and sends nothing on its own."""
 
     def __init__(
         self,
@@ -31,13 +31,13 @@ class Silent:
         self.starts += 1
 
     async def close(self) -> None:
-        """Nothing has to come to its end."""
+        """Return at once: there is nothing to finish."""
 
     def send(self, message: Any) -> None:
         self.heard.append(message)
 
     def beat(self) -> None:
-        """Nobody listens for it."""
+        """Ignore the event."""
 
 
 def station(folder: Path = Path("/nowhere")) -> Station:
@@ -47,7 +47,7 @@ def station(folder: Path = Path("/nowhere")) -> Station:
 
 
 def snapshot(**given: Any) -> Snapshot:
-    """Idle, but for what is given."""
+    """Return an idle snapshot with the given changes."""
     loop = LoopState(
         cycle_hz=100, rate_hz=100, cycles=0, overruns=0, lateness_p50_ms=0.0, lateness_p99_ms=0.0, lateness_p999_ms=0.0,
         lateness_max_ms=0.0, bus_errors=0, drive_errors=(0,) * 5, telemetry_dropped=0, real_time=False, memory_locked=False,

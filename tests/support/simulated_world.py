@@ -15,7 +15,7 @@ from kata.simulator.servos import Servo
 
 @dataclass(frozen=True)
 class Seen:
-    """What a drive has accepted: a goal in degrees, or torque 1 or 0."""
+    """A value that a drive has accepted: a goal in degrees, or torque 1 or 0."""
 
     t_ns: int
     motor: int
@@ -37,7 +37,7 @@ class _LossyLine(world.MemoryLine):
 
 
 class World(world.World):
-    """Everything beyond the serial port, and everything seen there."""
+    """The apparatus behind the serial port, with a record of accepted values."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class World(world.World):
         seed: int | None = None,
         **settings: object,
     ) -> None:
-        # No kernel stands between, and the patience that a pseudo-terminal needs would hide what is silent.
+        # There is no kernel in between, and the long time-outs for a pseudo-terminal would hide silent drives.
         cycle_hz = settings.get("cycle_hz", 100)
         assert isinstance(cycle_hz, int)
         age_cycles = min(10, 3 * cycle_hz // 10)
@@ -56,7 +56,7 @@ class World(world.World):
 
     @classmethod
     def of(cls, config: StationConfig, seed: int | None = None) -> "World":
-        """Return an apparatus that stands for a configuration, its encoders mounted as that says."""
+        """Return an apparatus for a configuration, with encoders mounted accordingly."""
         made = cls.__new__(cls)
         made._begin(config, seed)
         return made
@@ -68,7 +68,7 @@ class World(world.World):
                 drive.mount(axis.zero_count)
         self.seen: list[Seen] = []
         self._lost = [0, 0]
-        """How many requests still pass, and how many of those behind them are lost."""
+        """Number of requests that still pass, and number of lost requests after them."""
 
     def open_transport(self, port: str, baud: int) -> world.MemoryLine:
         """Open the port; requests that :meth:`lose_requests` names do not reach the drives."""
@@ -106,31 +106,31 @@ class World(world.World):
             drive.write(address, struct.unpack(f">{len(data) // 2}H", data))
 
     def place(self, motor: int, angle_deg: float) -> None:
-        """Put a shaft and the arm behind it to an angle, at rest: somebody has led it there. Torque is off."""
+        """Put a shaft and its arm at an angle, at rest, without torque, as if a hand had guided it."""
         self.apparatus.place(motor, math.radians(angle_deg))
 
     def speaks_untruth(self, motor: int) -> bool:
-        """Return whether a fault makes a drive report another angle than its shaft's."""
+        """Return True if a fault makes a drive report another angle than its shaft's."""
         return any(self.faults.has(kind, motor) for kind in ("off", "silent", "frozen", "garbage", "exchanged_id"))
 
     def fault(self, kind: FaultKind, motor: int | None = None, value: float | None = None) -> None:
-        """Break something."""
+        """Set a fault."""
         self.faults.fault(SimulatedFault(kind, motor, value))
 
     def goals(self, motor: int, since_ns: int = 0) -> list[float]:
-        """Goals that a drive has accepted, degrees."""
+        """Return the goals that a drive has accepted, degrees."""
         return [
             seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns
         ]
 
     @property
     def torque(self) -> list[bool]:
-        """Of each drive, as it really is."""
+        """Return the true torque state of each drive."""
         return [drive.torque_on for drive in self.apparatus.drives]
 
     @property
     def angles_deg(self) -> list[float]:
-        """Of each shaft, as it really is."""
+        """Return the true angle of each shaft."""
         return [axis.angle_deg for axis in self.apparatus.state().axes]
 
     def _saw(self, t_ns: int, motor: int, what: Literal["goal", "torque"], value: float) -> None:

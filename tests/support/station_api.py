@@ -11,7 +11,7 @@ from tests.support.station_commands import operate
 
 
 def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
-    """Listen on the WebSocket until the live state fulfils the condition; returns that state."""
+    """Receive from the WebSocket until the live state fulfils the condition; return that state."""
     limit = time.monotonic() + within_s
     live: dict[str, Any] = {}
     with client.websocket_connect("/api/live") as socket:
@@ -27,7 +27,7 @@ def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[st
 
 
 def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Send a command. While the drives' settings are being checked it waits a moment, as the refusal asks for."""
+    """Send a command; wait while the drives' settings are being checked, as the refusal requests."""
     limit = time.monotonic() + 30.0
     answer = operate(client, command, body)
     while answer.status_code == 409 and answer.json()["code"] == "not_verified" and time.monotonic() < limit:
@@ -45,7 +45,7 @@ def teach(
     side: str = "right",
     fixtures: tuple[str, ...] = ("arm_fixer_1",),
 ) -> dict[str, Any]:
-    """Teach by the simulated hand; the recording that came of it."""
+    """Teach by the simulated hand and return the recording."""
     until_mode(client, "idle")
     told = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
     accepted(client, "teach", teaching(client, patient["id"], **told))

@@ -12,13 +12,13 @@ class _Client(Protocol):
 
 
 def seen(client: _Client, headers: dict[str, str] | None = None) -> dict[str, Any]:
-    """The body of a guarded command that is based on the newest state."""
+    """Return the body of a guarded command that is based on the newest state."""
     live = client.get("/api/station", headers=headers).json()["live"]
     return {"stops": live["stops"], "seen_at": live["at"]}
 
 
 def operate(client: _Client, command: str, body: Any = None, headers: dict[str, str] | None = None) -> Any:
-    """Post a command to the station; the answer."""
+    """Post a command to the station and return the answer."""
     if command in GUARDED and body is None:
         body = seen(client, headers)
     return client.post(f"/api/station/{command}", json=body, headers=headers)

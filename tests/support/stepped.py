@@ -1,6 +1,6 @@
 """A stepped clock and an apparatus without a wire: the control loop's sequences, thousands of cycles in a second.
 
-The drives here follow their setpoint at once; how real ones follow is the simulator's business.
+The drives here follow their setpoint at once; the simulator models real drives.
 """
 
 from collections.abc import Collection, Sequence
@@ -24,22 +24,22 @@ REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 
 @dataclass
 class SteppedApparatus:
-    """A :class:`~kata.device.bus.port.Bus`; tests set its fields as the world would."""
+    """A :class:`~kata.device.bus.port.Bus`; tests set its fields."""
 
     mismatch: list[str] = field(default_factory=lambda: [""] * 5)
-    """By drive, the register that does not have its value."""
+    """The register with a wrong value, by drive."""
     verified: list[bool] = field(default_factory=lambda: [True] * 5)
     configured: list[int] = field(default_factory=list)
-    """The axes that were configured, in their order."""
+    """The configured axes in order."""
     refuses_configuration: str = ""
-    """Why no drive can be configured; empty: each can."""
+    """Reason why no drive can be configured; empty: each can."""
     alert: list[bool] = field(default_factory=lambda: [False] * 5)
     contacts_disagree: bool = False
     angles_deg: list[float] = field(default_factory=lambda: list(REST_DEG))
     speeds_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
     torques_nm: list[float] = field(default_factory=lambda: [0.0] * 5)
     drift_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
-    """How fast each shaft goes its own way, whatever it is told."""
+    """Speed of each shaft independent of its setpoint."""
     corrupt: set[int] = field(default_factory=set)
     torque: list[bool] = field(default_factory=lambda: [False] * 5)
     estop_open: bool = False
@@ -130,7 +130,7 @@ class SteppedApparatus:
 
 @dataclass
 class SteppedExchange:
-    """Stands where the I/O thread's queues are; journals go to a folder when they are read."""
+    """Replaces the I/O thread's queues; journals are written to a folder when they are read."""
 
     folder: Path
     commands: list[QueuedCommand] = field(default_factory=list)
@@ -140,7 +140,7 @@ class SteppedExchange:
     service_silent_ms: float = 0.0
     journal_ok: bool = True
     naming: str | None = None
-    """The run that the service names in its heartbeats, one a cycle."""
+    """Run id in the service's heartbeats, one per cycle."""
     heartbeat_count: int = 0
     dropped: int = 0
     replies: list[Reply] = field(default_factory=list)
@@ -198,7 +198,7 @@ class SteppedExchange:
 
 
 class Stepped:
-    """The loop, the apparatus and the clock in one hand."""
+    """The control loop, the apparatus and the clock."""
 
     def __init__(
         self,
@@ -240,13 +240,13 @@ class Stepped:
     def send(
         self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
     ) -> Refusal | None:
-        """One command, sent with knowledge of every stop so far, and the cycle that takes it."""
+        """Send a command with the present stop counter, and run the cycle that takes it."""
         return self.send_as_it_is(stamped(command, self.snapshot.stops, NEVER_NS), trajectory, correction)
 
     def send_as_it_is(
         self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
     ) -> Refusal | None:
-        """One command with the counter and the expiry that it has, and the cycle that takes it."""
+        """Send a command with its own counter and expiry, and run the cycle that takes it."""
         self.exchange.commands.append(QueuedCommand(len(self.exchange.replies), command, trajectory, None, correction))
         self.cycle()
         return self.exchange.replies[-1].refusal
@@ -265,7 +265,7 @@ class Stepped:
 
     @property
     def snapshot(self) -> Snapshot:
-        """The newest; forward a little first when a value that changes quietly matters."""
+        """The newest snapshot; advance first to see a value that changes without an event."""
         return self.exchange.snapshots[-1]
 
     @property
@@ -281,7 +281,7 @@ class Stepped:
         return [cause.code for cause in stop.causes] if stop else []
 
     def journal(self, number: int = -1) -> Journal:
-        """A journal as it stands on disk after everything queued was written."""
+        """Return a journal as it is on disk after all queued writes."""
         writer = self.exchange.journals[number]
         writer.write()
         return read(writer.path)

@@ -7,7 +7,7 @@ _NO_TEXT: Final = ("date", "date-time", "uuid", "binary")
 
 
 def text_fields(schema: Any, schemas: Any, name: str = "", seen: tuple[str, ...] = ()) -> Iterator[str]:
-    """``Schema.field`` of each string in a schema that may hold any text, however deep."""
+    """Yield ``Schema.field`` of each free-text string in a schema, at any depth."""
     if "$ref" in schema:
         inner = schema["$ref"].rpartition("/")[2]
         if inner not in seen:
@@ -22,7 +22,7 @@ def text_fields(schema: Any, schemas: Any, name: str = "", seen: tuple[str, ...]
 
 
 def texts_in(value: Any, schema: Any, schemas: Any, name: str = "") -> Iterator[tuple[str, str]]:
-    """The same fields with what they hold in an answer."""
+    """Yield the same fields with their values in an answer."""
     if "$ref" in schema:
         inner = schema["$ref"].rpartition("/")[2]
         yield from texts_in(value, schemas[inner], schemas, inner)

@@ -8,7 +8,7 @@ from tests.support.stepped import REST_DEG
 
 
 def a_trajectory(seconds: float = 2.0) -> Trajectory:
-    """From 20 deg of flexion up and back, starting away from where the arm rests."""
+    """A movement from 20 deg of flexion up and back, which does not start at the rest pose."""
     times = np.linspace(0.0, seconds, round(seconds * 100) + 1)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))
     angles[:, 3] = 20 + 10 * (1 - np.cos(2 * np.pi * times / seconds))

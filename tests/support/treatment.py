@@ -29,12 +29,12 @@ from kata.motion.edit import Motion, PlaybackSettings, with_settings
 from kata.motion.tracking import compare
 
 DAY = datetime(2026, 11, 2, 0, 30, tzinfo=UTC)
-"""The first session; in Tokyo it is half past nine."""
+"""Time of the first session, half past nine in Tokyo."""
 
 
 @dataclass(frozen=True)
 class Texts:
-    """Everything that people write."""
+    """The free texts."""
 
     name: str = "Yamada Hanako"
     kana: str | None = "ヤマダ ハナコ"
@@ -49,14 +49,14 @@ PLAIN = Texts()
 
 @dataclass(frozen=True)
 class Treated:
-    """What was written."""
+    """The written records."""
 
     episode_id: UUID
     session_ids: tuple[UUID, ...]
 
 
 def treat(session: Session, texts: Texts = PLAIN, *, sessions: int = 1, runs: int = 3, signed: bool = True) -> Treated:
-    """A patient, an episode with two assessments, a programme of two items, and sessions three days apart."""
+    """Write a patient, an episode with two assessments, a programme of two items, and sessions three days apart."""
     patient = PatientRow(
         id=uuid4(), clinic_number=f"K-{uuid4().hex[:6]}", name=texts.name, kana=texts.kana, birth_date=date(1968, 4, 12),
         sex="female", dominant_side="right", notes="", created_at=DAY, updated_at=DAY,

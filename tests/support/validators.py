@@ -12,7 +12,7 @@ from tests.support.paths import ROOT
 
 
 def judge(script: str, *arguments: str, given: str | None = None) -> Any:
-    """What somebody else's library makes of something of ours: a script of tests/fhir_validators, and the JSON that it prints."""
+    """Run a script of tests/fhir_validators on our output and return the JSON that it prints."""
     folder = ROOT / "tests/fhir_validators"
     node = Path(sys.executable).with_name("node")
     if not (folder / "node_modules").is_dir() or not node.exists():

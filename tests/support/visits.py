@@ -15,7 +15,7 @@ LIMIT_S = 30.0
 
 
 def programme(client: TestClient, patient: dict[str, Any], *recording_ids: str) -> str:
-    """A version with these recordings, twice each, at 150 % speed."""
+    """Create a programme version with these recordings, twice each, at 150 % speed."""
     version_id = uuid4()
     episode_id = episode_of(client, patient)
     now = utc_now()
@@ -41,7 +41,7 @@ def episode_of(client: TestClient, patient: dict[str, Any]) -> UUID:
 
 
 def eventually(look: Callable[[], Any]) -> Any:
-    """What is written down by a thread or an importer."""
+    """Wait for a result that a thread or the importer stores."""
     limit = time.monotonic() + LIMIT_S
     while not (found := look()):
         assert time.monotonic() < limit
