@@ -8,8 +8,8 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, LoopContext
-from kata.device.faults import FAULTS, refused_setpoints
-from kata.device.supervisor import evaluate_faults
+from kata.device.faults import FAULTS, evaluate_faults
+from kata.device.setpoint_gate import refused_setpoints
 from tests.support.stepped import REST_DEG
 
 CONFIG = StationConfig()

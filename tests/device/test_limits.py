@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.faults import largest_step_deg
 from kata.device.limits import SETTLE_S, RunLimits
 from kata.device.messages import Approach, Less, Play, Return, Unload
+from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Trajectory

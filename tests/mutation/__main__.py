@@ -1,6 +1,6 @@
 """Mutation testing of the modules that evaluate faults and stop the apparatus: ``python -m tests.mutation [module ...]``.
 
-Each change of :mod:`tests.mutation.mutants` to one of the eleven modules is tested in its own process. The process imports the changed
+Each change of :mod:`tests.mutation.mutants` to one of the modules below is tested in its own process. The process imports the changed
 module and runs the tests that execute the changed lines, the fastest first, until one fails. Surviving changes are printed. More
 survivors than :data:`ALLOWED`, or one without a reason in survivors.toml, fail the run.
 
@@ -34,7 +34,7 @@ from tests.mutation.mutants import Mutant, mutants
 ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = ROOT / "backend/kata/device"
 MODULES: Final = (
-    "supervisor", "faults", "cycle_state", "modes", "refusals", "limits", "resistance", "run", "movement", "range_override", "teaching",
+    "faults", "latched_stop", "setpoint_gate", "cycle_state", "modes", "refusals", "limits", "resistance", "run", "movement", "range_override", "teaching",
 )  # fmt: skip
 """Modules, the most important first."""
 TESTS: Final = sorted(

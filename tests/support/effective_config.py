@@ -14,7 +14,7 @@ from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSampl
 from kata.device.config import Axis, ConfigError, Inputs, ModbusMap, StationConfig, read
 from kata.device.config_rules import RANGES, Range
 from kata.device.cycle_state import CycleStateBuilder, LoopContext
-from kata.device.supervisor import evaluate_faults
+from kata.device.faults import evaluate_faults
 from tests.support.answering_line import AnsweringLine
 
 ESTOP_PRESSED_MS: Final = 100.0

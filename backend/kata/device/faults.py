@@ -5,23 +5,20 @@ how to stop, because torque off can itself do harm (the arm drops). Category 0 c
 ramps down, then cuts torque. Category 2 ramps down and holds the arm until the operator acknowledges.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from kata.device import texts
-from kata.device.config import Axis, StationConfig
+from kata.device.config import StationConfig
 from kata.device.config_rules import OVERSPEED
-from kata.device.cycle_state import CycleState, Limits
+from kata.device.cycle_state import CycleState
 from kata.messages import Template
 
 MAX_OVERRUN_MS: Final = 250.0
 """Limits how late a setpoint may be. After this time the arm has stopped, and the present setpoint is no longer near
 it.
 """
-_MAX_STEP_SHARE: Final = 1.5
-_STEP_TOLERANCE_DEG: Final = 1.0
-_ROUNDING_DEG: Final = 1e-6
 _MAX_OVERTORQUE_MS: Final = 100.0
 _MAX_OVERACCELERATION_MS: Final = 30.0
 _MAX_JUMP_DEG: Final = 5.0
@@ -374,35 +371,6 @@ FAULTS: Final = (
 FAULT_BY_CODE: Final = {fault.code: fault for fault in FAULTS}
 
 
-def largest_step_deg(axis: Axis, rate_hz: int) -> float:
-    """Return the largest allowed change from one setpoint to the next at ``rate_hz`` setpoints a second, in degrees."""
-    return _MAX_STEP_SHARE * axis.max_speed_deg_s / rate_hz + _STEP_TOLERANCE_DEG
-
-
-def refused_setpoints(
-    last_deg: Sequence[Sequence[float]],
-    next_deg: Sequence[float],
-    limits_deg: Limits,
-    config: StationConfig,
-    rate_hz: int,
-) -> list[Key]:
-    """Check a setpoint before it is sent. Return the faults: beyond a limit, too far from the last setpoint, or too
-    much acceleration.
-
-    :param last_deg: the last one or two setpoints, the newest last.
-    :param rate_hz: setpoints a second.
-
-    NaN violates every limit.
-    """
-    newest = last_deg[-1]
-    found: list[Key] = []
-    for n, (axis, angle, (low, high)) in enumerate(zip(config.axes, next_deg, limits_deg, strict=True)):
-        if not low - _ROUNDING_DEG <= angle <= high + _ROUNDING_DEG:
-            found.append(("setpoint_limit", n))
-        if not abs(angle - newest[n]) <= largest_step_deg(axis, rate_hz):
-            found.append(("setpoint_step", n))
-        elif len(last_deg) > 1:
-            second_difference = abs(angle - 2 * newest[n] + last_deg[-2][n]) * rate_hz**2
-            if second_difference > axis.max_acceleration_deg_s2:
-                found.append(("setpoint_acceleration", n))
-    return found
+def evaluate_faults(state: CycleState, config: StationConfig) -> list[Key]:
+    """Return every fault that holds in this cycle, in table order."""
+    return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(state, config)]

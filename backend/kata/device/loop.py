@@ -20,14 +20,14 @@ from kata.device.bus.port import Bus, BusError, BusSample
 from kata.device.ceiling import max_cycle_hz
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
-from kata.device.faults import refused_setpoints
+from kata.device.faults import evaluate_faults
 from kata.device.ipc import ServiceLink
 from kata.device.latency_histogram import LatencyHistogram
 from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refusal, Reply, Snapshot, TorqueState
 from kata.device.modes import StateMachine
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import out_of_date
-from kata.device.supervisor import evaluate_faults
+from kata.device.setpoint_gate import refused_setpoints
 from kata.messages import text_of
 
 log = logging.getLogger(__name__)

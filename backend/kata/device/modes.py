@@ -18,6 +18,7 @@ from kata.device.config_rules import TURN_S
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import Key
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
+from kata.device.latched_stop import LatchedStop
 from kata.device.messages import (
     COMMAND_NAMES,
     Acknowledge,
@@ -54,7 +55,6 @@ from kata.device.refusals import (
     too_far_from_start,
 )
 from kata.device.run import Run
-from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching
 from kata.messages import Text, key_of, with_key
 from kata.motion import approach

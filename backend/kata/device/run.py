@@ -10,13 +10,13 @@ import numpy as np
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
-from kata.device.faults import largest_step_deg
 from kata.device.journal import JournalWriter
 from kata.device.limits import RunLimits
 from kata.device.messages import LOAD_LEVELS, Load, RunState
 from kata.device.movement import CREEP, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset
+from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz

@@ -1,7 +1,7 @@
 """A stop from its first cause until it is acknowledged."""
 
 from kata.device.faults import Key
-from kata.device.supervisor import LatchedStop
+from kata.device.latched_stop import LatchedStop
 
 ESTOP: Key = ("estop_pressed", None)
 SILENT: Key = ("drive_silent", 2)

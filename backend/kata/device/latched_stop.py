@@ -1,17 +1,10 @@
-"""Evaluates the fault table for each cycle and latches stops."""
+"""The latched stop: its causes, from the first until it is acknowledged."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from kata.device.config import StationConfig
-from kata.device.cycle_state import CycleState
-from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault, Key
+from kata.device.faults import FAULT_BY_CODE, Fault, Key
 from kata.device.messages import StopCause, StopState
-
-
-def evaluate_faults(state: CycleState, config: StationConfig) -> list[Key]:
-    """Return every fault that holds in this cycle, in table order."""
-    return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(state, config)]
 
 
 @dataclass
