@@ -121,7 +121,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
 }
 """File, constant (or class and field), and what the value limits."""
 
-_SKIPPED: Final = re.compile(r"^(simulator|bench|evaluation|cli/seed|cli/demo|device/bus/registers)")
+_SKIPPED: Final = re.compile(r"^(simulator|bench|evaluation|cli/seed|cli/demo|device/bus/dynamixel/registers)")
 _UNIT: Final = re.compile(r"_(S|MS|NS|HZ|DEG|DEG_S|BYTES|MINUTES|HOURS|DAYS)$|MOST|LONGEST|LARGEST|SHORTEST|^_?MAX_")
 
 

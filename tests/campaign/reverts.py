@@ -210,14 +210,14 @@ REVERTS: Final = (
     _one(
         8,
         "the turn is taken as the drive says it",
-        "bus/dynamixel.py",
+        "bus/dynamixel/driver.py",
         "zero_count(axis) - nearest_turn(axis, position)",
         "zero_count(axis)",
     ),
     _one(
         9,
         "a watchdog that is not armed is not noticed",
-        "bus/dynamixel.py",
+        "bus/dynamixel/driver.py",
         '            return ""\n        return "bus watchdog"',
         '            return ""\n        return ""',
     ),

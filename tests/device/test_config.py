@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from kata.device.ceiling import max_cycle_hz
+from kata.device.bus.bandwidth import max_cycle_hz
 from kata.device.config import NO_REGISTER, Axis, ConfigError, Inputs, ModbusMap, StationConfig, at_rate, read, write
 from kata.device.config_rules import RANGES
 from kata.motion.axes import AXES

@@ -30,7 +30,7 @@ from dynamixel_sdk import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.bus.dynamixel import StatusParser, encode
+from kata.device.bus.dynamixel.packets import StatusParser, encode
 from kata.motion.taught import Taught
 from kata.simulator import protocol
 from kata.simulator.apparatus import SimulatedApparatus

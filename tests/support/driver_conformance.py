@@ -5,9 +5,9 @@ from typing import Any, ClassVar, Literal
 
 import pytest
 
+from kata.device.bus.bandwidth import cycle_time_ns, max_cycle_hz
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import Bus, BusError
-from kata.device.ceiling import cycle_time_ns, max_cycle_hz
 from tests.support.drive_registers import expected_registers
 from tests.support.simulated_world import World
 

@@ -19,7 +19,8 @@ from kata.bench.other_libraries import installed
 from kata.bench.report import Report
 from kata.bench.running_service import BenchError
 from kata.device import config
-from kata.device.ceiling import BITS_A_BYTE, max_cycle_hz
+from kata.device.bus.bandwidth import max_cycle_hz
+from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.config import StationConfig
 from kata.simulator.client import SimulatorClient
 from kata.simulator.process import SimulatorProcess

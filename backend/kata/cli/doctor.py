@@ -29,7 +29,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
-from kata.device.ceiling import max_cycle_hz
+from kata.device.bus.bandwidth import max_cycle_hz
 from kata.errors import ProblemError
 from kata.settings import Settings
 from kata.system.privileges import fifo_granted, kernel_preemption, memory_lock_granted

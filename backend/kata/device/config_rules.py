@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Final, Literal
 
-from kata.device.ceiling import max_cycle_hz
+from kata.device.bus.bandwidth import max_cycle_hz
 from kata.motion.axes import N_AXES, POSE_RANGE_DEG
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from typing import Final
 from msgspec import structs
 
 from kata.device import texts
+from kata.device.bus.bandwidth import max_cycle_hz
 from kata.device.bus.port import Bus, BusError, BusSample
-from kata.device.ceiling import max_cycle_hz
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import evaluate_faults

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.bus.drivers import make_bus
-from kata.device.bus.dynamixel import FastParser, StatusParser, encode
+from kata.device.bus.dynamixel.packets import FastParser, StatusParser, encode
 from kata.device.bus.port import Bus, BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import Inputs

@@ -5,7 +5,7 @@ import struct
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.bus.modbus import encode, find_answer
+from kata.device.bus.modbus.frames import encode, find_answer
 from kata.device.config import ModbusMap
 from tests.support.driver_conformance import Conformance
 

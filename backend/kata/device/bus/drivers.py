@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from kata.device.bus.dynamixel import DynamixelBus
-from kata.device.bus.modbus import ModbusBus
+from kata.device.bus.dynamixel.driver import DynamixelBus
+from kata.device.bus.modbus.driver import ModbusBus
 from kata.device.bus.port import Bus
 from kata.device.bus.serial_transport import SerialTransport, Transport
 from kata.device.config import StationConfig

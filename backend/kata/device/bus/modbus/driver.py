@@ -12,86 +12,29 @@ drive that loses power loses them.
 
 import struct
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
-from fastcrc import crc16
-
 from kata.device import texts
+from kata.device.bus.modbus.requests import READ, WRITE, Answer, ModbusRequests
 from kata.device.bus.poll_backoff import PollBackoff
 from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.verification import Verification
-from kata.device.ceiling import BITS_A_BYTE, silence_ns
 from kata.device.config import NO_REGISTER, Axis, StationConfig
 
 _READ_INPUTS: Final = 0x02
-_READ: Final = 0x03
-_WRITE: Final = 0x10
 _BOTH: Final = 0x17
-_EXCEPTION: Final = 0x80
-_BROADCAST: Final = 0
-_EXCEPTION_BYTES: Final = 5
 _WRITTEN_BYTES: Final = 8
 
-_MAX_SLACK_NS: Final = 4_000_000
-_MIN_SLACK_NS: Final = 500_000
-_SLACK_SHARE: Final = 0.2
-"""As for Dynamixel; this slower bus leaves a smaller share of a cycle for waiting."""
-_EARLIEST_SHARE: Final = 0.8
-"""Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 
-
-def encode(slave: int, function: int, data: bytes) -> bytes:
-    """Return one frame with its CRC, low byte first."""
-    frame = bytes([slave, function]) + data
-    return frame + struct.pack("<H", crc16.modbus(frame))
-
-
-def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes | None:
-    """Find a valid answer of ``size`` bytes, or a valid exception, after any noise or echo of the request.
-
-    :returns: from the function byte to the last byte before the CRC; None if there is none.
-    """
-    for start in range(len(received) - _EXCEPTION_BYTES + 1):
-        if received[start] != slave or received[start + 1] & ~_EXCEPTION != function:
-            continue
-        end = start + (_EXCEPTION_BYTES if received[start + 1] & _EXCEPTION else size)
-        frame = received[start:end]
-        if len(received) >= end and crc16.modbus(frame[:-2]) == int.from_bytes(frame[-2:], "little"):
-            return frame[1:-2]
-    return None
-
-
-@dataclass(frozen=True, slots=True)
-class _Answer:
-    """One answer: its time and data, or that the bytes were corrupt."""
-
-    t_ns: int
-    data: bytes | None
-    corrupt: bool
-    exception: int = 0
-
-
-class ModbusBus:
+class ModbusBus(ModbusRequests):
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Modbus RTU."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
-        self._config = config
+        super().__init__(config, open_transport)
         self._map = config.modbus
-        self._open_transport = open_transport
-        self._byte_ns = BITS_A_BYTE * 1_000_000_000 / config.baud
-        self._silence_ns = int(silence_ns(config))
-        self._delay_ns = config.return_delay_us * 1000
-        self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
-        self._slack_left_ns = 0
-        """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
-        slack at most.
-        """
-        self._transport: Transport | None = None
-        self._free_at_ns = 0
         self._backoff = PollBackoff(self._ids, self._config)
         self._registers = [tuple(self._configured(axis)) for axis in config.axes]
         self._spans = self._map.verified_spans
@@ -100,8 +43,6 @@ class ModbusBus:
         """When the watchdogs were armed; None while torque is off."""
         self._goals: dict[int, bytes] = {}
         """By slave: the goal that function 23 writes with the next read."""
-        self.errors = 0
-        """Missing and damaged answers since the start."""
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -173,20 +114,14 @@ class ModbusBus:
         self._armed_ns = None
         self._broadcast(self._map.torque_enable, 0)
 
-    def close(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
-        if self._transport:
-            self._transport.close()
-            self._transport = None
-
     # -- requests -------------------------------------------------------------------------------------------------
 
-    def _read_drive(self, axis: Axis) -> _Answer:
+    def _read_drive(self, axis: Axis) -> Answer:
         goal = self._goals.pop(axis.id, None)
         where = struct.pack(">HH", self._map.block_start, self._map.block_registers)
         size = 5 + 2 * self._map.block_registers
         if goal is None:
-            answer = self._transact(axis.id, _READ, where, size)
+            answer = self._transact(axis.id, READ, where, size)
         else:
             answer = self._transact(axis.id, _BOTH, where + self._written(self._map.goal_position, goal), size)
         self._backoff.answered([axis.id], [axis.id] if answer.data is not None else [])
@@ -266,8 +201,8 @@ class ModbusBus:
             mismatch = mismatch or ("" if armed == self._config.bus_watchdog_ms else "watchdog")
         self._verification.found(axis, block, mismatch)
 
-    def _read_span(self, slave: int, span: range) -> _Answer:
-        return self._transact(slave, _READ, struct.pack(">HH", span.start, len(span)), 5 + 2 * len(span))
+    def _read_span(self, slave: int, span: range) -> Answer:
+        return self._transact(slave, READ, struct.pack(">HH", span.start, len(span)), 5 + 2 * len(span))
 
     # -- configuration ------------------------------------------------------------------------------------------------
 
@@ -288,7 +223,7 @@ class ModbusBus:
 
     def _set(self, motor: int, slave: int, register: int, data: bytes) -> None:
         self._slack_left_ns = self._slack_ns
-        answer = self._transact(slave, _WRITE, self._written(register, data), _WRITTEN_BYTES)
+        answer = self._transact(slave, WRITE, self._written(register, data), _WRITTEN_BYTES)
         if answer.exception:
             raise BusError(
                 texts.DRIVE_REGISTER_EXCEPTION(
@@ -298,7 +233,7 @@ class ModbusBus:
         self._contents(motor, slave, answer)
 
     @staticmethod
-    def _contents(motor: int, slave: int, answer: _Answer) -> bytes:
+    def _contents(motor: int, slave: int, answer: Answer) -> bytes:
         if answer.data is None:
             problem = texts.DRIVE_ANSWERS_DAMAGED if answer.corrupt else texts.DRIVE_DOES_NOT_ANSWER
             raise BusError(problem(motor=motor, drive_id=slave))
@@ -311,7 +246,7 @@ class ModbusBus:
         self._slack_left_ns = self._slack_ns
         for slave, goal in goals.items():
             if self._backoff.should_poll(slave):
-                self._transact(slave, _WRITE, self._written(self._map.goal_position, goal), _WRITTEN_BYTES)
+                self._transact(slave, WRITE, self._written(self._map.goal_position, goal), _WRITTEN_BYTES)
 
     def _position(self, axis: Axis, angle_deg: float) -> bytes:
         value = round(axis.direction * angle_deg * self._map.position_per_deg) + (axis.zero_count or 0)
@@ -324,57 +259,3 @@ class ModbusBus:
     def _long(self, data: bytes, register: int) -> int:
         at = 1 + 2 * (register - self._map.block_start)
         return int.from_bytes(data[at : at + 4], "big", signed=True)
-
-    @staticmethod
-    def _written(register: int, data: bytes) -> bytes:
-        return struct.pack(">HHB", register, len(data) // 2, len(data)) + data
-
-    def _broadcast(self, register: int, value: int) -> None:
-        frame = encode(_BROADCAST, _WRITE, self._written(register, struct.pack(">H", value)))
-        self._wait_until_free()
-        self._require_transport().send(frame)
-        self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
-
-    def _transact(self, slave: int, function: int, data: bytes, size: int) -> _Answer:
-        """Send a request and wait for an answer of ``size`` bytes, an exception, or the end of the time."""
-        transport = self._require_transport()
-        request = encode(slave, function, data)
-        self._wait_until_free()
-        # Read the clock before sending: if this thread is suspended while sending, a later time would make an answer
-        # look too early.
-        sent_ns = transport.now_ns()
-        transport.send(request)
-        asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
-        earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
-        deadline_ns = earliest_ns + max(self._slack_left_ns, _MIN_SLACK_NS)
-        first_ns = sent_ns + int(_EARLIEST_SHARE * (asked_ns + _EXCEPTION_BYTES * self._byte_ns))
-        received = b""
-        found: bytes | None = None
-        while found is None and (chunk := transport.receive(earliest_ns, deadline_ns)):
-            received += chunk
-            found = find_answer(received, slave, function, size)
-            if found is not None and transport.now_ns() < first_ns:
-                # This answer belongs to an earlier request.
-                received, found = b"", None
-        now_ns = transport.now_ns()
-        self._slack_left_ns -= max(0, now_ns - earliest_ns)
-        self._free_at_ns = now_ns + self._silence_ns
-        if found is None:
-            self.errors += 1
-            return _Answer(now_ns, None, bool(received))
-        if found[0] & _EXCEPTION:
-            self.errors += 1
-            return _Answer(now_ns, None, False, exception=found[1])
-        # The drive answered when its bytes passed, however late the computer delivers them.
-        return _Answer(min(now_ns, earliest_ns), found[1:], False)
-
-    def _wait_until_free(self) -> None:
-        """Wait for the silence that ends a frame."""
-        transport = self._require_transport()
-        while transport.now_ns() < self._free_at_ns:
-            transport.receive(self._free_at_ns, self._free_at_ns)
-
-    def _require_transport(self) -> Transport:
-        if self._transport is None:
-            raise BusError(texts.PORT_NOT_OPEN(port=self._config.port))
-        return self._transport

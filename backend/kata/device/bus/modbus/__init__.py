@@ -1,0 +1,1 @@
+"""The driver for Modbus RTU: frames, requests, bandwidth, and the bus."""

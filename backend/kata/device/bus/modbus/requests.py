@@ -1,0 +1,115 @@
+"""Requests to Modbus drives: one request, its answer, and the time limits of both."""
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from kata.device import texts
+from kata.device.bus.modbus.bandwidth import silence_ns
+from kata.device.bus.modbus.frames import EXCEPTION, EXCEPTION_BYTES, encode, find_answer
+from kata.device.bus.port import BusError
+from kata.device.bus.serial_transport import Transport
+from kata.device.bus.timing import BITS_A_BYTE
+from kata.device.config import StationConfig
+
+READ: Final = 0x03
+WRITE: Final = 0x10
+BROADCAST: Final = 0
+_MAX_SLACK_NS: Final = 4_000_000
+_MIN_SLACK_NS: Final = 500_000
+_SLACK_SHARE: Final = 0.2
+"""As for Dynamixel; this slower bus leaves a smaller share of a cycle for waiting."""
+_EARLIEST_SHARE: Final = 0.8
+"""Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One answer: its time and data, or that the bytes were corrupt."""
+
+    t_ns: int
+    data: bytes | None
+    corrupt: bool
+    exception: int = 0
+
+
+class ModbusRequests:
+    """Sends requests to the drives and receives their answers, within the time of their bytes and a slack."""
+
+    def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
+        """Prepare the requests without opening the port. ``open_transport`` opens a port at a baud rate."""
+        self._config = config
+        self._open_transport = open_transport
+        self._byte_ns = BITS_A_BYTE * 1_000_000_000 / config.baud
+        self._silence_ns = int(silence_ns(config))
+        self._delay_ns = config.return_delay_us * 1000
+        self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
+        self._slack_left_ns = 0
+        """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
+        slack at most.
+        """
+        self._transport: Transport | None = None
+        self._free_at_ns = 0
+        self.errors = 0
+        """Missing and damaged answers since the start."""
+
+    @staticmethod
+    def _written(register: int, data: bytes) -> bytes:
+        return struct.pack(">HHB", register, len(data) // 2, len(data)) + data
+
+    def close(self) -> None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        if self._transport:
+            self._transport.close()
+            self._transport = None
+
+    def _broadcast(self, register: int, value: int) -> None:
+        frame = encode(BROADCAST, WRITE, self._written(register, struct.pack(">H", value)))
+        self._wait_until_free()
+        self._require_transport().send(frame)
+        self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
+
+    def _transact(self, slave: int, function: int, data: bytes, size: int) -> Answer:
+        """Send a request and wait for an answer of ``size`` bytes, an exception, or the end of the time."""
+        transport = self._require_transport()
+        request = encode(slave, function, data)
+        self._wait_until_free()
+        # Read the clock before sending: if this thread is suspended while sending, a later time would make an answer
+        # look too early.
+        sent_ns = transport.now_ns()
+        transport.send(request)
+        asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
+        earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
+        deadline_ns = earliest_ns + max(self._slack_left_ns, _MIN_SLACK_NS)
+        first_ns = sent_ns + int(_EARLIEST_SHARE * (asked_ns + EXCEPTION_BYTES * self._byte_ns))
+        received = b""
+        found: bytes | None = None
+        while found is None and (chunk := transport.receive(earliest_ns, deadline_ns)):
+            received += chunk
+            found = find_answer(received, slave, function, size)
+            if found is not None and transport.now_ns() < first_ns:
+                # This answer belongs to an earlier request.
+                received, found = b"", None
+        now_ns = transport.now_ns()
+        self._slack_left_ns -= max(0, now_ns - earliest_ns)
+        self._free_at_ns = now_ns + self._silence_ns
+        if found is None:
+            self.errors += 1
+            return Answer(now_ns, None, bool(received))
+        if found[0] & EXCEPTION:
+            self.errors += 1
+            return Answer(now_ns, None, False, exception=found[1])
+        # The drive answered when its bytes passed, however late the computer delivers them.
+        return Answer(min(now_ns, earliest_ns), found[1:], False)
+
+    def _wait_until_free(self) -> None:
+        """Wait for the silence that ends a frame."""
+        transport = self._require_transport()
+        while transport.now_ns() < self._free_at_ns:
+            transport.receive(self._free_at_ns, self._free_at_ns)
+
+    def _require_transport(self) -> Transport:
+        if self._transport is None:
+            raise BusError(texts.PORT_NOT_OPEN(port=self._config.port))
+        return self._transport
