@@ -19,7 +19,7 @@ from kata.auth.permissions import OF_ROLE, RULES
 from kata.cli.main import app
 from kata.device.config_page import configuration
 from kata.device.faults import FAULTS
-from kata.device.modes import TRANSITIONS
+from kata.device.machine_state import TRANSITIONS
 from kata.settings import Settings
 
 ROOT: Final = Path(__file__).parents[1]
@@ -38,7 +38,7 @@ def state_machine() -> str:
     return f"""# Modes
 
 {_GENERATED}
-The source is `TRANSITIONS` in `backend/kata/device/modes.py`. There are no other transitions. A device process starts in `offline`.
+The source is `TRANSITIONS` in `backend/kata/device/machine_state.py`. There are no other transitions. A device process starts in `offline`.
 
 Torque is on in `approaching`, `playing`, `paused` and `returning`. Torque is also on in `stopped` while a category 1 stop ramps down or
 a category 2 stop holds the arm.

@@ -41,7 +41,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
     "The device": (
         ("device/config.py", "StationConfig.cycle_hz", "Bus cycles a second."),
         ("device/config.py", "StationConfig.rate_hz", "Samples and setpoints a second."),
-        ("device/loop.py", "SNAPSHOT_HZ", "Snapshots a second."),
+        ("device/loop_telemetry.py", "SNAPSHOT_HZ", "Snapshots a second."),
         ("device/config.py", "StationConfig.service_silence_ms", "A silent service stops the arm."),
         ("station/device_process.py", "_HEARTBEAT_S", "Heartbeat of the service."),
         ("device/config.py", "StationConfig.silence_ms", "A silent drive is a fault."),

@@ -27,7 +27,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.device.config import StationConfig
-from kata.device.journal import JournalEnd, synthetic_journal
+from kata.device.journal import JournalEnd, JournalHeader, synthetic_journal
 from kata.motion.axes import AXES
 
 THERAPISTS: Final = ("Sato", "Suzuki", "Takahashi", "Tanaka", "Watanabe", "Ito")
@@ -261,12 +261,42 @@ def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     end = JournalEnd(reason="finished")
     saved = recordings.store_teaching(
         session,
-        synthetic_journal("teaching", teaching.id, STATIONS[0], _RATE_HZ, began, times_s, taught, zeros, zeros, end),
+        synthetic_journal(
+            JournalHeader(
+                kind="teaching",
+                id=str(teaching.id),
+                recording_id=None,
+                station=STATIONS[0],
+                rate_hz=_RATE_HZ,
+                started_at=began,
+                started_ns=0,
+            ),
+            times_s,
+            taught,
+            zeros,
+            zeros,
+            end,
+        ),
     )
     assert saved
     visit = sessions.begin(session, person.id)
     run = runs.begin(session, visit.id, saved[0].id)
     end = JournalEnd(reason="completed")
-    played = synthetic_journal("run", run.id, STATIONS[0], _RATE_HZ, began, times_s, measured, at(times_s), torque, end)
+    played = synthetic_journal(
+        JournalHeader(
+            kind="run",
+            id=str(run.id),
+            recording_id=None,
+            station=STATIONS[0],
+            rate_hz=_RATE_HZ,
+            started_at=began,
+            started_ns=0,
+        ),
+        times_s,
+        measured,
+        at(times_s),
+        torque,
+        end,
+    )
     runs.complete(session, played, StationConfig())
     return run.id

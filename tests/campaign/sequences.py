@@ -43,6 +43,7 @@ from kata.device.messages import (
     Unload,
 )
 from kata.simulator.fault_injector import FaultKind
+from kata.system.realtime import Granted
 from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
 from tests.campaign.stations import stations
 from tests.support.simulated_world import World
@@ -194,8 +195,7 @@ class Sequences(RuleBasedStateMachine):
             self.world.config,
             make_bus(self.world.config, self.world.open_transport),
             self.exchange,
-            real_time=False,
-            memory_locked=False,
+            Granted(scheduling=False, memory_lock=False),
             now_ns=lambda: self.world.t_ns,
         )
         self.judge.device_started()

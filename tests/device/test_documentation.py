@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from kata.device.modes import TRANSITIONS
+from kata.device.machine_state import TRANSITIONS
 from tests.support.stepped import Stepped
 
 

@@ -24,13 +24,15 @@ def _writer(folder: Path, samples: int) -> JournalWriter:
     writer = JournalWriter(folder, HEADER, JournalDisk())
     for n in range(samples):
         writer.append_sample(
-            n * 10_000_000,
-            take=0,
-            phase=journal.PHASE_PLAYING,
-            path_s=n / 100,
-            setpoint_deg=[n + 0.1 * axis for axis in range(5)],
-            measured_deg=[n - 0.1 * axis for axis in range(5)],
-            torque_nm=[0.5] * 5,
+            journal.Sample(
+                t_ns=n * 10_000_000,
+                take=0,
+                phase=journal.PHASE_PLAYING,
+                path_s=n / 100,
+                setpoint_deg=[n + 0.1 * axis for axis in range(5)],
+                measured_deg=[n - 0.1 * axis for axis in range(5)],
+                torque_nm=[0.5] * 5,
+            )
         )
     return writer
 

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from kata.device import modes
+from kata.device import machine_state, modes
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.messages import (
@@ -127,8 +127,8 @@ def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, sta
 
 
 def test_only_the_documented_mode_transitions_exist() -> None:
-    assert set(modes.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
-    assert all(modes.TRANSITIONS.values())
+    assert set(machine_state.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
+    assert all(machine_state.TRANSITIONS.values())
 
 
 @pytest.mark.parametrize("mode", ALLOWED)

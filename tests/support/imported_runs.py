@@ -73,13 +73,15 @@ class Clinic:
         for take, seconds in enumerate(takes, start=1):
             for n in range(round(seconds * 100) + 1):
                 writer.append_sample(
-                    t_ns,
-                    take=take,
-                    phase=journal.PHASE_PLAYING if kind == "run" else 0,
-                    path_s=n / 100,
-                    setpoint_deg=at(n / 100),
-                    measured_deg=[angle + error_deg for angle in at(n / 100)],
-                    torque_nm=torque_nm,
+                    journal.Sample(
+                        t_ns=t_ns,
+                        take=take,
+                        phase=journal.PHASE_PLAYING if kind == "run" else 0,
+                        path_s=n / 100,
+                        setpoint_deg=at(n / 100),
+                        measured_deg=[angle + error_deg for angle in at(n / 100)],
+                        torque_nm=torque_nm,
+                    )
                 )
                 t_ns += 10_000_000
             t_ns += 1_000_000_000

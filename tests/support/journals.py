@@ -2,7 +2,7 @@
 
 from datetime import UTC, datetime
 
-from kata.device.journal import JournalHeader, JournalWriter
+from kata.device.journal import JournalHeader, JournalWriter, Sample
 
 HEADER = JournalHeader(
     kind="run",
@@ -24,6 +24,5 @@ def values(t_ns: int) -> list[float]:
 
 def give(writer: JournalWriter, t_ns: int) -> None:
     angles = values(t_ns)
-    writer.append_sample(
-        t_ns, take=1, phase=0, path_s=0.0, setpoint_deg=angles, measured_deg=angles, torque_nm=[0.0] * 5
-    )  # fmt: skip
+    writer.append_sample(Sample(
+        t_ns=t_ns, take=1, phase=0, path_s=0.0, setpoint_deg=angles, measured_deg=angles, torque_nm=[0.0] * 5))  # fmt: skip

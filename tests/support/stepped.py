@@ -17,6 +17,7 @@ from kata.device.references import build
 from kata.device.refusals import STOPPED_MEANWHILE
 from kata.motion.learning import Correction
 from kata.motion.trajectory import Trajectory
+from kata.system.realtime import Granted
 
 NEVER_NS = 2**62
 REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
@@ -216,8 +217,7 @@ class Stepped:
             self.config,
             self.apparatus,
             self.exchange,
-            real_time=False,
-            memory_locked=False,
+            Granted(scheduling=False, memory_lock=False),
             now_ns=lambda: self._t_ns,
         )
         self.loop._open()

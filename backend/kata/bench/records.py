@@ -116,13 +116,15 @@ class _Records:
             measured = setpoint if kind == "teaching" else [angle - 0.4 * np.sin(angle_rad) for angle in setpoint]
             phase = 0 if kind == "teaching" else journal.PHASE_PLAYING
             writer.append_sample(
-                n * (1_000_000_000 // _RATE_HZ),
-                take=1,
-                phase=phase,
-                path_s=time_s,
-                setpoint_deg=setpoint,
-                measured_deg=measured,
-                torque_nm=[0.0] * len(setpoint),
+                journal.Sample(
+                    t_ns=n * (1_000_000_000 // _RATE_HZ),
+                    take=1,
+                    phase=phase,
+                    path_s=time_s,
+                    setpoint_deg=setpoint,
+                    measured_deg=measured,
+                    torque_nm=[0.0] * len(setpoint),
+                )
             )
             if n % _ROWS_A_FLUSH == 0:
                 writer.write()

@@ -30,7 +30,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import upgrade
 from kata.device.config import StationConfig
-from kata.device.journal import FolderInUseError, JournalEnd, synthetic_journal
+from kata.device.journal import FolderInUseError, JournalEnd, JournalHeader, synthetic_journal
 from kata.motion.axes import Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
@@ -178,7 +178,20 @@ class _Invented:
         nothing = np.zeros_like(angles)
         end = JournalEnd(reason="finished")
         journal = synthetic_journal(
-            "teaching", row.id, _STATION, _RATE_HZ, at, built_in.times_s, _counts(angles), nothing, nothing, end
+            JournalHeader(
+                kind="teaching",
+                id=str(row.id),
+                recording_id=None,
+                station=_STATION,
+                rate_hz=_RATE_HZ,
+                started_at=at,
+                started_ns=0,
+            ),
+            built_in.times_s,
+            _counts(angles),
+            nothing,
+            nothing,
+            end,
         )
         kept = recordings.store_teaching(self._session, journal)
         if not kept:
@@ -263,7 +276,22 @@ class _Invented:
         end = JournalEnd(reason="completed")
         if stopped:
             end = JournalEnd(reason="stopped", cause_code="operator_stop", cause_message="Stopped by the operator.")
-        journal = synthetic_journal("run", row.id, _STATION, _RATE_HZ, at, times_s, measured, setpoints, torque, end)
+        journal = synthetic_journal(
+            JournalHeader(
+                kind="run",
+                id=str(row.id),
+                recording_id=None,
+                station=_STATION,
+                rate_hz=_RATE_HZ,
+                started_at=at,
+                started_ns=0,
+            ),
+            times_s,
+            measured,
+            setpoints,
+            torque,
+            end,
+        )
         runs.complete(self._session, journal, StationConfig(name=_STATION))
 
     def _assess(self, episode_id: UUID, week: int) -> None:

@@ -7,7 +7,6 @@ and telemetry pass through queues to the I/O thread (:mod:`kata.device.ipc`).
 
 import gc
 import logging
-import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -22,22 +21,21 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import evaluate_faults
 from kata.device.ipc import ServiceLink
-from kata.device.latency_histogram import LatencyHistogram
-from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refusal, Reply, Snapshot, TorqueState
-from kata.device.modes import StateMachine
+from kata.device.loop_telemetry import LoopTelemetry
+from kata.device.messages import Guarded, Reply
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import out_of_date
 from kata.device.setpoint_gate import refused_setpoints
 from kata.messages import text_of
+from kata.system.realtime import Granted
 
 log = logging.getLogger(__name__)
 
-SNAPSHOT_HZ: Final = 10
 _RETRY_NS: Final = 250_000_000
 """Time between two attempts to open the port or to configure a drive."""
 
 
-class ControlLoop:
+class ControlLoop(LoopTelemetry):
     """Controls one apparatus."""
 
     def __init__(
@@ -45,33 +43,21 @@ class ControlLoop:
         config: StationConfig,
         bus: Bus,
         link: ServiceLink,
+        granted: Granted,
         *,
-        real_time: bool,
-        memory_locked: bool,
         now_ns: Callable[[], int],
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """``now_ns`` and ``sleep`` are the clock, real or simulated."""
-        self._config = config
-        self._bus = bus
-        self._link = link
-        self._real_time = real_time
-        self._memory_locked = memory_locked
+        """``now_ns`` and ``sleep`` are the clock, real or simulated. ``granted``: shown in the snapshots."""
+        super().__init__(config, bus, link, granted, first_stops=now_ns() // 1_000_000)
         self._now_ns = now_ns
         self._sleep = sleep
         self._state_builder = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
-        self._machine = StateMachine(config, link.open_journal, link.publish_event)
         self._connected = False
-        self._connection_problem = ""
         self._try_open_at_ns = 0
         self._try_configure_at_ns = 0
-        self._verified_since_ns: int | None = None
-        self._first_stops = now_ns() // 1_000_000
-        """Start value of the stop counter. It is taken from the clock so that a later device process never repeats a
-        value.
-        """
         self._deadline_ns = now_ns()
         self._deadline_void = False
         """True after the port was opened or drives were configured. Both take many cycles; torque was not commanded on.
@@ -79,16 +65,10 @@ class ControlLoop:
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._polls_estop = max_cycle_hz(config) >= 2 * config.cycle_hz
         """True if the bus has enough spare time for the extra poll."""
-        self._cycles = 0
-        self._overruns = 0
-        self._latency = LatencyHistogram()
-        self._drive_errors = [0] * len(config.axes)
         self._heartbeats_seen = 0
         self._run_id_mismatches = 0
         self._sent_deg: list[tuple[float, ...]] = []
         """The last one or two setpoints since torque was switched on."""
-        self._published: tuple[object, ...] = ()
-        self._published_at_ns = 0
 
     def run(self) -> None:
         """Run until the service is gone and every run and teaching has ended. Torque is off on return."""
@@ -311,99 +291,3 @@ class ControlLoop:
             refusal = out_of_date(taken.command, self._stops, state.t_ns)
         refusal = refusal or self._machine.command(taken.command, taken.trajectory, state, taken.correction)
         self._link.reply(Reply(id=taken.id, refusal=refusal))
-
-    @property
-    def _stops(self) -> int:
-        return self._first_stops + self._link.stop_requests + self._machine.stops_latched
-
-    def _publish(self, state: CycleState) -> None:
-        """Publish ten snapshots a second, and one at once when an important value has changed."""
-        machine = self._machine
-        estop = self._estop(state)
-        summary = (
-            machine.mode,
-            self._torque(state),
-            self._stops,
-            estop,
-            machine.pedal(state),
-            machine.stop and len(machine.stop.keys),
-        )
-        due = state.t_ns - self._published_at_ns >= 1_000_000_000 // SNAPSHOT_HZ
-        if due or summary != self._published:
-            self._published = summary
-            self._published_at_ns = state.t_ns
-            self._link.publish_snapshot(self._snapshot(state, estop))
-
-    def _estop(self, state: CycleState) -> EstopState:
-        if state.estop != "closed":
-            return "pressed" if state.estop == "open" else "unknown"
-        stop = self._machine.stop
-        return "released" if stop and any(code == "estop_pressed" for code, _ in stop.keys) else "closed"
-
-    def _torque(self, state: CycleState) -> tuple[TorqueState, ...]:
-        """Return each drive's torque state, including torque that this cycle switches on."""
-        if not self._machine.torque_on:
-            return state.torque
-        every: list[TorqueState] = ["on"] * len(state.torque)
-        return tuple(every)
-
-    def _snapshot(self, state: CycleState, estop: EstopState) -> Snapshot:
-        machine = self._machine
-        p50_ms, p99_ms, p999_ms = self._latency.percentiles_ms(50, 99, 99.9)
-        refusals = machine.refusals(state)
-        if machine.mode == "offline" and (problem := self._offline_problem(state)):
-            offline = Refusal.of(
-                code="is_offline",
-                message=texts.NOT_CONNECTED_BECAUSE(reason=problem),
-                next_step=texts.SWITCH_ON_AND_CHECK_ADAPTER(),
-            )
-            refusals = {name: offline if one.code == "is_offline" else one for name, one in refusals.items()}
-        torque = self._torque(state)
-        return Snapshot(
-            t_ns=state.t_ns,
-            mode=machine.mode,
-            torque="on" if "on" in torque else "unknown" if "unknown" in torque else "off",
-            stops=self._stops,
-            verified_since_ns=self._verified_since_ns,
-            estop=estop,
-            pedal=machine.pedal(state),
-            axes=tuple(self._axis(n, state, torque[n]) for n in range(len(self._config.axes))),
-            stop=machine.stop.state() if machine.stop else None,
-            run=machine.run_state(),
-            teaching=machine.teaching_state(),
-            refusals=refusals,
-            loop=LoopState(
-                cycle_hz=self._config.cycle_hz,
-                rate_hz=self._config.rate_hz,
-                cycles=self._cycles,
-                overruns=self._overruns,
-                lateness_p50_ms=p50_ms,
-                lateness_p99_ms=p99_ms,
-                lateness_p999_ms=p999_ms,
-                lateness_max_ms=self._latency.max_ns / 1e6,
-                bus_errors=self._bus.errors,
-                drive_errors=tuple(self._drive_errors),
-                telemetry_dropped=self._link.dropped,
-                real_time=self._real_time,
-                memory_locked=self._memory_locked,
-            ),
-        )
-
-    def _offline_problem(self, state: CycleState) -> str:
-        """Return why the apparatus is offline; empty if no problem is known."""
-        missing = next((n for n, age_ms in enumerate(state.drive_age_ms) if age_ms > self._config.silence_ms), None)
-        if self._connection_problem or missing is None:
-            return self._connection_problem or self._machine.drive_problem
-        return texts.DRIVE_DOES_NOT_ANSWER(motor=missing + 1, drive_id=self._config.axes[missing].id)
-
-    def _axis(self, n: int, state: CycleState, torque: TorqueState) -> AxisState:
-        known = math.isfinite(state.drive_age_ms[n])
-        return AxisState(
-            motor=n + 1,
-            setpoint_deg=self._machine.setpoint_deg[n] if known else None,
-            measured_deg=state.measured_deg[n] if known else None,
-            speed_deg_s=state.speed_deg_s[n],
-            torque_nm=state.torque_nm[n],
-            torque=torque,
-            age_ms=state.drive_age_ms[n] if known else None,
-        )

@@ -6,41 +6,32 @@ command, and sets what the drives must do.
 
 import logging
 from collections.abc import Callable
-from datetime import UTC, datetime
-from itertools import count
 from typing import Final
 
-import numpy as np
-
-from kata.device import journal, texts
-from kata.device.config import StationConfig
+from kata.device import texts
 from kata.device.config_rules import TURN_S
-from kata.device.cycle_state import CycleState, Limits
+from kata.device.cycle_state import CycleState
 from kata.device.faults import Key
-from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
-from kata.device.latched_stop import LatchedStop
+from kata.device.journal import JournalEnd
+from kata.device.machine_state import MachineState
 from kata.device.messages import (
     COMMAND_NAMES,
     Acknowledge,
     Approach,
     Command,
     CommandName,
-    Event,
     FinishTeaching,
     Less,
     Load,
     Mode,
     Pause,
-    PedalState,
     Play,
     Refusal,
     ReleaseTorque,
     Return,
-    RunState,
     StopCause,
     StopCode,
     Teach,
-    TeachingState,
     Unload,
 )
 from kata.device.movement import RAMP_S, Movement
@@ -56,8 +47,7 @@ from kata.device.refusals import (
 )
 from kata.device.run import Run
 from kata.device.teaching import Teaching
-from kata.messages import Text, key_of, with_key
-from kata.motion import approach
+from kata.messages import Text, with_key
 from kata.motion.learning import Correction
 from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
@@ -78,93 +68,18 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Acknowledge: "acknowledge",
 }
 
-TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
-    ("offline", "idle"): "every drive and input has been seen",
-    ("offline", "stopped"): "fault",
-    ("idle", "teaching"): "teach",
-    ("idle", "ready"): "load",
-    ("idle", "stopped"): "fault",
-    ("teaching", "idle"): "finish teaching",
-    ("teaching", "stopped"): "stop or fault",
-    ("ready", "idle"): "unload",
-    ("ready", "approaching"): "approach: torque on",
-    ("ready", "stopped"): "stop or fault",
-    ("approaching", "paused"): "the start is reached",
-    ("approaching", "stopped"): "stop or fault",
-    ("paused", "playing"): "play",
-    ("paused", "returning"): "return",
-    ("paused", "stopped"): "stop or fault",
-    ("playing", "paused"): "pause, or taken back from resistance",
-    ("playing", "returning"): "the end is reached",
-    ("playing", "stopped"): "stop, fault, or resistance in the same place",
-    ("returning", "idle"): "back where it began: torque off",
-    ("returning", "stopped"): "stop or fault",
-    ("stopped", "idle"): "acknowledge, once every cause has cleared",
-}
-"""Every allowed transition between modes and its trigger. docs/reference/state-machine.md is generated from this table.
-"""
-
 _SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
 """These may hold when the apparatus is switched on; everything else is known then."""
 
 _MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
 """Limits the ramp of a category 1 stop. After this time the torque is cut even if the arm still moves."""
 
-_PHASES: Final[dict[Mode, int]] = {
-    "approaching": journal.PHASE_APPROACHING,
-    "playing": journal.PHASE_PLAYING,
-    "paused": journal.PHASE_PAUSED,
-    "returning": journal.PHASE_RETURNING,
-    "stopped": journal.PHASE_STOPPING,
-}
 
-
-class IllegalTransitionError(Exception):
-    """A defect: a step tried a transition that is not in the table."""
-
-
-class StateMachine:
+class StateMachine(MachineState):
     """Modes, runs and teachings of one apparatus.
 
     After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are the commands for the drives.
     """
-
-    def __init__(
-        self,
-        config: StationConfig,
-        open_journal: Callable[[JournalHeader], JournalWriter],
-        emit: Callable[[Event], None],
-    ) -> None:
-        self._config = config
-        self._open_journal = open_journal
-        self._emit_event = emit
-        self._event_numbers = count(1)
-        self._t_ns: int
-        """Time of this cycle; :meth:`step` sets it."""
-        self._run: Run | None = None
-        self._teaching: Teaching | None = None
-        self._movement: Movement | None = None
-        self.mode: Mode = "offline"
-        self.stop: LatchedStop | None = None
-        self.torque_on = False
-        self.torque_inherited = True
-        """True while torque is neither commanded on nor off: a drive may have held an arm since before the port was
-        opened.
-        """
-        self.drive_problem = ""
-        """Why a drive cannot be configured; empty if no problem is known."""
-        self.stops_latched = 0
-        """Number of latched stops."""
-        self.setpoint_deg: tuple[float, ...]
-        """Without torque: the measured angles."""
-        self.setpoint_t_ns: int
-        """When the setpoint was computed."""
-        self._pending_faults: list[Key] = []
-        """Faults that a step detected itself; the next cycle latches them."""
-        self._period_s = 1.0 / config.cycle_hz
-        self._cycles_on_path: int
-        """Cycles since torque was switched on, or since play began with the zero-order hold."""
-        self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
@@ -416,99 +331,7 @@ class StateMachine:
             self._end_teaching()
             self._enter("stopped")
 
-    # -- snapshot -------------------------------------------------------------------------------------------------
-
-    def pedal(self, state: CycleState) -> PedalState:
-        """Return the debounced pedal state."""
-        if state.pedal_down is None:
-            return "unknown"
-        if state.pedal_down and self._teaching and not self._teaching.pedal_was_up:
-            return "stuck"
-        return "down" if state.pedal_down else "up"
-
-    def run_state(self) -> RunState | None:
-        """Return the loaded run and its place on the path."""
-        run = self._run
-        if run is None:
-            return None
-        return run.state(self._movement, at_start=self.mode == "paused" and run.position_s == 0.0)
-
-    def teaching_state(self) -> TeachingState | None:
-        """Return the active teaching and its takes."""
-        return self._teaching.state() if self._teaching else None
-
-    @property
-    def active_id(self) -> str:
-        """Id of the active run or teaching; "" for none."""
-        return self._run.load.run_id if self._run else self._teaching.teaching_id if self._teaching else ""
-
-    @property
-    def limits_deg(self) -> Limits:
-        """The tightest of the mechanism's and the run's limits, for each axis."""
-        return self._run.limits_deg if self._run else self._mechanism_deg
-
-    @property
-    def config(self) -> StationConfig:
-        """The station's configuration; during a run with the patient's speed limit."""
-        return self._run.config if self._run else self._config
-
-    @property
-    def setpoint_due(self) -> bool:
-        """True if this cycle sends a setpoint and records a sample. Only valid with torque on."""
-        assert self._run is not None
-        return self._cycles_on_path % self._run.cycles_per_setpoint == 0
-
-    @property
-    def rate_hz(self) -> int:
-        """Setpoints a second."""
-        return self._run.rate_hz if self._run else self._config.rate_hz
-
-    @property
-    def journal_ok(self) -> bool:
-        """False if a sample was lost on its way to the disk."""
-        open_now = (self._run and self._run.journal, self._teaching and self._teaching.journal)
-        return not any(writer.lost for writer in open_now if writer)
-
-    def emit(self, code: str, message: str) -> None:
-        """Emit an event of the loop, numbered with all others."""
-        self._emit(code, message)
-
     # -- helpers --------------------------------------------------------------------------------------------------
-
-    def _latch(self, state: CycleState) -> LatchedStop:
-        self.stop = LatchedStop(state.t_ns)
-        self.stops_latched += 1
-        return self.stop
-
-    def _begin_approach(self, state: CycleState) -> None:
-        run = self._run
-        assert run is not None
-        here = np.array(state.measured_deg)
-        run.begin(here)
-        assert run.return_to_deg is not None
-        speed_deg_s = run.approach_speed_deg_s
-        if run.zero_order_hold:
-            # The paper's method moves to the start only when it plays; until then the arm is held within the patient's
-            # limits.
-            self._movement = run.movement_along(approach.Approach(here, run.return_to_deg, speed_deg_s), direction=1)
-        else:
-            start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
-            self._movement = run.movement_along(approach.from_its_side(here, start, leaves, speed_deg_s), direction=1)
-        self._cycles_on_path = 0
-        self.torque_on = True
-        self._emit("torque", texts.TORQUE_ON())
-        self._enter("approaching")
-
-    def _begin_return(self) -> None:
-        run = self._run
-        assert run is not None and run.return_to_deg is not None
-        run.resisting_axis = None
-        here = np.array(self.setpoint_deg)
-        run.start_path(here)
-        self._movement = run.movement_along(
-            approach.Approach(here, run.return_to_deg, run.approach_speed_deg_s), direction=1
-        )
-        self._enter("returning")
 
     def _follow_path(self, state: CycleState) -> None:
         """Record the sample for the last setpoint and compute the next one along the path."""
@@ -528,77 +351,6 @@ class StateMachine:
         if on_recording:
             run.position_s = movement.position_s
         run.tighten(self.setpoint_deg, state.measured_deg)
-
-    def _phase(self, run: Run) -> int:
-        """Return the journal phase of a sample. Samples with a reduced range or while taken back have their own phases."""
-        if self.mode == "playing" and run.resisting_axis is not None:
-            return journal.PHASE_REVERSING
-        if self.mode == "playing" and not run.range_override.is_full:
-            return journal.PHASE_REDUCED_RANGE
-        return _PHASES[self.mode]
-
-    @property
-    def _at_rest(self) -> bool:
-        return self._movement is None or self._movement.at_rest
-
-    def _cut_torque(self) -> None:
-        if self.torque_on:
-            self.torque_on = False
-            self._emit("torque", texts.TORQUE_OFF())
-
-    def _emit_take_ended(self, teaching: Teaching) -> None:
-        self._emit("take_ended", texts.TAKE_ENDED(take=teaching.takes, take_s=teaching.take_s))
-
-    def _end_teaching(self) -> None:
-        teaching, self._teaching = self._teaching, None
-        if teaching:
-            if teaching.recording:
-                self._emit_take_ended(teaching)
-            teaching.end()
-
-    def _end_stopped_run(self) -> None:
-        if self._run and self.stop:
-            first = self.stop.causes()[0]
-            self._end_run(
-                JournalEnd(
-                    reason="stopped", cause_code=first.code, cause_message=first.message, cause_key=first.message_key
-                )
-            )
-
-    def _end_run(self, end: JournalEnd) -> None:
-        assert self._run is not None
-        self._run.journal.finish(end)
-        self._run = None
-        self._movement = None
-
-    def _header(self, kind: str, identity: str, recording_id: str | None, rate_hz: int) -> JournalHeader:
-        return JournalHeader(
-            kind="teaching" if kind == "teaching" else "run",
-            id=identity,
-            recording_id=recording_id,
-            station=self._config.name,
-            rate_hz=rate_hz,
-            started_at=datetime.now(UTC),
-            started_ns=self._t_ns,
-        )
-
-    def _enter(self, mode: Mode) -> None:
-        if (self.mode, mode) not in TRANSITIONS:
-            raise IllegalTransitionError(f"from {self.mode} to {mode}")
-        self.mode = mode
-        self._emit("mode", mode)
-
-    def _emit(self, code: str, message: str) -> None:
-        log.info("%s: %s", code, message)
-        self._emit_event(
-            Event(
-                number=next(self._event_numbers),
-                t_ns=self._t_ns,
-                code=code,
-                message=str(message),
-                message_key=key_of(message),
-            )
-        )
 
 
 def _fault_event_text(cause: StopCause) -> Text:

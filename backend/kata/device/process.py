@@ -82,7 +82,6 @@ def _control(config: StationConfig, link: SocketServiceLink, scheduled: bool, me
         config,
         make_bus(config),
         link,
-        real_time=scheduled and realtime.schedule(realtime.CONTROL_PRIORITY),
-        memory_locked=memory_locked,
+        realtime.Granted(scheduled and realtime.schedule(realtime.CONTROL_PRIORITY), memory_locked),
         now_ns=time.monotonic_ns,
     ).run()

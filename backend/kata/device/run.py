@@ -10,7 +10,7 @@ import numpy as np
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
-from kata.device.journal import JournalWriter
+from kata.device.journal import JournalWriter, Sample
 from kata.device.limits import RunLimits
 from kata.device.messages import LOAD_LEVELS, Load, RunState
 from kata.device.movement import CREEP, Movement, Path, longest_step
@@ -260,13 +260,15 @@ class Run:
     def record(self, t_ns: int, state: CycleState, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
         """Write the sample for the last setpoint, measured at ``t_ns``, to the journal."""
         self.journal.append_sample(
-            t_ns,
-            take=0,
-            phase=phase,
-            path_s=path_s,
-            setpoint_deg=setpoint_deg,
-            measured_deg=state.measured_deg,
-            torque_nm=state.torque_nm,
+            Sample(
+                t_ns=t_ns,
+                take=0,
+                phase=phase,
+                path_s=path_s,
+                setpoint_deg=setpoint_deg,
+                measured_deg=state.measured_deg,
+                torque_nm=state.torque_nm,
+            )
         )
 
     def state(self, movement: Movement | None, *, at_start: bool) -> RunState:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from kata.device.cycle_state import CycleState
-from kata.device.journal import JournalEnd, JournalWriter
+from kata.device.journal import JournalEnd, JournalWriter, Sample
 from kata.device.messages import TeachingState
 
 
@@ -41,13 +41,15 @@ class Teaching:
         if self.cycles % self.every == 0 and state.measured_t_ns is not None:
             self.samples += 1
             self.journal.append_sample(
-                state.measured_t_ns,
-                take=self.takes,
-                phase=0,
-                path_s=self.take_s,
-                setpoint_deg=state.measured_deg,
-                measured_deg=state.measured_deg,
-                torque_nm=state.torque_nm,
+                Sample(
+                    t_ns=state.measured_t_ns,
+                    take=self.takes,
+                    phase=0,
+                    path_s=self.take_s,
+                    setpoint_deg=state.measured_deg,
+                    measured_deg=state.measured_deg,
+                    torque_nm=state.torque_nm,
+                )
             )
         self.cycles += 1
 

@@ -29,7 +29,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName, CheckState
 from kata.clinic.sessions.schemas import CheckConfirmation, Run
 from kata.database.base import utc_now
-from kata.device.journal import Journal, JournalEnd, synthetic_journal
+from kata.device.journal import Journal, JournalEnd, JournalHeader, synthetic_journal
 from kata.device.messages import LOAD_LEVELS, Mode
 from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
@@ -264,11 +264,15 @@ class ServiceDriver:
 
     def _as_journal(self, teaching_id: UUID, times_s: Floats, angles_deg: Floats) -> Journal:
         return synthetic_journal(
-            "teaching",
-            teaching_id,
-            self.station.info.name,
-            round((len(times_s) - 1) / (times_s[-1] - times_s[0])),
-            datetime.now(UTC),
+            JournalHeader(
+                kind="teaching",
+                id=str(teaching_id),
+                recording_id=None,
+                station=self.station.info.name,
+                rate_hz=round((len(times_s) - 1) / (times_s[-1] - times_s[0])),
+                started_at=datetime.now(UTC),
+                started_ns=0,
+            ),
             times_s,
             angles_deg,
             angles_deg,

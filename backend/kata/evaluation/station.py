@@ -34,6 +34,7 @@ from kata.evaluation.world import World
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.taught import Taught
 from kata.simulator.hand import GuidedMotion
+from kata.system.realtime import Granted
 
 _NEVER_NS: Final = 2**62
 """Commands of a virtual station are executed in the next cycle, so they do not expire."""
@@ -58,8 +59,7 @@ class VirtualStation:
             config,
             make_bus(config, self._world.open_transport),
             self._link,
-            real_time=False,
-            memory_locked=False,
+            Granted(scheduling=False, memory_lock=False),
             now_ns=lambda: self._world.t_ns,
             sleep=self._world.sleep,
         )

@@ -11,7 +11,7 @@ import mmap
 import os
 import resource
 import sys
-from typing import Final
+from typing import Final, NamedTuple
 
 from kata.system import scheduling
 
@@ -31,6 +31,14 @@ _SET_THP_DISABLE: Final = 41
 """PR_SET_THP_DISABLE."""
 _NO_ACCESS: Final = 0
 """PROT_NONE: such a mapping counts against the limit and takes no memory."""
+
+
+class Granted(NamedTuple):
+    """The real-time privileges that a process has been granted."""
+
+    scheduling: bool
+    """SCHED_FIFO."""
+    memory_lock: bool
 
 
 def settle() -> None:

@@ -39,6 +39,9 @@ from kata.device.journal.format import (
 from kata.device.journal.format import (
     JournalHeader as JournalHeader,
 )
+from kata.device.journal.format import (
+    Sample as Sample,
+)
 from kata.device.journal.reader import (
     Journal as Journal,
 )

@@ -7,8 +7,9 @@ other threads write and sync (:mod:`kata.device.journal_set`). The service reads
 """
 
 import struct
+from collections.abc import Sequence
 from datetime import datetime
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import msgspec
 import numpy as np
@@ -43,6 +44,18 @@ ROW: Final = np.dtype(
         ("torque_nm", "<f4", (N_AXES,)),
     ]
 )
+
+
+class Sample(NamedTuple):
+    """One sample of a journal."""
+
+    t_ns: int
+    take: int
+    phase: int
+    path_s: float
+    setpoint_deg: Sequence[float]
+    measured_deg: Sequence[float]
+    torque_nm: Sequence[float]
 
 
 class JournalError(ValueError):

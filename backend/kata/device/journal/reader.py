@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
-from uuid import UUID
 
 import msgspec
 import numpy as np
@@ -119,11 +118,7 @@ def parse(data: bytes, name: str) -> Journal:
 
 
 def synthetic_journal(
-    kind: Literal["teaching", "run"],
-    id_: UUID,
-    station: str,
-    rate_hz: int,
-    started_at: datetime,
+    header: JournalHeader,
     times_s: NDArray[np.float64],
     measured_deg: NDArray[np.floating],
     setpoint_deg: NDArray[np.floating],
@@ -136,16 +131,16 @@ def synthetic_journal(
     """
     count = len(times_s)
     return Journal(
-        kind=kind,
-        id=str(id_),
-        recording_id=None,
-        station=station,
-        rate_hz=rate_hz,
-        started_at=started_at,
-        started_ns=0,
+        kind=header.kind,
+        id=header.id,
+        recording_id=header.recording_id,
+        station=header.station,
+        rate_hz=header.rate_hz,
+        started_at=header.started_at,
+        started_ns=header.started_ns,
         t_ns=np.round(times_s * 1e9).astype(np.int64),
         take=np.ones(count, dtype=np.uint32),
-        phase=np.full(count, PHASE_PLAYING if kind == "run" else 0, dtype=np.uint8),
+        phase=np.full(count, PHASE_PLAYING if header.kind == "run" else 0, dtype=np.uint8),
         path_s=times_s,
         setpoint_deg=setpoint_deg.astype(np.float32),
         measured_deg=measured_deg.astype(np.float32),

@@ -3,14 +3,23 @@
 import os
 import zlib
 from collections import deque
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from kata.device.journal.format import CRC, FRAME, SAMPLE, SUFFIX, TYPE_END, TYPE_SAMPLE, JournalEnd, JournalHeader
+from kata.device.journal.format import (
+    CRC,
+    FRAME,
+    SAMPLE,
+    SUFFIX,
+    TYPE_END,
+    TYPE_SAMPLE,
+    JournalEnd,
+    JournalHeader,
+    Sample,
+)
 
 _RING_RECORDS: Final = 6000
 """A minute at 100 Hz: longer than any disk may delay a write."""
@@ -70,21 +79,12 @@ class JournalWriter:
         """True if the file's name in the folder is on the disk."""
         self._complete = False
 
-    def append_sample(
-        self,
-        t_ns: int,
-        *,
-        take: int,
-        phase: int,
-        path_s: float,
-        setpoint_deg: Sequence[float],
-        measured_deg: Sequence[float],
-        torque_nm: Sequence[float],
-    ) -> None:
+    def append_sample(self, sample: Sample) -> None:
         """Append one sample."""
         if len(self._ring) >= _RING_RECORDS:
             self.lost += 1
             return
+        t_ns, take, phase, path_s, setpoint_deg, measured_deg, torque_nm = sample
         payload = SAMPLE.pack(t_ns, take, phase, path_s, *setpoint_deg, *measured_deg, *torque_nm)
         self._ring.append(_record(TYPE_SAMPLE, payload, self._seed))
 
