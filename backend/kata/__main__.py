@@ -8,11 +8,11 @@ line takes seconds.
 def main() -> None:
     """Run the command. Invalid settings end every command with one sentence each and status 2."""
     from kata.system import scheduling
-    from kata.system.gc_freeze import staying
+    from kata.system.gc_freeze import frozen_imports
 
     # Before any thread starts. All commands do so: a benchmark or an evaluation beside the service must not delay an apparatus.
-    scheduling.ask_for(scheduling.LONG_NS)
-    with staying():
+    scheduling.set_time_slice(scheduling.LONG_NS)
+    with frozen_imports():
         from pydantic import ValidationError
 
         from kata.cli.main import app

@@ -28,7 +28,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT, PlaybackSettings
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.plotting import figures
 from tests.support.imported_runs import STARTED, Clinic, pose

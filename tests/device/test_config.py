@@ -240,12 +240,12 @@ def test_drive_lag_is_given_axis_by_axis() -> None:
         msgspec.structs.replace(axis, lag_s=a1, lag2_s2=a2, friction_deg=friction)
         for axis, (a1, a2, friction) in zip(StationConfig().axes, lags, strict=True)
     )
-    lag = StationConfig(axes=axes).lag
+    lag = StationConfig(axes=axes).servo_model
     assert lag.first_s.tolist() == [a1 for a1, _, _ in lags]
     assert lag.second_s2.tolist() == [a2 for _, a2, _ in lags]
     assert lag.friction_deg.tolist() == [friction for _, _, friction in lags]
 
 
 def test_unidentified_station_has_no_known_lag() -> None:
-    lag = StationConfig().lag
+    lag = StationConfig().servo_model
     assert not np.any([lag.first_s, lag.second_s2, lag.friction_deg])

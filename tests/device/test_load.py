@@ -11,8 +11,8 @@ from kata.device.config import StationConfig
 from kata.device.ipc import QueuedCommand
 from kata.device.messages import Load, Refusal
 from kata.device.references import build
-from kata.motion.learning import LARGEST_DEG, rows
-from kata.motion.trajectory import Held, Trajectory
+from kata.motion.ilc import MAX_CORRECTION_DEG, rows
+from kata.motion.trajectory import Trajectory, ZeroOrderHold
 from tests.support.load_messages import SECONDS, TIMES_S, angles, correction, message
 
 Loading = Callable[..., QueuedCommand]
@@ -35,8 +35,8 @@ def loading() -> Loading:
 def test_each_method_has_its_reference(loading: Loading, method: str) -> None:
     taken = loading(message(method=method))
     assert taken.refusal is None
-    assert isinstance(taken.trajectory, Held if method == "paper" else Trajectory)
-    assert isinstance(taken.trajectory, Held) == (method == "paper")
+    assert isinstance(taken.trajectory, ZeroOrderHold if method == "paper" else Trajectory)
+    assert isinstance(taken.trajectory, ZeroOrderHold) == (method == "paper")
     assert taken.correction is None
 
 
@@ -97,7 +97,7 @@ def test_the_papers_ten_hertz_must_fit_the_stations_cycles(loading: Loading, cyc
 
 
 def test_learned_correction_is_sent_with_the_recording(loading: Loading) -> None:
-    given = np.random.default_rng(0).uniform(-LARGEST_DEG, LARGEST_DEG, (rows(SECONDS), 5))
+    given = np.random.default_rng(0).uniform(-MAX_CORRECTION_DEG, MAX_CORRECTION_DEG, (rows(SECONDS), 5))
     taken = loading(message(method="learned", correction_deg=given.tobytes(), correction_step_s=0.02))
     assert taken.refusal is None
     assert taken.correction is not None
@@ -111,8 +111,8 @@ def test_learned_correction_is_sent_with_the_recording(loading: Loading) -> None
         ({"method": "smooth"}, "belongs to the learned method"),
         ({"method": "paper"}, "belongs to the learned method"),
         ({"correction_deg": correction()[:-8]}, "cut short"),
-        ({"correction_deg": correction(LARGEST_DEG + 0.001)}, "more than 3 deg"),
-        ({"correction_deg": correction(-LARGEST_DEG - 0.001)}, "more than 3 deg"),
+        ({"correction_deg": correction(MAX_CORRECTION_DEG + 0.001)}, "more than 3 deg"),
+        ({"correction_deg": correction(-MAX_CORRECTION_DEG - 0.001)}, "more than 3 deg"),
         ({"correction_deg": correction(math.nan)}, "more than 3 deg"),
         ({"correction_step_s": 0.0}, "as long as another recording"),
         ({"correction_step_s": -0.02}, "as long as another recording"),
@@ -137,7 +137,7 @@ def test_learned_correction_must_be_complete_bounded_and_match_the_recording(
 
 
 def test_a_correction_at_the_bound_is_good(loading: Loading) -> None:
-    for deg in (LARGEST_DEG, -LARGEST_DEG):
+    for deg in (MAX_CORRECTION_DEG, -MAX_CORRECTION_DEG):
         taken = loading(message(method="learned", correction_deg=correction(deg), correction_step_s=0.02))
         assert taken.refusal is None
 

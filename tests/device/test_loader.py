@@ -17,8 +17,8 @@ from kata.device.config import StationConfig
 from kata.device.loader import ReferenceLoader, Result
 from kata.device.messages import Load, Refusal, parts_of
 from kata.device.references import Reference, build
-from kata.motion.learning import rows
-from kata.motion.trajectory import Held, Trajectory
+from kata.motion.ilc import rows
+from kata.motion.trajectory import Trajectory, ZeroOrderHold
 from tests.support.load_messages import SECONDS, TIMES_S, angles, correction, message
 from tests.support.paths import ROOT
 
@@ -80,7 +80,7 @@ def test_builder_process_gives_the_same_reference(loading: Loading, method: str)
     load = message(wave, method=method, **learned)
     here, there = build(load, StationConfig()), loading.load(load)
     assert isinstance(here, Reference) and isinstance(there, Reference)
-    assert type(there.trajectory) is (Held if method == "paper" else Trajectory)
+    assert type(there.trajectory) is (ZeroOrderHold if method == "paper" else Trajectory)
     assert here.trajectory.parts().keys() == there.trajectory.parts().keys()
     for name, numbers in here.trajectory.parts().items():
         assert np.array_equal(numbers, there.trajectory.parts()[name])

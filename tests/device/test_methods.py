@@ -14,10 +14,10 @@ from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.faults import FAULTS
 from kata.device.messages import Approach, Command, Less, Pause, Play, Refusal, Return
 from kata.device.references import build
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
-from kata.motion.trajectory import Held, Trajectory
+from kata.motion.trajectory import Trajectory, ZeroOrderHold
 from tests.support.examples import examples
 from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
 from tests.support.stepped import REST_DEG, Stepped
@@ -60,8 +60,10 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
         until_place(stepped, at_s)
         # It aims at the middle of its own time; the place was moved on by a cycle since.
         motion = trajectory.motion_at(place_s(stepped) - 0.01 + 0.005)
-        assert sent(stepped)[-1] == pytest.approx((motion.angles_deg + config.lag.ahead(motion))[MOVING], abs=1e-6)
-        assert abs(config.lag.ahead(motion)[MOVING]) > 0.5
+        assert sent(stepped)[-1] == pytest.approx(
+            (motion.angles_deg + config.servo_model.feed_forward(motion))[MOVING], abs=1e-6
+        )
+        assert abs(config.servo_model.feed_forward(motion)[MOVING]) > 0.5
     stepped.until("idle")
     assert stepped.causes() == []
 
@@ -75,8 +77,8 @@ def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: M
     kept = stepped.journal()
     playing = kept.phase == journal.PHASE_PLAYING
     assert kept.setpoint_deg[playing][5:] == pytest.approx(kept.measured_deg[playing][5:], abs=1e-4)
-    ahead = kept.setpoint_deg[playing][:, MOVING] - trajectory.along(kept.path_s[playing])[:, MOVING]
-    assert np.abs(ahead).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
+    feed_forward = kept.setpoint_deg[playing][:, MOVING] - trajectory.along(kept.path_s[playing])[:, MOVING]
+    assert np.abs(feed_forward).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
 
 
 def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
@@ -113,8 +115,8 @@ def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
     assert 0.3 < movement.speed_override < 0.6
     pace_then = movement.speed_override + 0.05
     place = place_s(stepped) - movement.speed_override * 0.01 + pace_then * 0.005
-    ahead = sent(stepped)[-1] - trajectory.at(place)[MOVING]
-    assert ahead == pytest.approx(0.1 * pace_then * trajectory.motion_at(place).speed_deg_s[MOVING], abs=0.1)
+    feed_forward = sent(stepped)[-1] - trajectory.at(place)[MOVING]
+    assert feed_forward == pytest.approx(0.1 * pace_then * trajectory.motion_at(place).speed_deg_s[MOVING], abs=0.1)
 
 
 def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
@@ -327,7 +329,7 @@ def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_be
     kept = paper.journal()
     playing = kept.phase == journal.PHASE_PLAYING
     trajectory = reference("paper", TIMES_S, rows(from_deg=5.0))
-    assert isinstance(trajectory, Held)
+    assert isinstance(trajectory, ZeroOrderHold)
     told = sent(paper)[before:]
     assert told[:39] == pytest.approx(trajectory._samples[:39, MOVING])
     assert kept.rate_hz == 10

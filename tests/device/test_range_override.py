@@ -10,7 +10,7 @@ import pytest
 from kata.device import journal
 from kata.device.messages import Approach, Less, Pause, Play, Return
 from kata.device.range_override import MIN_SHARE, RECOVERY_DEG, REDUCTION_STEP, RangeOverride
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.path import Motion

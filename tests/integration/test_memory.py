@@ -28,7 +28,7 @@ libc.fdopen.restype = ctypes.c_void_p
 libc.malloc_info.argtypes = [ctypes.c_int, ctypes.c_void_p]
 libc.fflush.argtypes = [ctypes.c_void_p]
 if sys.argv[1] == "asked":
-    malloc.give_back()
+    malloc.return_free_memory()
 if sys.argv[1] == "served":
     from kata.cli import serve
     from kata.settings import Settings

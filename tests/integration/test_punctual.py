@@ -29,9 +29,9 @@ except SystemExit:
 """
 _SETTLED = """
 from kata.system import scheduling
-from kata.system.realtime import settle
-scheduling.ask_for(scheduling.LONG_NS)
-settle()
+from kata.system.realtime import prepare_interpreter
+scheduling.set_time_slice(scheduling.LONG_NS)
+prepare_interpreter()
 print(open("/proc/self/sched").read())
 """
 _SIMULATED = """

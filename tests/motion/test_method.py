@@ -8,7 +8,7 @@ import pytest
 
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats, motor_angles_deg
-from kata.motion.method import Lag, reference
+from kata.motion.method import ServoModel, reference
 from kata.motion.path import Motion
 from kata.motion.smoothing import smoothed
 from kata.motion.taught import Taught, read_csv
@@ -131,31 +131,31 @@ def motion(speed_deg_s: float, acceleration_deg_s2: float = 0.0) -> Motion:
     return Motion(np.zeros(5), np.full(5, speed_deg_s), np.full(5, acceleration_deg_s2))
 
 
-LAG = Lag(np.full(5, 0.06), np.full(5, 0.002), np.full(5, 0.5))
+LAG = ServoModel(np.full(5, 0.06), np.full(5, 0.002), np.full(5, 0.5))
 
 
 def test_setpoint_leads_by_the_drive_lag() -> None:
-    assert LAG.ahead(motion(40.0)) == pytest.approx([40 * 0.06 + 0.5] * 5, abs=1e-3)
-    assert LAG.ahead(motion(-40.0)) == pytest.approx([-40 * 0.06 - 0.5] * 5, abs=1e-3)
-    assert LAG.ahead(motion(0.0, 100.0)) == pytest.approx([0.2] * 5)
+    assert LAG.feed_forward(motion(40.0)) == pytest.approx([40 * 0.06 + 0.5] * 5, abs=1e-3)
+    assert LAG.feed_forward(motion(-40.0)) == pytest.approx([-40 * 0.06 - 0.5] * 5, abs=1e-3)
+    assert LAG.feed_forward(motion(0.0, 100.0)) == pytest.approx([0.2] * 5)
     # Half a degree of friction is not jumped over when the arm turns round.
-    assert LAG.ahead(motion(5.0)) == pytest.approx([5 * 0.06 + 0.5 * np.tanh(1.0)] * 5)
+    assert LAG.feed_forward(motion(5.0)) == pytest.approx([5 * 0.06 + 0.5 * np.tanh(1.0)] * 5)
 
 
 def test_resting_arm_has_no_lead() -> None:
-    assert not LAG.ahead(motion(0.0)).any()
+    assert not LAG.feed_forward(motion(0.0)).any()
 
 
 def test_a_second_order_lag_is_undone() -> None:
     """u = r + a1 r' + a2 r'' through 1 / (1 + a1 s + a2 s2) is r."""
-    lag = Lag(np.full(5, 0.08), np.full(5, 0.0025), np.zeros(5))
+    lag = ServoModel(np.full(5, 0.08), np.full(5, 0.0025), np.zeros(5))
     times = np.arange(0.0, 4.0, 0.01)
     trajectory = Trajectory(times, np.tile(30 * (1 - np.cos(np.pi * times / 2))[:, None], 5))
     y, v, dt = np.zeros(5), np.zeros(5), 0.0005
     worst = 0.0
     for time_s in np.arange(0.0, 4.0, dt):
         r = trajectory.motion_at(time_s)
-        v += (r.angles_deg + lag.ahead(r) - y - lag.first_s * v) / lag.second_s2 * dt
+        v += (r.angles_deg + lag.feed_forward(r) - y - lag.first_s * v) / lag.second_s2 * dt
         y += v * dt
         worst = max(worst, float(np.abs(y - trajectory.at(time_s + dt)).max()))
     assert worst < 0.1

@@ -5,7 +5,7 @@ import pytest
 
 from kata.motion.edit import EditError, Motion, PlaybackSettings, with_settings
 from kata.motion.linkage import Floats
-from kata.motion.repetitions import Pace, pace, pace_of
+from kata.motion.repetitions import RepetitionTimes, repetition_times, repetition_times_of
 
 
 def motion(*, ends_elsewhere: bool) -> Motion:
@@ -29,22 +29,22 @@ def motion(*, ends_elsewhere: bool) -> Motion:
 def test_repeated_motion_lasts_as_long_as_the_device_reference(ends_elsewhere: bool, asked: PlaybackSettings) -> None:
     taught = motion(ends_elsewhere=ends_elsewhere)
     whole = with_settings(taught, asked)
-    found = pace(taught, asked)
+    found = repetition_times(taught, asked)
     assert found.duration_s == pytest.approx(whole.duration_s, abs=1e-6)
     # Found from the whole, where that has been made already, it is the same.
-    same = pace_of(taught, whole, asked)
+    same = repetition_times_of(taught, whole, asked)
     assert (same.first_s, same.period_s) == pytest.approx((found.first_s, found.period_s), abs=1e-6)
 
 
 def test_repetition_counts_only_after_it_has_ended() -> None:
     # There and back in 2 s, standing for 1 s between.
-    found = pace(motion(ends_elsewhere=False), PlaybackSettings(repetitions=3, pause_s=1.0))
+    found = repetition_times(motion(ends_elsewhere=False), PlaybackSettings(repetitions=3, pause_s=1.0))
     reached = {0.0: 0, 1.99: 0, 2.0: 1, 4.9: 1, 5.0: 2, 7.9: 2, 8.0: 3, 9.0: 3}
     assert {at_s: found.done(at_s + 1e-6) for at_s in reached} == reached
 
 
 def test_single_playback_counts_as_done_at_its_end() -> None:
-    assert [Pace(2.0, 0.0, 1).done(at_s) for at_s in (0.0, 1.9, 2.0, 5.0)] == [0, 0, 1, 1]
+    assert [RepetitionTimes(2.0, 0.0, 1).done(at_s) for at_s in (0.0, 1.9, 2.0, 5.0)] == [0, 0, 1, 1]
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_single_playback_counts_as_done_at_its_end() -> None:
 )
 def test_playback_beyond_an_hour_is_refused_before_it_is_built(asked: PlaybackSettings) -> None:
     with pytest.raises(EditError, match="longer than an hour"):
-        pace(motion(ends_elsewhere=False), asked)
+        repetition_times(motion(ends_elsewhere=False), asked)
 
 
 def test_return_that_exceeds_an_hour_in_total_is_refused() -> None:
@@ -60,4 +60,4 @@ def test_return_that_exceeds_an_hour_in_total_is_refused() -> None:
     taught = motion(ends_elsewhere=True)
     assert 200 * taught.duration_s + 199 * asked.pause_s < 3600
     with pytest.raises(EditError, match="longer than an hour"):
-        pace(taught, asked)
+        repetition_times(taught, asked)

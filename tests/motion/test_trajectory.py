@@ -5,10 +5,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kata.motion.approach import Approach, OneAfterAnother, from_its_side
+from kata.motion.approach import Approach, PathSequence, unidirectional_approach
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
-from kata.motion.trajectory import AxisLimits, Held, Trajectory, TrajectoryError
+from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
 
 METHODS: tuple[Method, ...] = ("paper", "smooth", "learned")
 
@@ -130,7 +130,7 @@ def test_motion_too_abrupt_at_100_hertz_may_pass_at_ten() -> None:
     times = np.arange(0, 2.01, 0.1)
     rows = np.zeros((len(times), 5))
     rows[10:, 2] = 14.0
-    held = Held(times, rows)
+    held = ZeroOrderHold(times, rows)
     held.check([AxisLimits(-10.0, 20.0, 150.0, 1400.1)] * 5, tolerance_deg=0.0)
     with pytest.raises(TrajectoryError, match=r"motor 3 would jerk at 0.9 s"):
         held.check([AxisLimits(-10.0, 20.0, 150.0, 1399.9)] * 5, tolerance_deg=0.0)
@@ -173,7 +173,7 @@ def test_every_axis_reaches_the_start_from_its_departure_side() -> None:
     start = trajectory.start_deg
 
     for here in (start - 10, start + 10):
-        way = from_its_side(here, start, trajectory.leaves_deg, 15.0)
+        way = unidirectional_approach(here, start, trajectory.departure_deg, 15.0)
         path = np.array([way.motion_at(time_s).angles_deg for time_s in np.linspace(0, way.duration_s, 1000)])
         assert path[0] == pytest.approx(here)
         assert path[-1] == pytest.approx(start)
@@ -188,7 +188,7 @@ def test_every_axis_reaches_the_start_from_its_departure_side() -> None:
 
 def test_path_of_several_legs_is_continuous_and_rests_between_them() -> None:
     legs = [Approach(np.zeros(5), np.full(5, 10.0), 15.0), Approach(np.full(5, 10.0), np.full(5, 8.0), 15.0)]
-    way = OneAfterAnother(legs)
+    way = PathSequence(legs)
     assert way.duration_s == legs[0].duration_s + legs[1].duration_s
     for time_s in (-1.0, 0.0, legs[0].duration_s, way.duration_s, way.duration_s + 1):
         assert way.motion_at(time_s).speed_deg_s == pytest.approx(np.zeros(5))

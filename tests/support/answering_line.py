@@ -6,7 +6,8 @@ from typing import Final
 
 from fastcrc import crc16
 
-from kata.device.bus import dynamixel, modbus
+from kata.device.bus.dynamixel import packets as dynamixel
+from kata.device.bus.modbus import frames as modbus
 from kata.device.config import StationConfig
 
 _PACKET_START: Final = b"\xff\xff\xfd\x00"

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from kata.device.messages import Load
-from kata.motion.learning import rows
+from kata.motion.ilc import rows
 from kata.motion.linkage import Floats
 from tests.support.stepped import REST_DEG
 

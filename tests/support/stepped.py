@@ -15,7 +15,7 @@ from kata.device.loop import ControlLoop
 from kata.device.messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
 from kata.device.references import build
 from kata.device.refusals import STOPPED_MEANWHILE
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.trajectory import Trajectory
 from kata.system.realtime import Granted
 

@@ -43,7 +43,7 @@ from kata.device import messages
 from kata.errors import ProblemError
 from kata.messages import Text
 from kata.motion.edit import Motion
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.station.guard import Guard
 from kata.station.lease import Browser

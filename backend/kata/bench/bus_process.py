@@ -49,7 +49,7 @@ def main() -> None:
         host = _open_runner(arguments.name, config.read(arguments.station))
     except (BusError, OSError, ImportError) as error:
         sys.exit(f"{arguments.name}: {error}")
-    realtime.settle()
+    realtime.prepare_interpreter()
     granted = not arguments.no_real_time and realtime.schedule(realtime.CONTROL_PRIORITY)
     _reply(b"real time" if granted else b"ordinary")
     for line in sys.stdin.buffer:

@@ -49,7 +49,7 @@ def main() -> None:
     parser.add_argument("--hz", type=int, required=True, help="deadlines a second")
     parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
     arguments = parser.parse_args()
-    realtime.settle()
+    realtime.prepare_interpreter()
     if not arguments.no_real_time:
         realtime.schedule(realtime.CONTROL_PRIORITY)
     sys.stdout.write("ready\n")

@@ -91,7 +91,7 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
 
 async def _serve(settings: Settings) -> None:
     """Run the lifespan here instead of in uvicorn, so that its errors can be printed as sentences."""
-    malloc.give_back()
+    malloc.return_free_memory()
     application = create_app(settings)
     listening = _listen(settings)
     try:

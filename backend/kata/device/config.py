@@ -15,7 +15,7 @@ from kata.device import texts
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
-from kata.motion.method import Lag, Method
+from kata.motion.method import Method, ServoModel
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 REFERENCE_SHARE: Final = 0.5
@@ -241,9 +241,9 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         return msgspec.structs.replace(self, axes=tuple(axes))
 
     @property
-    def lag(self) -> Lag:
+    def servo_model(self) -> ServoModel:
         """The identified lag of the drives behind their setpoints."""
-        return Lag(*np.array([(axis.lag_s, axis.lag2_s2, axis.friction_deg) for axis in self.axes]).T)
+        return ServoModel(*np.array([(axis.lag_s, axis.lag2_s2, axis.friction_deg) for axis in self.axes]).T)
 
     def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
         """Return this configuration with no axis, and no approach, faster than ``max_speed_deg_s``; None: as it is."""

@@ -48,7 +48,7 @@ from kata.device.messages import (
 )
 from kata.device.references import Reference, unplayable
 from kata.device.refusals import STOPPED_MEANWHILE, other_side
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)

@@ -174,8 +174,10 @@ class MachineState:
             # limits.
             self._movement = run.movement_along(approach.Approach(here, run.return_to_deg, speed_deg_s), direction=1)
         else:
-            start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
-            self._movement = run.movement_along(approach.from_its_side(here, start, leaves, speed_deg_s), direction=1)
+            start, departure = run.trajectory.start_deg, run.trajectory.departure_deg
+            self._movement = run.movement_along(
+                approach.unidirectional_approach(here, start, departure, speed_deg_s), direction=1
+            )
         self._cycles_on_path = 0
         self.torque_on = True
         self._emit("torque", texts.TORQUE_ON())

@@ -48,7 +48,7 @@ from kata.device.refusals import (
 from kata.device.run import Run
 from kata.device.teaching import Teaching
 from kata.messages import Text, with_key
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 

@@ -64,7 +64,7 @@ def _run(config: StationConfig, link: SocketServiceLink, loader: ReferenceLoader
     signal.signal(signal.SIGTERM, end)
     # Ctrl-C in a terminal reaches the whole process group; the service decides when this process ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    realtime.settle()
+    realtime.prepare_interpreter()
     memory_locked = wants_real_time and realtime.lock_memory()
     # The other threads inherit this priority.
     scheduled = wants_real_time and realtime.schedule(realtime.IO_PRIORITY)

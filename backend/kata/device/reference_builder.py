@@ -37,7 +37,7 @@ def _step_back() -> None:
     """Take ordinary scheduling below the service, and one thread for linear algebra, because the equations are banded."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     os.nice(_NICENESS)
-    scheduling.ask_for(scheduling.LONG_NS)
+    scheduling.set_time_slice(scheduling.LONG_NS)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 

@@ -21,10 +21,10 @@ from kata.device.config import ConfigError, StationConfig
 from kata.device.messages import LOAD_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
 from kata.messages import text_of
 from kata.motion.axes import N_AXES
-from kata.motion.learning import LARGEST_DEG, Correction
+from kata.motion.ilc import MAX_CORRECTION_DEG, Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz, reference
-from kata.motion.trajectory import AxisLimits, Held, Trajectory, TrajectoryError
+from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
 
 log = logging.getLogger(__name__)
 
@@ -143,8 +143,8 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
     lasts_s = trajectory.duration_s
     if not (0 < step_s <= lasts_s and len(angles) >= 2 and abs((len(angles) - 1) * step_s - lasts_s) <= step_s):
         raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LENGTH())
-    if not np.all(np.abs(angles) <= LARGEST_DEG):
-        raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LARGE(largest_deg=LARGEST_DEG))
+    if not np.all(np.abs(angles) <= MAX_CORRECTION_DEG):
+        raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LARGE(largest_deg=MAX_CORRECTION_DEG))
     return Correction(step_s, angles)
 
 
@@ -154,7 +154,7 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
 class Packed(msgspec.Struct, frozen=True, tag_field="type", tag="packed"):
     """A reference whose numbers are in shared memory: float64 arrays, one after the other."""
 
-    kind: Literal["trajectory", "held"]
+    kind: Literal["trajectory", "zero_order_hold"]
     shapes: dict[str, tuple[int, ...]]
     """Name and shape of each array, in order."""
     correction_step_s: float
@@ -173,7 +173,9 @@ def pack(found: Reference) -> tuple[Packed, int]:
     with open(memory, "wb", closefd=False) as file:
         for array in arrays.values():
             file.write(np.ascontiguousarray(array, dtype=np.float64).data)
-    kind: Literal["trajectory", "held"] = "held" if isinstance(found.trajectory, Held) else "trajectory"
+    kind: Literal["trajectory", "zero_order_hold"] = (
+        "zero_order_hold" if isinstance(found.trajectory, ZeroOrderHold) else "trajectory"
+    )
     step_s = found.correction.step_s if found.correction else 0.0
     return Packed(kind, {name: array.shape for name, array in arrays.items()}, step_s), memory
 
@@ -191,7 +193,7 @@ def unpack(packed: Packed, memory: int) -> Reference:
         arrays[name] = numbers[begin:end].reshape(shape)
         begin = end
     correction = arrays.pop(_CORRECTION, None)
-    kind = Held if packed.kind == "held" else Trajectory
+    kind = ZeroOrderHold if packed.kind == "zero_order_hold" else Trajectory
     return Reference(
         kind.from_parts(arrays), None if correction is None else Correction(packed.correction_step_s, correction)
     )

@@ -17,7 +17,7 @@ from kata.device.movement import CREEP, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.setpoint_gate import largest_step_deg
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
@@ -76,7 +76,7 @@ class Run:
         """Cycles for each setpoint."""
         # A setpoint holds until the next one: it aims at the middle of that time.
         self._lead_s = 0.0 if self.zero_order_hold else 0.5 / self.rate_hz + self.config.setpoint_delay_s
-        self._servo_model = self.config.lag
+        self._servo_model = self.config.servo_model
         acceleration = np.array([axis.max_acceleration_deg_s2 for axis in self.config.axes])
         self._feed_forward_second_difference_deg = FEED_FORWARD_SHARE * acceleration / self.rate_hz**2
         steps = [
@@ -198,7 +198,7 @@ class Run:
         self.reference_deg = motion.angles_deg
         if self.zero_order_hold:
             return np.zeros(len(motion.angles_deg))
-        wanted = self._servo_model.ahead(motion)
+        wanted = self._servo_model.feed_forward(motion)
         if self.correction and movement.path is self.trajectory:
             # The correction was learned at the path's own speed and range. It does not fit an arm that is at rest or is
             # taken back.

@@ -1,6 +1,6 @@
 """Identifies the lag of a station's drives behind their setpoints from measured movements.
 
-The model, which :class:`kata.motion.method.Lag` compensates, is for each axis:
+The model, which :class:`kata.motion.method.ServoModel` compensates, is for each axis:
 
     u = y + a1 y' + a2 y'' + f tanh(y' / v0) + constant,
 

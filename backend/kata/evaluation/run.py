@@ -17,7 +17,7 @@ from kata.device.messages import Load
 from kata.evaluation.cases import Case
 from kata.evaluation.outcome import Outcome, PlaybackSamples, TaughtRecording
 from kata.evaluation.station import EvaluationError, VirtualStation
-from kata.motion.learning import Correction, learn
+from kata.motion.ilc import Correction, next_correction
 from kata.motion.linkage import OutOfReachError
 from kata.motion.method import Method, reference
 from kata.simulator.hand import HandRefusedError
@@ -115,7 +115,9 @@ def _learn(before: Correction | None, taught: TaughtRecording, run: Journal, con
     """Return the station's correction after this run."""
     threshold_nm = np.array([axis.max_torque_nm for axis in config.axes])
     trajectory = reference("learned", taught.times_s, taught.angles_deg)
-    return learn(before, trajectory, run.repetition, config.lag, threshold_nm, np.array(config.mechanism_deg))
+    return next_correction(
+        before, trajectory, run.repetition, config.servo_model, threshold_nm, np.array(config.mechanism_deg)
+    )
 
 
 def _settle() -> None:

@@ -61,7 +61,7 @@ class Approach:
 
 
 @dataclass(frozen=True)
-class OneAfterAnother:
+class PathSequence:
     """A sequence of movements: each begins where the one before ends, with a moment at rest between them."""
 
     movements: Sequence[Approach]
@@ -81,7 +81,9 @@ class OneAfterAnother:
         return last.motion_at(time_s)
 
 
-def from_its_side(here_deg: Floats, start_deg: Floats, leaves_deg: Floats, speed_deg_s: float) -> OneAfterAnother:
+def unidirectional_approach(
+    here_deg: Floats, start_deg: Floats, departure_deg: Floats, speed_deg_s: float
+) -> PathSequence:
     """Return the way from the arm's position to a recording's start: every axis arrives from the side to which it will
     leave. ``(5,)`` each.
 
@@ -89,5 +91,5 @@ def from_its_side(here_deg: Floats, start_deg: Floats, leaves_deg: Floats, speed
 
     :param departure_deg: how each axis leaves the start; see :class:`~kata.motion.trajectory.Trajectory`.
     """
-    aside = start_deg + leaves_deg
-    return OneAfterAnother([Approach(here_deg, aside, speed_deg_s), Approach(aside, start_deg, speed_deg_s, _RUN_UP_S)])
+    aside = start_deg + departure_deg
+    return PathSequence([Approach(here_deg, aside, speed_deg_s), Approach(aside, start_deg, speed_deg_s, _RUN_UP_S)])

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from kata.motion.linkage import Floats
 from kata.motion.path import Motion
-from kata.motion.trajectory import HOLD_S, Held, Trajectory
+from kata.motion.trajectory import HOLD_S, Trajectory, ZeroOrderHold
 
 Method = Literal["paper", "smooth", "learned"]
 PAPER_HZ: Final = round(1 / HOLD_S)
@@ -33,11 +33,11 @@ def reference(method: Method, times_s: ArrayLike, angles_deg: ArrayLike) -> Traj
 
     :raises TrajectoryError: when this is not a recording.
     """
-    return Held(times_s, angles_deg) if method == "paper" else Trajectory(times_s, angles_deg)
+    return ZeroOrderHold(times_s, angles_deg) if method == "paper" else Trajectory(times_s, angles_deg)
 
 
 @dataclass(frozen=True)
-class Lag:
+class ServoModel:
     """The lag of one station's drives behind their setpoints, ``(5,)`` each; all 0 if it has not been identified.
 
     A position loop answers to low frequencies as 1 / (1 + a1 s + a2 s^2), and friction holds it back by a constant.
@@ -47,15 +47,15 @@ class Lag:
     second_s2: Floats
     friction_deg: Floats
 
-    def ahead(self, motion: Motion) -> Floats:
+    def feed_forward(self, motion: Motion) -> Floats:
         """Return how far the setpoint must be ahead of the reference for the arm to be on the reference, ``(5,)`` in
         degrees.
 
         ``u - r = a1 r' + a2 r'' + f tanh(r' / v0)``; 0 at rest.
         """
-        ahead: Floats = (
+        feed_forward: Floats = (
             self.first_s * motion.speed_deg_s
             + self.second_s2 * motion.acceleration_deg_s2
             + self.friction_deg * np.tanh(motion.speed_deg_s / _TURNING_DEG_S)
         )
-        return ahead
+        return feed_forward

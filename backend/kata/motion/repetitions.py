@@ -7,7 +7,7 @@ from kata.motion.edit import LONGEST_S, EditError, Motion, PlaybackSettings, eas
 
 
 @dataclass(frozen=True)
-class Pace:
+class RepetitionTimes:
     """Repetitions end at ``first_s``, and then every ``period_s``; pauses and the way back lie between them."""
 
     first_s: float
@@ -28,7 +28,7 @@ class Pace:
         return min(self.repetitions, 1 + int((reached_s - self.first_s) / self.period_s))
 
 
-def pace(motion: Motion, asked: PlaybackSettings) -> Pace:
+def repetition_times(motion: Motion, asked: PlaybackSettings) -> RepetitionTimes:
     """Return when the repetitions of a recording with these settings end.
 
     :raises EditError: when it cannot be played like that, or would last longer than an hour.
@@ -37,23 +37,23 @@ def pace(motion: Motion, asked: PlaybackSettings) -> Pace:
     _not_too_long(roughly_s + (asked.repetitions - 1) * asked.pause_s)
     once = with_settings(motion, replace(asked, repetitions=1))
     if asked.repetitions == 1:
-        return Pace(once.duration_s, 0.0, 1)
+        return RepetitionTimes(once.duration_s, 0.0, 1)
     # A repeated motion is slowed down to rest at its ends first.
     first_s = eased(once).duration_s
     twice_s = with_settings(motion, replace(asked, repetitions=2)).duration_s
-    found = Pace(first_s, twice_s - first_s, asked.repetitions)
+    found = RepetitionTimes(first_s, twice_s - first_s, asked.repetitions)
     _not_too_long(found.duration_s)
     return found
 
 
-def pace_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> Pace:
+def repetition_times_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> RepetitionTimes:
     """Return when the repetitions end if the whole motion has been made already: ``whole`` is the result of
     :func:`~kata.motion.edit.with_settings`.
     """
     if asked.repetitions == 1:
-        return Pace(whole.duration_s, 0.0, 1)
+        return RepetitionTimes(whole.duration_s, 0.0, 1)
     first_s = eased(with_settings(motion, replace(asked, repetitions=1))).duration_s
-    return Pace(first_s, (whole.duration_s - first_s) / (asked.repetitions - 1), asked.repetitions)
+    return RepetitionTimes(first_s, (whole.duration_s - first_s) / (asked.repetitions - 1), asked.repetitions)
 
 
 def _not_too_long(duration_s: float) -> None:

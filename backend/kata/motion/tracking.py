@@ -82,12 +82,12 @@ class MotionTracking(Tracking):
 class Comparison:
     """Teaching and playback on one clock: ``times_s`` is ``(m,)``, the angles are ``(m, 5)`` in degrees."""
 
-    def __init__(self, laid: "_Laid", torque_nm: Floats | None) -> None:
-        self._laid = laid
+    def __init__(self, aligned: "_AlignedRecordings", torque_nm: Floats | None) -> None:
+        self._aligned = aligned
         self._torque_nm = torque_nm
-        self.times_s = laid.path
-        self.taught_deg = laid.taught_there
-        self.played_deg = laid.played
+        self.times_s = aligned.path
+        self.taught_deg = aligned.taught_there
+        self.played_deg = aligned.played
 
     @cached_property
     def motors(self) -> tuple[MotorTracking, ...]:
@@ -97,7 +97,7 @@ class Comparison:
             MotorTracking(
                 motor=axis + 1,
                 torque_peak_nm=None if torque is None else _peak(torque[:, axis]),
-                **vars(self._laid.figures(axis)),
+                **vars(self._aligned.figures(axis)),
             )
             for axis in range(self.played_deg.shape[1])
         )
@@ -129,8 +129,8 @@ def compare(
     :param torque_nm: ``(m, 5)`` torque measured there.
     :raises ValueError: when there is nothing to compare.
     """
-    laid = _Laid(taught_times_s, taught_deg, played_path_s, played_deg)
-    return Comparison(laid, None if torque_nm is None else np.asarray(torque_nm, dtype=np.float64))
+    aligned = _AlignedRecordings(taught_times_s, taught_deg, played_path_s, played_deg)
+    return Comparison(aligned, None if torque_nm is None else np.asarray(torque_nm, dtype=np.float64))
 
 
 def compare_motions(
@@ -150,17 +150,17 @@ def compare_motions(
     """
     taught_pose = pose_deg(np.asarray(taught_deg, dtype=np.float64))
     played_pose = pose_deg(np.asarray(played_deg, dtype=np.float64))
-    laid = _Laid(taught_times_s, taught_pose, played_path_s, played_pose)
+    aligned = _AlignedRecordings(taught_times_s, taught_pose, played_path_s, played_pose)
     not_this_one = _other_of_motor_4(taught_pose)
     moved = np.ptp(taught_pose, axis=0) >= MOVES_DEG
     return tuple(
-        MotionTracking(motion=motion, **vars(laid.figures(motion.axis - 1)))
+        MotionTracking(motion=motion, **vars(aligned.figures(motion.axis - 1)))
         for motion in BASIC_MOTIONS
         if motion.number != not_this_one and moved[motion.axis - 1]
     )
 
 
-class _Laid:
+class _AlignedRecordings:
     """Teaching and playback on one clock, with five angles of either kind."""
 
     def __init__(self, times_s: ArrayLike, taught: ArrayLike, path_s: ArrayLike, played: ArrayLike) -> None:

@@ -25,7 +25,7 @@ _SHORTEST_STEP_S: Final = 1e-4
 """No bus is polled this often. Closer together, one encoder count would be a speed of 880 deg/s that smoothing had to
 remove.
 """
-_BEND_S: Final = 0.01
+_SECOND_DIFFERENCE_STEP_S: Final = 0.01
 """Acceleration is checked between setpoints this far apart: those of 100 Hz."""
 _ROUNDING: Final = 1e-6
 _LARGEST_DEG: Final = 3600.0
@@ -75,7 +75,7 @@ class Trajectory:
         """``(5,)``: RMSE of the reference against the recording."""
         self._times_s = times
         self._coefficients: Floats = CubicSpline(times, smooth, bc_type="natural").c
-        self._keep_range(smooth)
+        self._set_range(smooth)
 
     def parts(self) -> dict[str, Floats]:
         """Return every array of the trajectory, by name."""
@@ -140,7 +140,7 @@ class Trajectory:
             raise TrajectoryError(texts.RECORDING_TOO_SHORT(duration_s=self.duration_s, least_s=_SPEED_WINDOW_S))
         window, speeds = self.speeds()
         places, extremes = self._extremes()
-        bend_times, bends = self._bends()
+        second_difference_times, second_differences = self._second_differences()
         for axis, limit in enumerate(limits):
             angles = extremes[:, axis]
             beyond = np.maximum(limit.min_deg - angles, angles - limit.max_deg)
@@ -169,9 +169,9 @@ class Trajectory:
                     axis + 1,
                     float(window[fastest]),
                 )
-            sharp = bends[:, axis] > limit.max_acceleration_deg_s2
+            sharp = second_differences[:, axis] > limit.max_acceleration_deg_s2
             if np.any(sharp):
-                at_s = float(bend_times[int(np.argmax(bends[:, axis]))])
+                at_s = float(second_difference_times[int(np.argmax(second_differences[:, axis]))])
                 raise TrajectoryError(texts.MOTOR_WOULD_JERK(motor=axis + 1, at_s=at_s), axis + 1, at_s)
 
     def _windows(self) -> Floats:
@@ -179,15 +179,15 @@ class Trajectory:
         last_s = self.duration_s - _SPEED_WINDOW_S
         return np.append(np.arange(0.0, last_s, _SPEED_WINDOW_S), last_s)
 
-    def _keep_range(self, angles_deg: Floats) -> None:
+    def _set_range(self, angles_deg: Floats) -> None:
         low, high = angles_deg.min(axis=0), angles_deg.max(axis=0)
         self.middle_deg: Floats = (low + high) / 2
         """``(5,)``: the middle of each motor's range in the samples."""
         self.reach_deg: Floats = high - low
         """``(5,)``: the width of that range."""
         away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
-        self.leaves_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
-        """``(5,)``: how each motor leaves the start: :data:`RUN_UP_DEG` to the side to which it first moves that far,
+        self.departure_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
+        """``(5,)``: how each motor departure the start: :data:`RUN_UP_DEG` to the side to which it first moves that far,
         or the farthest it ever moves. Computed once: the control loop has no time to search an hour of samples.
         """
 
@@ -207,18 +207,20 @@ class Trajectory:
         angles = (((c[0] * inside + c[1]) * inside + c[2]) * inside + c[3]).reshape(-1, N_AXES)
         return times, np.concatenate([angles, self.at(self.duration_s)[None]])
 
-    def _bends(self) -> tuple[Floats, Floats]:
+    def _second_differences(self) -> tuple[Floats, Floats]:
         """Return times ``(m,)`` and the size of the acceleration there ``(m, 5)``."""
         # Half steps, because setpoints may lie anywhere between two of them.
-        times = np.arange(0.0, self.duration_s, _BEND_S / 2)
+        times = np.arange(0.0, self.duration_s, _SECOND_DIFFERENCE_STEP_S / 2)
         grid = self.along(times)
         # The last three end with the recording.
-        before, last, end = self.along(self.duration_s - _BEND_S * np.array([2.0, 1.0, 0.0]))
-        bends = np.concatenate([grid[4:] - 2 * grid[2:-2] + grid[:-4], (end - 2 * last + before)[None]])
-        return np.append(times[2:-2], self.duration_s - _BEND_S), np.abs(bends) / _BEND_S**2
+        before, last, end = self.along(self.duration_s - _SECOND_DIFFERENCE_STEP_S * np.array([2.0, 1.0, 0.0]))
+        second_differences = np.concatenate([grid[4:] - 2 * grid[2:-2] + grid[:-4], (end - 2 * last + before)[None]])
+        return np.append(times[2:-2], self.duration_s - _SECOND_DIFFERENCE_STEP_S), np.abs(
+            second_differences
+        ) / _SECOND_DIFFERENCE_STEP_S**2
 
 
-class Held(Trajectory):
+class ZeroOrderHold(Trajectory):
     """A recording at 10 Hz with a zero-order hold: the ``paper`` reference (Section 4).
 
     It has neither speed nor acceleration.
@@ -233,7 +235,7 @@ class Held(Trajectory):
         # A recording of another rate is interpolated without an overshoot.
         places = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
         self._samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
-        self._keep_range(self._samples)
+        self._set_range(self._samples)
         self.rmse_deg = rmse(self.along(times), angles)
 
     def motion_at(self, time_s: float) -> Motion:
@@ -249,10 +251,10 @@ class Held(Trajectory):
         times = np.arange(len(self._samples)) * HOLD_S
         return np.tile(times[:, None], N_AXES), self._samples
 
-    def _bends(self) -> tuple[Floats, Floats]:
-        bends = np.abs(np.diff(self._samples, 2, axis=0)) / HOLD_S**2
-        times = np.arange(len(bends), dtype=np.float64)
-        return (times + 1) * HOLD_S, bends
+    def _second_differences(self) -> tuple[Floats, Floats]:
+        second_differences = np.abs(np.diff(self._samples, 2, axis=0)) / HOLD_S**2
+        times = np.arange(len(second_differences), dtype=np.float64)
+        return (times + 1) * HOLD_S, second_differences
 
 
 def _checked(times_s: ArrayLike, angles_deg: ArrayLike) -> tuple[Floats, Floats]:

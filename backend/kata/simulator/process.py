@@ -63,7 +63,7 @@ def main() -> int:
     port: Path = arguments.control.with_suffix(".port")
     wire = Wire(line, faults, port)
     control = ControlServer(arguments.control, apparatus, faults)
-    scheduling.ask_for(scheduling.SHORT_NS)
+    scheduling.set_time_slice(scheduling.SHORT_NS)
     with contextlib.suppress(OSError):  # if granted: on a busy computer the drives would otherwise answer late
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()

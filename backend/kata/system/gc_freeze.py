@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def staying() -> Iterator[None]:
+def frozen_imports() -> Iterator[None]:
     """Disable the collector around large imports and freeze the imported objects.
 
     Such imports make hundreds of thousands of objects. The collector would scan them repeatedly during the imports, while

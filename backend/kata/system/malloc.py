@@ -22,7 +22,7 @@ _MMAP_THRESHOLD: Final = -3
 _ARENA_MAX: Final = -8
 
 
-def give_back() -> None:
+def return_free_memory() -> None:
     """Apply the settings to this process, before it has threads. Do not use it in a process with locked memory. Without
     such settings in the C library, nothing changes.
     """

@@ -41,7 +41,7 @@ class Granted(NamedTuple):
     memory_lock: bool
 
 
-def settle() -> None:
+def prepare_interpreter() -> None:
     """Prepare the interpreter for real time. Call it after all imports and before any thread is started.
 
     It switches the garbage collector off. The collector holds the interpreter in whichever thread it runs: even with
@@ -49,7 +49,7 @@ def settle() -> None:
     connections leaves no reference cycle behind, and the loop collects while it is not connected, when no cycle is due.
     """
     refuse_huge_pages()
-    scheduling.ask_for(scheduling.SHORT_NS)
+    scheduling.set_time_slice(scheduling.SHORT_NS)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
     gc.freeze()

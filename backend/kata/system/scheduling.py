@@ -38,7 +38,7 @@ class _Attributes(ctypes.Structure):
     )
 
 
-def ask_for(ns: int) -> None:
+def set_time_slice(ns: int) -> None:
     """Set the time slice of the calling thread and of the threads and processes that it will start. Without support,
     nothing changes.
     """

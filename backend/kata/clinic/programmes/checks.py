@@ -24,7 +24,7 @@ from kata.errors import ProblemError, not_found
 from kata.messages import Text, text_of
 from kata.motion.edit import EditError, Motion, PlaybackSettings, with_settings
 from kata.motion.method import Method, reference
-from kata.motion.repetitions import pace
+from kata.motion.repetitions import repetition_times
 from kata.motion.texts import SIDES
 from kata.motion.trajectory import TrajectoryError
 from kata.plotting.figures import FigureWorker
@@ -107,7 +107,7 @@ def _duration(
     try:
         columns = unpack(series)
         motion = Motion(columns["time_s"], columns["angle_deg"])
-        found = pace(motion, playback.asked)
+        found = repetition_times(motion, playback.asked)
         # Two repetitions contain all that many repetitions contain.
         few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
         config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg))

@@ -8,7 +8,7 @@ import numpy as np
 from kata.clinic.sessions.tables import RunRow
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, PHASE_REVERSING, Journal
 from kata.motion.edit import Motion, PlaybackSettings
-from kata.motion.repetitions import pace_of
+from kata.motion.repetitions import repetition_times_of
 
 _FORWARD: Final = (PHASE_PLAYING, PHASE_REDUCED_RANGE)
 """A repetition with reduced range counts too."""
@@ -28,6 +28,6 @@ def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Mo
         row.repetitions_done = 0
     else:
         asked = PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
-        found = pace_of(*made(), asked)
+        found = repetition_times_of(*made(), asked)
         # The last sample of a repetition lies up to one sample before its end, with some jitter.
         row.repetitions_done = found.done(float(reached_s.max()) + 1.5 / journal.rate_hz)

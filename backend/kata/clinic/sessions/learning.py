@@ -18,7 +18,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import Journal
 from kata.device.messages import LOAD_LEVELS
 from kata.motion.edit import Motion
-from kata.motion.learning import STEP_S, Correction, learn
+from kata.motion.ilc import STEP_S, Correction, next_correction
 from kata.motion.method import reference
 
 log = logging.getLogger(__name__)
@@ -65,11 +65,11 @@ def learn_from_run(
         return
     level = (row.load_level or LOAD_LEVELS) / LOAD_LEVELS
     try:
-        learned = learn(
+        learned = next_correction(
             correction(session, row.corrected_by),
             reference("learned", motion.times_s, motion.angles_deg),
             journal.repetition,
-            config.lag,
+            config.servo_model,
             np.array([axis.max_torque_nm * level for axis in config.axes]),
             np.array(config.mechanism_deg),
         )

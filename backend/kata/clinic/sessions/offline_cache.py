@@ -37,7 +37,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import check_version
 from kata.motion import edit
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.motion.method import Method
 
 _REFRESH_S: Final = 10.0

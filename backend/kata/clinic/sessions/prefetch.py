@@ -26,7 +26,7 @@ from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion import edit
-from kata.motion.learning import Correction
+from kata.motion.ilc import Correction
 from kata.types import Side, side_of
 
 log = logging.getLogger(__name__)

@@ -16,4 +16,6 @@ def max_cycle_hz(config: "StationConfig") -> float:
 
 def cycle_time_ns(config: "StationConfig") -> float:
     """Return the time of one cycle on the station's bus."""
-    return (dynamixel if config.protocol == "dynamixel" else modbus).cycle_time_ns(config)
+    if config.protocol == "dynamixel":
+        return dynamixel.cycle_time_ns(config)
+    return modbus.cycle_time_ns(config)

@@ -19,25 +19,25 @@ import numpy as np
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
-from kata.motion.method import Lag
+from kata.motion.method import ServoModel
 from kata.motion.smoothing import smoothed
 from kata.motion.trajectory import Trajectory
 
-LARGEST_DEG: Final = 3.0
+MAX_CORRECTION_DEG: Final = 3.0
 """Limits each correction. Drives that need more are not the ones that were identified."""
 STEP_S: Final = 0.02
 _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
-_AROUND_S: Final = 1.0
+_DISTURBANCE_MARGIN_S: Final = 1.0
 """Nothing is learned this close to a disturbance: the arm needs time to come back to its path."""
-_FADE_S: Final = 0.5
+_FADE_IN_S: Final = 0.5
 """Transition from no learning to full learning."""
-_NEAR_DEG: Final = 1.0
+_LIMIT_MARGIN_DEG: Final = 1.0
 """A setpoint this close to a limit may have been held back by the limit."""
-_SHARE_OF_THRESHOLD: Final = 0.5
+_MAX_TORQUE_SHARE: Final = 0.5
 """Share of the torque at which the patient's resistance takes the arm back; above it the patient may have resisted."""
-_RESISTS_S: Final = 0.1
+_TORQUE_AVERAGE_S: Final = 0.1
 """Torque is averaged over this time: shorter pushes come from the drives' own vibration."""
 _LONGEST_GAP_S: Final = 0.1
 """Further than this from any sample the error is unknown."""
@@ -61,11 +61,11 @@ class Correction:
         return correction
 
 
-def learn(
+def next_correction(
     before: Correction | None,
     trajectory: Trajectory,
     repetition: Repetition,
-    lag: Lag,
+    servo_model: ServoModel,
     threshold_nm: Floats,
     limits_deg: Floats,
 ) -> Correction:
@@ -81,8 +81,8 @@ def learn(
     from scipy.ndimage import uniform_filter1d
 
     grid = np.arange(rows(trajectory.duration_s), dtype=np.float64) * STEP_S
-    had = before.angles_deg if before else np.zeros((len(grid), N_AXES))
-    if had.shape != (len(grid), N_AXES) or (before and before.step_s != STEP_S):
+    previous = before.angles_deg if before else np.zeros((len(grid), N_AXES))
+    if previous.shape != (len(grid), N_AXES) or (before and before.step_s != STEP_S):
         raise ValueError("the correction belongs to another recording")
     reference = trajectory.along(grid)
     repetition = _from_first_to_last(repetition)
@@ -92,22 +92,22 @@ def learn(
     played = repetition.measured_deg[repetition.playing][order]
     error = reference - np.column_stack([np.interp(grid, played_at, axis) for axis in played.T])
     curve = CubicSpline(grid, smoothed(grid, error, _CUTOFF_HZ), bc_type="natural")
-    missing = curve(grid) + lag.first_s * curve(grid, 1) + lag.second_s2 * curve(grid, 2)
-    target = smoothed(grid, (1 - _LEAK) * had + _GAIN * missing, _CUTOFF_HZ)
+    missing = curve(grid) + servo_model.first_s * curve(grid, 1) + servo_model.second_s2 * curve(grid, 2)
+    target = smoothed(grid, (1 - _LEAK) * previous + _GAIN * missing, _CUTOFF_HZ)
 
     sample_s = float(np.median(np.diff(played_at)))
-    torque = uniform_filter1d(repetition.torque_nm, max(1, round(_RESISTS_S / sample_s)), axis=0)
-    hard = np.abs(torque) > _SHARE_OF_THRESHOLD * threshold_nm
-    there = reference + had
-    near = (there < limits_deg[:, 0] + _NEAR_DEG) | (there > limits_deg[:, 1] - _NEAR_DEG)
+    torque = uniform_filter1d(repetition.torque_nm, max(1, round(_TORQUE_AVERAGE_S / sample_s)), axis=0)
+    loaded = np.abs(torque) > _MAX_TORQUE_SHARE * threshold_nm
+    there = reference + previous
+    near = (there < limits_deg[:, 0] + _LIMIT_MARGIN_DEG) | (there > limits_deg[:, 1] - _LIMIT_MARGIN_DEG)
     undisturbed = _distance(grid, repetition.path_s[~repetition.playing])
     undisturbed[_distance(grid, played_at) > _LONGEST_GAP_S] = 0.0
-    learned = had.copy()
+    learned = previous.copy()
     for axis in range(N_AXES):
-        alone = np.minimum(undisturbed, _distance(grid, repetition.path_s[hard[:, axis]])) - _AROUND_S
+        alone = np.minimum(undisturbed, _distance(grid, repetition.path_s[loaded[:, axis]])) - _DISTURBANCE_MARGIN_S
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
-        learned[:, axis] += np.clip(free / _FADE_S, 0.0, 1.0) * (target[:, axis] - had[:, axis])
-    return Correction(STEP_S, np.clip(learned, -LARGEST_DEG, LARGEST_DEG))
+        learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
+    return Correction(STEP_S, np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG))
 
 
 def _from_first_to_last(repetition: Repetition) -> Repetition:

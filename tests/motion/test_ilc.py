@@ -7,21 +7,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kata.motion.learning import LARGEST_DEG, STEP_S, Correction, learn, rows
+from kata.motion.ilc import MAX_CORRECTION_DEG, STEP_S, Correction, next_correction, rows
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
-from kata.motion.method import Lag
+from kata.motion.method import ServoModel
 from kata.motion.trajectory import Trajectory
 
 TIMES_S = np.arange(0.0, 6.0, 0.01)
 TRAJECTORY = Trajectory(TIMES_S, np.tile(20 * (1 - np.cos(2 * np.pi * TIMES_S / 3))[:, None], 5))
-LAG = Lag(np.array([0.05, 0.05, 0.06, 0.06, 0.09]), np.full(5, 0.002), np.zeros(5))
+LAG = ServoModel(np.array([0.05, 0.05, 0.06, 0.06, 0.09]), np.full(5, 0.002), np.zeros(5))
 THRESHOLD_NM = np.full(5, 2.0)
 WIDE = np.tile([-100.0, 100.0], (5, 1))
 
 
 def played(
-    correction: Correction | None, lag: Lag = LAG, stretch: float = 1.0, friction_deg: float = 0.0
+    correction: Correction | None, lag: ServoModel = LAG, stretch: float = 1.0, friction_deg: float = 0.0
 ) -> Repetition:
     """One repetition on drives that lag by ``stretch`` times what is known of them, and stick."""
     y, v, dt = TRAJECTORY.at(0.0), np.zeros(5), 0.002
@@ -31,7 +31,7 @@ def played(
         for part in range(5):
             time_s = TIMES_S[n] + part * dt
             r = TRAJECTORY.motion_at(time_s)
-            u = r.angles_deg + lag.ahead(r) + (correction.at(time_s) if correction else 0.0)
+            u = r.angles_deg + lag.feed_forward(r) + (correction.at(time_s) if correction else 0.0)
             u -= friction_deg * np.tanh(v / 2.0)
             v += (u - y - stretch * lag.first_s * v) / (stretch * lag.second_s2) * dt
             y = y + v * dt
@@ -40,7 +40,7 @@ def played(
 
 
 def again(before: Correction | None, repetition: Repetition, limits: Floats = WIDE) -> Correction:
-    return learn(before, TRAJECTORY, repetition, LAG, THRESHOLD_NM, limits)
+    return next_correction(before, TRAJECTORY, repetition, LAG, THRESHOLD_NM, limits)
 
 
 def error(repetition: Repetition) -> Floats:
@@ -87,7 +87,7 @@ def test_no_correction_is_larger_than_the_bound_whatever_is_measured(seed: int, 
     for _ in range(4):
         correction = again(correction, repetition)
         assert np.all(np.isfinite(correction.angles_deg))
-        assert np.abs(correction.angles_deg).max() <= LARGEST_DEG
+        assert np.abs(correction.angles_deg).max() <= MAX_CORRECTION_DEG
 
 
 def played_perfectly() -> Repetition:
@@ -129,14 +129,14 @@ def test_learning_ignores_one_second_around_pauses_and_reversals(what: str) -> N
     measured[~playing] -= 20.0
     correction = again(earlier(), Repetition(path, measured, np.zeros((len(path), 5)), playing))
 
-    had = earlier().angles_deg
-    grid = np.arange(len(had)) * STEP_S
+    previous = earlier().angles_deg
+    grid = np.arange(len(previous)) * STEP_S
     frozen = (grid >= first - 1.0 + 0.011) & (grid <= last + 1.0 - 0.011)
     assert frozen.sum() >= 90
-    assert np.array_equal(correction.angles_deg[frozen], had[frozen])
+    assert np.array_equal(correction.angles_deg[frozen], previous[frozen])
     away = (grid < first - 1.5) | (grid > last + 1.5)
     assert np.abs(correction.angles_deg[away] - again(earlier(), one).angles_deg[away]).max() < 0.02
-    assert np.abs(np.diff(correction.angles_deg - had, axis=0)).max() < 0.06  # no step between
+    assert np.abs(np.diff(correction.angles_deg - previous, axis=0)).max() < 0.06  # no step between
 
 
 def test_waiting_at_the_start_and_coming_back_are_no_disturbance() -> None:
@@ -180,9 +180,9 @@ def test_near_a_limit_nothing_is_learned_for_that_axis() -> None:
     limits = WIDE.copy()
     limits[2] = (-100.0, 39.0)
     limits[3] = (1.0, 100.0)
-    had = earlier().angles_deg
-    learned = again(earlier(), behind(), limits).angles_deg - had
-    path = TRAJECTORY.along(np.arange(len(had), dtype=np.float64) * STEP_S) + had
+    previous = earlier().angles_deg
+    learned = again(earlier(), behind(), limits).angles_deg - previous
+    path = TRAJECTORY.along(np.arange(len(previous), dtype=np.float64) * STEP_S) + previous
     assert not learned[path[:, 2] > 38.0, 2].any()
     assert not learned[path[:, 3] < 2.0, 3].any()
     assert learned[:, 4].all()
