@@ -1,4 +1,4 @@
-"""Shared by the device's tests."""
+"""Fixtures of the device tests."""
 
 from pathlib import Path
 
@@ -11,13 +11,13 @@ from tests.support.trajectories import LOAD, a_trajectory
 
 @pytest.fixture
 def stepped(tmp_path: Path) -> Stepped:
-    """An idle apparatus under a stepped clock."""
+    """Return an idle apparatus with a stepped clock."""
     return Stepped(tmp_path)
 
 
 @pytest.fixture
 def playing(stepped: Stepped) -> Stepped:
-    """A recording is playing, half a second in."""
+    """Return an apparatus that has played a recording for half a second."""
     assert stepped.send(LOAD, a_trajectory()) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")

@@ -1,4 +1,4 @@
-"""A station's configuration: what it refuses, and that what is written is what is read."""
+"""A station's configuration: refused values, and reading what was written."""
 
 import math
 from pathlib import Path
@@ -47,7 +47,7 @@ def test_rate_above_the_bus_capacity_is_refused_with_its_limit(settings: Any, at
 
 
 def changed(**axis: object) -> tuple[Axis, ...]:
-    """The default axes, the third changed."""
+    """Return the default axes with the third one changed."""
     axes = list(StationConfig().axes)
     axes[2] = msgspec.structs.replace(axes[2], **axis)
     return tuple(axes)
@@ -164,7 +164,7 @@ def test_registers_that_a_drive_does_not_have_overlap_nothing() -> None:
 
 
 def test_every_number_has_a_range_for_each_protocol() -> None:
-    """A field that is added needs a row of the table."""
+    """A new field needs a row in the table."""
     for protocol in ("dynamixel", "modbus"):
         ranged = {row.field for row in RANGES if row.protocol in (None, protocol)}
         for holder, struct in (("", StationConfig), ("inputs.", Inputs), ("axes.", Axis), ("modbus.", ModbusMap)):

@@ -48,4 +48,4 @@ NEEDS_OTHERS: Final = {
     "axes.max_acceleration_deg_s2", *(f"axes[{motor}].{end}" for motor in range(1, 6) for end in ("min_deg", "max_deg")),
     *(row.field for row in RANGES if row.field.startswith("modbus.")),
 }  # fmt: skip
-"""Fields of which an end is possible only together with other values of other fields."""
+"""Fields whose end of range is only possible with other values of other fields."""

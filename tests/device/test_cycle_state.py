@@ -1,4 +1,4 @@
-"""What the observer makes of replies: how old, for how long, and what it does not take for known."""
+"""The cycle state built from samples: ages, durations, and values that are not known."""
 
 import math
 from dataclasses import dataclass, field
@@ -15,12 +15,12 @@ MS = 1_000_000
 START_NS = 1_000_000_000
 ALONE = LoopContext(late_ms=0.0, service_age_ms=0.0, run_id_mismatches=0, journal_ok=True, limits_deg=(), rate_hz=100)
 TURNING = 1
-"""The axis that something happens to."""
+"""The axis that the tests change."""
 
 
 @dataclass
 class Watched:
-    """An observer, and replies to it that say all is well but for what a test changes."""
+    """A builder, and samples without any fault except what a test changes."""
 
     config: StationConfig = field(default_factory=StationConfig)
 
@@ -39,7 +39,7 @@ class Watched:
         return self.observer.build(START_NS + int(at_ms * MS), reading, ALONE)
 
     def drive(self, at_ms: float, **values: float) -> CycleState:
-        """Axis 1 says something."""
+        """Give axis 1 an answer with these values."""
         reading = self.reading(at_ms)
         drives = list(reading.drives)
         said = drives[TURNING]
@@ -57,7 +57,7 @@ class Watched:
         return self.hear(at_ms, msgspec.structs.replace(self.reading(at_ms), inputs=inputs)).pedal_down
 
     def command(self, at_ms: float, setpoint_deg: float, torque_on: bool = True) -> None:
-        """Axis 1 is told to go somewhere."""
+        """Command a setpoint for axis 1."""
         setpoints = (REST_DEG[0], setpoint_deg, *REST_DEG[2:])
         t_ns = START_NS + int(at_ms * MS)
         self.observer.record_command(t_ns, torque_on, setpoints, t_ns)
@@ -80,7 +80,7 @@ def test_before_the_first_answer_everything_is_unknown(watched: Watched) -> None
     assert all(math.isnan(angle) for angle in state.measured_deg)
     assert state.speed_deg_s == state.torque_nm == (0.0,) * 5
     assert state.drive_age_ms == (math.inf,) * 5
-    # The port has just been opened: no drive is late with its status yet.
+    # The port has just been opened: no drive's status is late yet.
     assert state.status_age_ms == (0.0,) * 5
     assert watched.hear(1000, BusSample((None,) * 5, None, ())).status_age_ms == (1000.0,) * 5
     assert watched.hear(1010, None).status_age_ms == (math.inf,) * 5
@@ -165,7 +165,7 @@ def test_drive_status_is_reported(watched: Watched) -> None:
 
 
 def test_drive_status_does_not_outlive_the_bus(watched: Watched) -> None:
-    """They may have been switched off and on."""
+    """The drives may have been switched off and on."""
     watched.hear(0, watched.reading(0))
     lost = watched.hear(10, None)
     assert not lost.bus_ok
@@ -204,7 +204,7 @@ def test_answers_stay_corrupt_until_silence_outnumbers_corrupt_answers(watched: 
     assert watched.hear(0, unsound).corrupt == (True, False, False, False, False)
     assert watched.hear(0, unasked).corrupt[0]
     assert watched.hear(0, silent).corrupt[0]
-    # Late to a busy computer, and then no more: it is switched off.
+    # Late to a busy computer, and then nothing more: the drive is switched off.
     assert not watched.hear(0, silent).corrupt[0]
     assert watched.hear(0, unsound).corrupt[0]
     assert not watched.hear(0, good).corrupt[0]
@@ -258,7 +258,7 @@ def test_torque_feedback_is_checked_fifty_milliseconds_after_switching(watched: 
     watched.command(100, 109.0, torque_on=torque_on)
     assert watched.hear(149.9, watched.reading(149.9)).torque_reported == (None,) * 5
     assert watched.hear(150, watched.reading(150)).torque_reported == (False,) * 5
-    # Being told the same again is no switching.
+    # Repeating a command is not switching.
     watched.command(200, 109.0, torque_on=torque_on)
     state = watched.hear(210, watched.reading(210))
     assert state.torque_reported == (False,) * 5

@@ -1,4 +1,4 @@
-"""Every row of the fault table exactly at its limit, where it does not hold yet, and just beyond, where it does."""
+"""Every row of the fault table: it does not hold exactly at its limit, and holds just beyond it."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ from tests.support.stepped import REST_DEG
 CONFIG = StationConfig()
 LIMITS = CONFIG.mechanism_deg
 LOW_DEG, HIGH_DEG = LIMITS[1]
-"""What may be commanded of axis 1, in whose place most faults are put here."""
+"""Setpoint limits of axis 1, which stands for all axes in most tests."""
 
 MOVING = CycleState(
     t_ns=0,
@@ -50,11 +50,11 @@ MOVING = CycleState(
     jump_deg=(0.0,) * 5,
     frozen_deg=(0.0,) * 5,
 )
-"""All is well, and torque is on."""
+"""A state without any fault, with torque on."""
 
 
 def facts_with(field: str, value: object) -> CycleState:
-    """All is well but for one thing; what belongs to axes is given for axis 1."""
+    """Return the state without faults, with one field changed; a value for axes is given for axis 1."""
     if hasattr(MOVING.context, field):
         return msgspec.structs.replace(MOVING, context=_situation(field, value))
     changes: dict[str, Any] = {field: value}
@@ -92,7 +92,7 @@ def test_nothing_holds_when_all_is_well() -> None:
         ("position_frozen", "frozen_deg", 8.0, 8.1),
         ("overtorque", "overtorque_ms", 100.0, 100.1),
         ("overacceleration", "accelerating_ms", 30.0, 30.1),
-        # The range, half of the tolerance that may be commanded, and the other half.
+        # The range, the half of the tolerance that setpoints may use, and the other half.
         ("position_limit", "measured_deg", 129.0 + 4.0, 129.0 + 4.001),
         ("position_limit", "measured_deg", 88.0 - 4.0, 88.0 - 4.001),
         ("position_limit", "measured_deg", 100.0, math.nan),
@@ -150,14 +150,14 @@ def test_torque_remaining_after_switching_off_is_a_fault() -> None:
     ],
 )
 def test_moving_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
-    """Nor what a computer may, that moves nothing."""
+    """Loads of the computer that move nothing are no fault either."""
     resting = msgspec.structs.replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
     assert evaluate_faults(resting, CONFIG) == []
 
 
 @pytest.mark.parametrize(("rate_hz", "cycle_hz", "cycles"), [(100, 100, 3), (10, 100, 30), (50, 200, 12)])
 def test_a_plan_may_be_three_of_its_own_periods_old(rate_hz: int, cycle_hz: int, cycles: int) -> None:
-    """The run's, which may be slower than the station's."""
+    """The periods are those of the run, which may be slower than the station's."""
     config = msgspec.structs.replace(CONFIG, cycle_hz=cycle_hz)
     for waited, judged in ((cycles, []), (cycles + 1, [("setpoint_frozen", None)])):
         state = facts_with("setpoint_cycles", waited)
@@ -195,7 +195,7 @@ def test_each_fault_has_its_own_way_of_stopping() -> None:
 
 
 def refused(last: float | tuple[float, float], following: float, rate_hz: int = 100) -> list[str]:
-    """The codes for axis 1, whose setpoints are given."""
+    """Return the fault codes for axis 1 with these setpoints."""
     before = [last] if isinstance(last, float) else list(last)
     sent = [(15.0, angle, 10.0, 0.0, 0.0) for angle in before]
     found = refused_setpoints(sent, (15.0, following, 10.0, 0.0, 0.0), LIMITS, CONFIG, rate_hz)
@@ -234,7 +234,7 @@ def test_the_step_counts_from_the_newest_setpoint() -> None:
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_bend_beyond_the_highest_acceleration_is_not_sent(direction: int) -> None:
-    # 4,000 deg/s2 at 100 Hz: the step may be 0.4 degrees longer or shorter than the one before.
+    # 4,000 deg/s2 at 100 Hz: a step may be 0.4 deg longer or shorter than the one before.
     assert refused((99.5, 100.0), 100.5) == []
     assert refused((100.0 - direction * 1.0, 100.0), 100.0 + direction * 1.3999) == []
     assert refused((100.0 - direction * 1.0, 100.0), 100.0 + direction * 1.4001) == ["setpoint_acceleration"]

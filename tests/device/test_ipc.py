@@ -1,4 +1,6 @@
-"""Between the service's socket and the control thread: a Stop waits for nothing, and a disk or a builder keeps nobody waiting."""
+"""The link between service and control thread: a Stop waits for nothing, and neither disk nor builder delays another
+thread.
+"""
 
 import socket
 import threading
@@ -51,7 +53,7 @@ UNPLAYABLE = Refusal(code="unplayable", message="This recording cannot be played
 
 @contextmanager
 def running(folder: Path, files: JournalDisk | None = None) -> Iterator[Service]:
-    """With its threads."""
+    """Start the link with its threads."""
     service = Service(folder, files)
     service.link.start()
     try:
@@ -63,7 +65,7 @@ def running(folder: Path, files: JournalDisk | None = None) -> Iterator[Service]
 
 @pytest.fixture
 def service(tmp_path: Path) -> Iterator[Service]:
-    """Without threads: everything happens in order."""
+    """Return the link without threads: everything happens in order."""
     made = Service(tmp_path)
     yield made
     made.close()
@@ -225,7 +227,7 @@ def test_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
 
 
 class StopInBetween(deque[QueuedCommand]):
-    """Lets a Stop come between two instructions of the control thread."""
+    """Inserts a Stop between two instructions of the control thread."""
 
     def __init__(self, service: Service) -> None:
         super().__init__()
@@ -251,7 +253,7 @@ def test_stop_during_a_command_discards_it(service: Service) -> None:
 
 
 def test_stop_during_another_stop_is_not_lost(service: Service) -> None:
-    """Whichever instruction it comes between."""
+    """The Stop may come between any two instructions."""
 
     class Stops(deque[Any]):
         def popleft(self) -> Any:
@@ -325,7 +327,7 @@ def test_load_is_discarded_by_an_intervening_command(service: Service, command: 
     service.deliver(1, message())
     service.deliver(2, command)
     assert (1, "stopped_meanwhile") in service.answers()
-    # The builder is still busy with it.
+    # The builder still works on it.
     service.deliver(3, message())
     assert service.answers() == [(3, "busy")]
     service.link.take_stop()
@@ -364,7 +366,7 @@ def test_a_load_without_end_is_refused(service: Service) -> None:
 
 
 def test_a_refused_recording_leaves_the_exchange_alive(tmp_path: Path) -> None:
-    """With the builder's own process: angles near the end of the float range, then an ordinary Load and a Stop."""
+    """Uses a real builder process: angles near the end of the float range, then an ordinary Load and a Stop."""
     near, device = socket.socketpair()
     loader = ReferenceLoader(StationConfig())
     with near, device:
@@ -401,7 +403,7 @@ def test_a_damaged_length_ends_the_connection_but_no_thread(tmp_path: Path) -> N
 
 
 def test_reply_is_sent_with_the_cycle_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
-    """A Load sent on the strength of a reply is judged by that cycle's snapshot, not by the one before."""
+    """A Load sent after a reply is checked against that cycle's snapshot, not the one before."""
     with running(tmp_path) as service:
         service.link.reply(Reply(id=1))
         service.ask(2, Stop())

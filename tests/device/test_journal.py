@@ -1,4 +1,4 @@
-"""The journal: valid at any byte, and nothing in it made up."""
+"""The journal: valid at any length, with no invented data."""
 
 import errno
 import os
@@ -57,7 +57,7 @@ def test_journal_is_read_back_as_written(tmp_path: Path) -> None:
 
 
 def _whole(folder: Path) -> tuple[bytes, int, int]:
-    """A journal of four samples and an end; where its header ends, and the length of a sample's record."""
+    """Return a journal of four samples and an end, the end of its header, and the length of a sample's record."""
     writer = _writer(folder, 4)
     writer.write()
     length = writer.path.stat().st_size

@@ -1,4 +1,4 @@
-"""The lateness of cycles, against numpy."""
+"""The latency histogram compared with numpy."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What may be commanded and measured of each axis: the tighter of mechanism and patient, and the way from where the arm is."""
+"""Limits of setpoints and measured angles: the tighter of mechanism and patient, and the way from the arm's position."""
 
 import msgspec
 import numpy as np
@@ -20,11 +20,11 @@ from tests.support.trajectories import LOAD, a_trajectory
 MECHANISM = ((-21.0, 45.0), (86.0, 131.0))
 """Of the first two axes: the range and half of the tolerance of 4 deg."""
 MOVING = 3
-"""The axis that goes from 20 to 40 deg and back in these recordings, from 0 where the arm rests."""
+"""The axis that moves from 20 to 40 deg and back in these recordings; the arm rests at 0."""
 
 
 def limits(low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """The patient's, for the axis that moves; wide for the others."""
+    """Return the patient's limits for the moving axis, with wide limits for the others."""
     wide = [(-180.0, 180.0)] * 5
     wide[MOVING] = (low, high)
     return tuple(wide)
@@ -99,7 +99,7 @@ def test_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -
 def test_approach_ends_with_the_arm_inside_or_after_a_second(
     stepped: Stepped, outside_deg: float, waits_s: float
 ) -> None:
-    """A drive that stays behind its setpoint is outside for a while. Beyond half of the tolerance it is a fault."""
+    """A drive that lags behind its setpoint is outside for a while. Beyond half of the tolerance it is a fault."""
     stepped.apparatus.angles_deg[MOVING] = 18.0 - outside_deg
     stepped.forward(0.05)
     load(stepped, 18.0, 42.0)
@@ -117,7 +117,7 @@ def test_approach_ends_with_the_arm_inside_or_after_a_second(
 
 
 def test_the_papers_way_holds_within_the_patients_limits(stepped: Stepped) -> None:
-    """It has no approach to the start, but an arm outside the limits is brought to them."""
+    """This method has no approach to the start, but an arm outside the limits is moved to them."""
     stepped.apparatus.angles_deg[MOVING] = 14.0
     stepped.forward(0.05)
     of_patient = msgspec.structs.replace(LOAD, limits_deg=limits(18.0, 42.0), method="paper")
@@ -134,7 +134,7 @@ def test_the_papers_way_holds_within_the_patients_limits(stepped: Stepped) -> No
 
 
 def outside(angles_deg: Floats, low_deg: Floats, high_deg: Floats) -> Floats:
-    """How far each angle is outside its limits."""
+    """Return how far each angle is outside its limits."""
     return np.maximum(np.maximum(low_deg - angles_deg, angles_deg - high_deg), 0.0)
 
 
@@ -152,7 +152,7 @@ def test_no_setpoint_moves_away_from_the_patients_limits(
     lag_s: float,
     method: Method,
 ) -> None:
-    """Wherever in the mechanism the arm is picked up, whatever the limits are, and wherever between them the recording is."""
+    """For any position of the arm in the mechanism, any limits, and any recording between them."""
     config = station(lag_s=lag_s, lag2_s2=lag_s / 20, friction_deg=lag_s)
     stepped = Stepped(tmp_path_factory.mktemp("run"), config)
     range_low, range_high = np.array([(axis.min_deg, axis.max_deg) for axis in config.axes]).T
@@ -166,7 +166,7 @@ def test_no_setpoint_moves_away_from_the_patients_limits(
     swing = np.minimum(8.0, (high - low) / 2) * np.sin(np.pi * times / 2.0)[:, None]
     start = low + np.array(starts) * (high - low)
     trajectory = Trajectory(times, start + np.where(start < (low + high) / 2, swing, -swing))
-    # Smoothing strays from the samples: what load compares with the limits is the smoothed motion.
+    # Smoothing deviates from the samples: Load compares the smoothed motion with the limits.
     played = trajectory.along(np.linspace(0.0, 2.0, 4001))
     low, high = np.minimum(low, played.min(0) - 1e-6), np.maximum(high, played.max(0) + 1e-6)
     of_patient = msgspec.structs.replace(
@@ -187,7 +187,7 @@ def test_no_setpoint_moves_away_from_the_patients_limits(
 
 
 def test_a_setpoint_beyond_the_patients_limits_is_never_sent(stepped: Stepped) -> None:
-    """The service has checked the recording against them; this is for when it has not."""
+    """The service has checked the recording against them; this test is for the case that it has not."""
     load(stepped, 0.0, 35.0)
     stepped.send(Approach())
     stepped.until("paused")
@@ -200,7 +200,7 @@ def test_a_setpoint_beyond_the_patients_limits_is_never_sent(stepped: Stepped) -
 
 
 def test_an_arm_pushed_beyond_the_patients_limits_is_a_fault(stepped: Stepped) -> None:
-    """Half of the tolerance stands between what may be commanded and what may be measured."""
+    """Half of the tolerance lies between the limit for setpoints and the limit for measured angles."""
     load(stepped, 0.0, 40.5)
     stepped.send(Approach())
     stepped.until("paused")
@@ -232,7 +232,7 @@ def test_torque_is_refused_when_the_arm_exceeds_range_plus_tolerance(
 
 
 def speeds_deg_s(stepped: Stepped) -> Floats:
-    """Of every axis, from setpoint to setpoint."""
+    """Return the speed of every axis from setpoint to setpoint."""
     speeds: Floats = np.abs(np.diff(np.array(stepped.apparatus.written), axis=0)) * 100
     return speeds
 
@@ -253,7 +253,7 @@ def test_approach_and_return_keep_the_patients_speed_limit(
 
 
 def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
-    """The path's own highest speed is 3.1 deg/s; at the end of its range less range would add 2.5."""
+    """The path's own highest speed is 3.1 deg/s; reducing the range at the end of the range would add 2.5."""
     of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.2)
     assert stepped.send(of_patient, a_trajectory(20.0)) is None
     assert stepped.send(Approach()) is None
@@ -268,7 +268,7 @@ def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
 
 
 def test_the_guard_of_setpoints_knows_the_patients_speed_limit(stepped: Stepped) -> None:
-    """A step of 1.5 deg is one of half a second at 3 deg/s; at the station's own limit it is none."""
+    """A step of 1.5 deg takes half a second at 3 deg/s; at the station's own limit it is allowed."""
     of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.0)
     assert stepped.send(of_patient, a_trajectory(20.0)) is None
     assert stepped.send(Approach()) is None

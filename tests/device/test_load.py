@@ -1,4 +1,4 @@
-"""What is checked of a recording before it is loaded, outside the control thread: in each method, and what was learned of it."""
+"""Checks of a recording before it is loaded, outside the control thread: for each method, and of its correction."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ Loading = Callable[..., QueuedCommand]
 
 @pytest.fixture
 def loading() -> Loading:
-    """What comes of a Load at a station."""
+    """Return the function that checks a Load at a station."""
 
     def load(command: Load, config: StationConfig | None = None) -> QueuedCommand:
         built = build(command, config or StationConfig())
@@ -78,7 +78,7 @@ def test_half_an_axis_acceleration_is_reserved_for_feed_forward(loading: Loading
 
 
 def test_paper_method_may_use_the_whole_acceleration(loading: Loading) -> None:
-    """Samples that go up and down by 9.9 deg in turn: 1,980 deg/s2 at its 10 Hz."""
+    """Samples that alternate by 9.9 deg: 1,980 deg/s2 at 10 Hz."""
     stepping = angles(motor4=9.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
     axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=3600.0) for axis in StationConfig().axes)
     assert loading(message(stepping, method="paper"), StationConfig(axes=axes)).refusal is None
@@ -162,7 +162,7 @@ def test_invalid_speed_limit_is_refused(loading: Loading, limit_deg_s: float) ->
 
 
 def test_a_recording_too_short_to_judge_is_refused(loading: Loading) -> None:
-    """Two samples within a millisecond, and 14 deg between them: less than 150 deg/s over a tenth of a second."""
+    """Two samples within 1 ms that are 14 deg apart: less than 150 deg/s over 0.1 s."""
     short = {"times_s": np.array([0.0, 0.001]).tobytes()}
     two = angles()[:2]
     two[1, 2] += 14.0
@@ -173,7 +173,7 @@ def test_a_recording_too_short_to_judge_is_refused(loading: Loading) -> None:
 
 
 def test_a_jump_at_the_very_end_is_refused(loading: Loading) -> None:
-    """Of 10 deg in 4 ms, of which only the last triple of setpoints shows more than a fifth."""
+    """A jump of 10 deg in 4 ms; only the last three setpoints show more than a fifth of it."""
     times = np.append(TIMES_S, TIMES_S[-1] + 0.004)
     still = angles(motor3=np.full(len(TIMES_S), 60.0))
     jump = np.vstack([still, still[-1] + (0, 0, 10, 0, 0)])

@@ -1,4 +1,4 @@
-"""The reference builder in a process of its own: what it is sent, what comes back, and what happens when it fails."""
+"""The reference builder as a process: its input, its results, and its failures."""
 
 import os
 import queue
@@ -26,7 +26,7 @@ LIMIT_S = 30.0
 
 
 class Loading:
-    """A loader, and what it brings."""
+    """A loader and its results."""
 
     def __init__(self, loader: ReferenceLoader) -> None:
         self.loader = loader
@@ -52,7 +52,7 @@ class Loading:
 
     @property
     def builder(self) -> int:
-        """Its process."""
+        """Return the builder's process id."""
         assert self.loader._builder
         return self.loader._builder._process.pid
 
@@ -105,7 +105,7 @@ def test_angles_near_the_end_of_the_float_range_are_refused(loading: Loading) ->
 
 
 def test_an_error_of_the_builder_is_a_refusal(loading: Loading) -> None:
-    """A pause between two samples that overflows: numpy warns, and nothing is certain of what it makes."""
+    """A gap between two samples that overflows: numpy warns, and the result is undefined."""
     times = np.array([-1.7e308, 1.7e308, *TIMES_S[2:]])
     refusal = loading.load(message(times_s=times.tobytes()))
     assert isinstance(refusal, Refusal)
@@ -114,7 +114,7 @@ def test_an_error_of_the_builder_is_a_refusal(loading: Loading) -> None:
 
 
 def test_killed_builder_refuses_its_load_and_the_next_succeeds(tmp_path: Path) -> None:
-    """The first one is killed between a Load and its parts."""
+    """The first builder is killed between a Load and its parts."""
     program = """
 import os, signal, socket, sys
 from pathlib import Path
@@ -162,7 +162,7 @@ def test_rest_of_a_discarded_load_is_not_added_to_another(loading: Loading) -> N
 
 
 def test_the_builder_ends_with_the_device_process() -> None:
-    """However that ends: the kernel then closes the socket."""
+    """The kernel closes the socket, however the device process ends."""
     program = """
 import sys, time
 from kata.device.config import StationConfig

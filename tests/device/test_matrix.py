@@ -26,11 +26,11 @@ from tests.support.stepped import Stepped
 from tests.support.trajectories import LOAD
 
 _WATCHED_MS = 1200
-"""How long what goes on is watched going on."""
+"""How long the test observes the apparatus."""
 
 
 def _everywhere() -> Trajectory:
-    """All five axes move, from a start that is far from where the arm rests, and nowhere stand for long."""
+    """Return a recording in which all five axes move, from a start far from the rest position, without long pauses."""
     times = np.linspace(0.0, 8.0, 801)
     start = np.array([35.0, 92.0, 40.0, 40.0, -35.0])
     reach = np.array([-20.0, 20.0, 40.0, 60.0, -40.0])
@@ -39,7 +39,7 @@ def _everywhere() -> Trajectory:
 
 
 def _reach(stepped: Stepped, mode: Mode) -> None:
-    """Bring the apparatus into a mode, by nothing but commands."""
+    """Bring the apparatus into a mode by commands only."""
     if mode in ("offline", "idle"):
         return
     if mode == "teaching":
@@ -70,7 +70,7 @@ def _reach(stepped: Stepped, mode: Mode) -> None:
 
 
 def _ail_service(stepped: Stepped, kind: Kind, cycle: int) -> None:
-    """The service's faults are the exchange's to show."""
+    """Inject the service's faults into the exchange."""
     exchange = stepped.exchange
     match kind:
         case "off" | "garbage":
@@ -92,7 +92,7 @@ def _run_cell(folder: Path, kind: Kind, signal: str, mode: Mode) -> None:
     folder.mkdir()
     apparatus = FaultyApparatus()
     if mode == "offline":
-        # Whoever is at fault has been so since before anybody looked.
+        # The fault has existed since before the first read.
         apparatus.last = apparatus.read()
         apparatus.kind, apparatus.signal = kind, signal
     config = StationConfig(approach_speed_deg_s=45.0)
@@ -126,7 +126,7 @@ def _check(stepped: Stepped, should: Expected, mode: Mode, known: int, took_ms: 
             assert stepped.causes()[known] == cause
             assert took_ms <= within_ms
             assert stepped.mode == "stopped"
-            # A port that is gone lets nobody be reached; the drives' own watchdog stops them.
+            # Without a port no drive can be reached; the drives' own watchdog stops them.
             stepped.forward(0.3)
             assert stepped.mode == "stopped"
             assert cause == "bus_lost" or not stepped.torque
@@ -143,7 +143,7 @@ def _check(stepped: Stepped, should: Expected, mode: Mode, known: int, took_ms: 
             assert not stepped.torque
 
 
-# What it comes by counts for nothing there: each line is to have a test of its own, and counting takes time.
+# Not counted for coverage: each line needs a test of its own, and counting takes time.
 @pytest.mark.no_cover
 @pytest.mark.parametrize(("kind", "signal"), list(product(KINDS, SIGNALS)))
 def test_every_cell_of_the_fault_matrix(tmp_path: Path, kind: Kind, signal: str) -> None:
@@ -162,7 +162,9 @@ def test_the_matrix_is_whole() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_faulty_pedal_records_only_what_it_clearly_requests(tmp_path: Path, kind: Kind) -> None:
-    """Up, or not known to be down, is up. Only a pedal that says "down" for long enough records, truly or not."""
+    """Up, or not known to be down, counts as up. Only a pedal that reports "down" for long enough records, even if the
+    report is false.
+    """
     apparatus = FaultyApparatus(kind=None, pedal_down=False)
     stepped = Stepped(tmp_path, apparatus=apparatus)
     stepped.send(Teach(teaching_id="t"))

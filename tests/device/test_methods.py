@@ -1,4 +1,4 @@
-"""A run in each of its ways: what is sent ahead of the reference, what was learned, and the paper's own way of playing."""
+"""A run with each method: the feed-forward, the correction, and the paper's zero-order hold."""
 
 from pathlib import Path
 from typing import Literal, get_args
@@ -40,7 +40,7 @@ def begin(
     correction: Correction | None = None,
     **changes: object,
 ) -> tuple[Stepped, Trajectory]:
-    """A run whose approach has ended."""
+    """Return a run whose approach has ended."""
     stepped = Stepped(folder, config)
     trajectory = reference(method, TIMES_S, rows() if angles is None else angles)
     assert stepped.send(load(method, **changes), trajectory, correction) is None
@@ -58,7 +58,7 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     stepped.send(Play())
     for at_s in (0.5, 1.0, 1.5, 2.5, 3.2):
         until_place(stepped, at_s)
-        # It aims at the middle of its own time; the place was moved on by a cycle since.
+        # The setpoint aims at the middle of its own period; the place has advanced by one cycle since.
         motion = trajectory.motion_at(place_s(stepped) - 0.01 + 0.005)
         assert sent(stepped)[-1] == pytest.approx(
             (motion.angles_deg + config.servo_model.feed_forward(motion))[MOVING], abs=1e-6
@@ -70,7 +70,7 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: Method) -> None:
-    """The drives here follow at once, and so are as far ahead as the setpoint."""
+    """The drives in this test follow at once, so they are as far ahead as the setpoint."""
     stepped, trajectory = begin(tmp_path, station(lag_s=0.08), method)
     stepped.send(Play())
     stepped.until("idle")
@@ -95,7 +95,8 @@ def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
     stepped.send(Play())
     stepped.until("idle")
     assert stepped.causes() == []
-    # 47 deg/s is the recording's own highest speed; what is ahead changes by no more than its share of a bend.
+    # 47 deg/s is the recording's own highest speed; the feed-forward changes by at most its share of the second
+    # difference.
     second_difference = config.axes[MOVING].max_acceleration_deg_s2 / 100**2
     assert np.abs(np.diff(sent(stepped))).max() < 0.47 + REFERENCE_SHARE * second_difference
     assert np.abs(np.diff(sent(stepped), 2)).max() < 0.9 * second_difference
@@ -103,7 +104,7 @@ def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
 
 
 def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
-    """On the ramp the arm is slower than the recording, and lags less."""
+    """On the ramp the arm is slower than the recording and lags less."""
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth")
     stepped.send(Play())
@@ -124,7 +125,7 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     limits[MOVING] = (-1.0, 60.1)
     config = station(lag_s=0.1, friction_deg=2.0)
     angles = rows()
-    # At full speed up to where it turns round.
+    # At full speed up to the reversal.
     angles[:, MOVING] = np.interp(TIMES_S, [0.0, 0.3, 1.7, 1.9, 2.1, 2.3, 4.0], [0.0, 0.0, 59.0, 60.0, 60.0, 59.0, 0.0])
     stepped, _ = begin(tmp_path, config, "smooth", angles, limits_deg=tuple(limits))
     stepped.send(Play())
@@ -137,7 +138,7 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
 @pytest.mark.parametrize("rate_hz", [50, 100, 200])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, direction: int) -> None:
-    """With the default limits of speed and acceleration, a reference that turns round just inside the patient's limit."""
+    """With the default limits of speed and acceleration, a reference that reverses just inside the patient's limit."""
     limits = [(-180.0, 180.0)] * 5
     limits[MOVING] = (-10.1, 50.1)
     axes = tuple(msgspec.structs.replace(axis, lag_s=0.1, friction_deg=2.0) for axis in StationConfig().axes)
@@ -158,7 +159,7 @@ def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, dir
 
 @pytest.mark.parametrize("rate_hz", [50, 100])
 def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz: int) -> None:
-    """The slowest drives that may be configured, the highest speed, the quickest turn."""
+    """The slowest drives that may be configured, the highest speed, the fastest reversal."""
     config = station(lag_s=0.3, lag2_s2=0.02, friction_deg=5.0, rate_hz=rate_hz)
     stepped, _ = begin(tmp_path, config, "smooth", rows(reach_deg=85.0), load_level=10)
     stepped.send(Play())
@@ -176,7 +177,7 @@ def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz:
 
 
 def test_the_last_look_still_refuses_a_reference_that_jerks(tmp_path: Path) -> None:
-    """Only what is added is softened."""
+    """Only the feed-forward is limited."""
     angles = rows()
     angles[TIMES_S >= 1.0, MOVING] += 12.0
     stepped, _ = begin(tmp_path, station(lag_s=0.1), "smooth", angles)
@@ -204,7 +205,7 @@ def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) ->
 
 
 def test_recording_cut_at_full_speed_joins_the_return_without_jumps(tmp_path: Path) -> None:
-    """The setpoint is still ahead there: the way back begins where it is, with nothing added once more."""
+    """The setpoint is still ahead there: the return begins at the setpoint, without adding the feed-forward again."""
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
     angles[:, MOVING] = 100.0 * np.clip(TIMES_S - 3.0, 0.0, None)
     stepped, _ = begin(tmp_path, station(lag_s=0.3, friction_deg=3.0), "smooth", angles)
@@ -220,7 +221,7 @@ def test_recording_cut_at_full_speed_joins_the_return_without_jumps(tmp_path: Pa
 
 
 def test_resistance_is_judged_against_the_arms_direction_not_the_setpoints(tmp_path: Path) -> None:
-    """Before the arm turns round, what is sent already goes back."""
+    """Before the arm reverses, the setpoint already moves back."""
     stepped, trajectory = begin(tmp_path, station(lag_s=0.3), "smooth", load_level=10)
     stepped.send(Play())
     until_place(stepped, 1.75)
@@ -237,7 +238,7 @@ def test_resistance_is_judged_against_the_arms_direction_not_the_setpoints(tmp_p
 
 
 def learned(deg: float) -> Correction:
-    """Some of it everywhere."""
+    """Return a constant correction."""
     return Correction(0.02, np.full((201, 5), deg))
 
 
@@ -282,7 +283,7 @@ def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: P
 
 
 def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
-    """Its share of the highest acceleration: 0.288 deg more or less in a step than in the one before, at 100 Hz."""
+    """Its share of the highest acceleration: a step differs by at most 0.288 deg from the one before, at 100 Hz."""
     jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 40 < 20, 3.0, -3.0)[:, None], 5))
     stepped, trajectory = begin(tmp_path, station(), "learned", rows(reach_deg=0.0), correction=jumping)
     stepped.send(Play())
@@ -299,7 +300,7 @@ def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> N
 
 @pytest.fixture
 def paper(tmp_path: Path) -> Stepped:
-    """Held where it is, 5 deg away from where the recording begins."""
+    """Return a run that holds the arm 5 deg away from the recording's start."""
     return begin(tmp_path, station(lag_s=0.1, friction_deg=1.0), "paper", rows(from_deg=5.0))[0]
 
 
@@ -320,7 +321,7 @@ def test_paper_method_steps_to_the_first_sample_without_an_approach(paper: Stepp
 
 @pytest.mark.parametrize("cycles_before", [0, 3, 7])
 def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_before: int) -> None:
-    """As it was taught, whenever it is played: no lead, nothing ahead, nothing in between."""
+    """The same samples at any start time: no lead, no feed-forward, nothing between samples."""
     for _ in range(cycles_before):
         paper.cycle()
     before = len(sent(paper))
@@ -336,7 +337,7 @@ def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_be
     path_s = kept.path_s[playing]
     assert path_s[1:39] == pytest.approx(0.1 * np.arange(1, 39))
     assert np.diff(kept.t_ns[playing])[:38] == pytest.approx([100_000_000] * 38)
-    # What was measured beside a sample is what the one before led to: a tenth of a second late.
+    # The angle measured with a sample is the result of the sample before: 0.1 s late.
     assert kept.setpoint_deg[playing][1:39, MOVING] == pytest.approx(trajectory._samples[:38, MOVING], abs=1e-4)
     paper.until("idle")
     assert paper.causes() == []
@@ -442,14 +443,14 @@ def test_other_methods_start_from_any_arm_position(tmp_path: Path, method: Metho
 
 
 def test_the_last_look_knows_the_rate_of_the_run(paper: Stepped) -> None:
-    """At 10 Hz a step of 5 deg is one of 50 deg/s; one of 24 deg is none."""
+    """At 10 Hz a step of 5 deg is 50 deg/s and allowed; a step of 24 deg is not."""
     paper.send(Play())
     until_place(paper, 1.0)
     assert np.abs(np.diff(sent(paper))).max() > 4.0
     assert paper.causes() == []
     movement = paper.loop._machine._movement
     assert movement is not None
-    movement.position_s = 3.9  # as a defect of our own would
+    movement.position_s = 3.9  # as an internal defect would
     paper.forward(0.1)
     assert paper.causes() == ["setpoint_step"]
     assert not paper.torque
@@ -475,7 +476,9 @@ Act = Literal["play", "pause", "less", "push", "return", "wait"]
 
 @st.composite
 def samples(draw: st.DrawFn) -> tuple[Floats, Floats]:
-    """Times and angles of one moving axis: short, with gaps, steep at the start, with steps, or as fast as may be."""
+    """Draw times and angles of one moving axis: short, with gaps, steep at the start, with steps, or at the speed
+    limit.
+    """
     shape = draw(st.sampled_from(get_args(Shape)))
     size_deg = draw(st.floats(1.0, 35.0))
     swing_hz = draw(st.floats(30.0, 145.0)) / size_deg / (2 * np.pi)
@@ -499,7 +502,7 @@ def samples(draw: st.DrawFn) -> tuple[Floats, Floats]:
 
 
 def of_little_acceleration(config: StationConfig, speed_deg_s: float) -> StationConfig:
-    """Return a station whose axes have hardly more acceleration than turning back from their speed limit takes."""
+    """Return a station whose axes have hardly more acceleration than a reversal at their speed limit needs."""
     limits = {"max_speed_deg_s": speed_deg_s, "max_acceleration_deg_s2": 36.0 * speed_deg_s}
     return msgspec.structs.replace(config, axes=tuple(msgspec.structs.replace(axis, **limits) for axis in config.axes))
 
@@ -508,7 +511,7 @@ COMMANDS: dict[str, Command] = {"play": Play(), "pause": Pause(), "less": Less()
 
 
 def do(stepped: Stepped, act: Act) -> None:
-    """One command, or a push, at a run; it may be refused."""
+    """Apply one command or push to a run; it may be refused."""
     run = stepped.loop._machine._run
     if act == "push" and run is not None:
         rated_nm = [axis.max_torque_nm for axis in stepped.config.axes]
@@ -535,7 +538,7 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     station_is: tuple[int, float],
     acts: list[tuple[int, Act]],
 ) -> None:
-    """Approached, played, paused, lessened, taken back and returned, by drives without a fault."""
+    """Approach, play, pause, reduce the range, reverse and return, with drives without a fault."""
     rate_hz, speed_deg_s = station_is
     config = of_little_acceleration(station(*lag, rate_hz=rate_hz), speed_deg_s)
     times, angles = recording
@@ -572,7 +575,7 @@ OF_OUR_OWN = {fault.code for fault in FAULTS if fault.code.startswith("setpoint_
 def test_an_axis_of_little_acceleration_is_not_jerked(
     tmp_path: Path, act: Act, after_s: float, lag: tuple[float, float, float]
 ) -> None:
-    """At 125 deg/s, with all of the acceleration that a reference may take; at last the recording breaks off in full motion."""
+    """At 125 deg/s, with all of the acceleration that a reference may use; the recording ends in full motion."""
     config = station(*lag)
     config = of_little_acceleration(config, 126.0)
     turn_s = 2 * np.pi / 18.0

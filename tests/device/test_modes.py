@@ -1,4 +1,4 @@
-"""From mode to mode: every way there is, no other, what each command needs, and a stop in each of them."""
+"""Modes: every allowed transition and no other, what each command needs, and a stop in each mode."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -56,7 +56,7 @@ WITHOUT: tuple[Mode, ...] = ("idle", "teaching", "ready")
 
 
 def bring(stepped: Stepped, mode: Mode) -> Stepped:
-    """By nothing but commands."""
+    """Bring the apparatus into a mode by commands only."""
 
     def load() -> None:
         assert stepped.send(LOAD, a_trajectory()) is None
@@ -174,7 +174,7 @@ def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: py
     assert not playing.torque
     assert playing.causes() == ["unexpected_error"]
     refusal = playing.send(Acknowledge())
-    assert refusal is None  # what it was has passed with that cycle
+    assert refusal is None  # the fault has passed with that cycle
 
 
 def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
@@ -200,7 +200,7 @@ def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: 
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["operator_stop"]
     assert events(stepped, "fault") == ["Stopped by the operator. (operator_stop, category 1)"]
-    # A held arm stands already.
+    # A held arm is at rest already.
     assert stepped.torque == (mode != "paused")
 
     stepped.forward(0.25)
@@ -264,7 +264,7 @@ def test_the_emergency_stop_stops_every_mode_in_its_cycle(stepped: Stepped, mode
 
 
 def test_ramp_that_does_not_settle_is_cut_at_double_time(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Movement, "at_rest", False)  # as a defect of our own would
+    monkeypatch.setattr(Movement, "at_rest", False)  # as an internal defect would
     playing.exchange.request_stop()
     playing.cycle()
     playing.forward(0.4)
@@ -290,7 +290,7 @@ def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
     assert playing.torque
     movement = playing.loop._machine._movement
     assert movement is not None
-    movement.position_s += 0.5  # as a defect of our own would
+    movement.position_s += 0.5  # as an internal defect would
     playing.cycle()
 
     assert not playing.torque
@@ -402,7 +402,7 @@ def test_lost_service_ends_activities_without_torque_at_once(stepped: Stepped, m
 
 
 def test_shutdown_request_waits_until_torque_is_off(playing: Stepped) -> None:
-    playing.exchange.closing = True  # and it is still heard
+    playing.exchange.closing = True  # and it still takes Stops
     assert playing.cycle()
     assert playing.torque
     playing.exchange.request_stop()
@@ -522,7 +522,7 @@ def test_first_setpoint_of_a_movement_comes_one_period_after_torque(tmp_path: Pa
     for _ in range(3 * 100 // rate_hz):
         sent.append(len(stepped.apparatus.written))
         stepped.cycle()
-    # With torque goes the angle to hold.
+    # The angle to hold is sent with torque on.
     assert sent == [1 + cycle // (100 // rate_hz) for cycle in range(3 * 100 // rate_hz)]
 
 
@@ -531,7 +531,7 @@ def test_first_setpoint_of_a_movement_comes_one_period_after_torque(tmp_path: Pa
 def test_setpoint_aims_at_the_middle_of_its_hold_time(
     tmp_path: Path, rate_hz: int, protocol: Literal["dynamixel", "modbus"], delay_s: float
 ) -> None:
-    """With Modbus it is carried by the next cycle's request."""
+    """With Modbus the next cycle's request carries it."""
     stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz, protocol=protocol))
     bring(stepped, "playing")
     machine = stepped.loop._machine
@@ -541,7 +541,7 @@ def test_setpoint_aims_at_the_middle_of_its_hold_time(
         if machine.setpoint_due:
             run = machine._run
             assert run is not None
-            # At full pace: the place was moved on by a cycle since the setpoint was worked out.
+            # At full speed: the place has advanced by one cycle since the setpoint was computed.
             aimed = trajectory.at(run.position_s - 0.01 + 0.5 / rate_hz + delay_s)
             assert machine.setpoint_deg == pytest.approx(tuple(aimed), abs=1e-6)
 
@@ -567,7 +567,7 @@ def test_path_time_is_recorded_only_on_the_recording(stepped: Stepped) -> None:
 
 
 def test_each_sample_has_the_setpoint_it_answers(stepped: Stepped) -> None:
-    """The drives here follow at once: what was sent in one cycle is what is measured in the next."""
+    """The drives in this test follow at once: a setpoint of one cycle is measured in the next."""
     bring(stepped, "playing")
     kept = stepped.journal()
     assert kept.measured_deg[5:] == pytest.approx(kept.setpoint_deg[5:])
@@ -575,7 +575,7 @@ def test_each_sample_has_the_setpoint_it_answers(stepped: Stepped) -> None:
 
 @pytest.mark.parametrize(("at_ms", "place_s"), [(0, 0.0), (-4, -0.004), (3, 0.003)])
 def test_place_in_the_recording_matches_the_time_of_measurement(playing: Stepped, at_ms: int, place_s: float) -> None:
-    """The angles came a little before or after the cycle's own time."""
+    """The angles arrived a little before or after the cycle's own time."""
     run = playing.loop._machine._run
     assert run is not None
     position_s = run.position_s

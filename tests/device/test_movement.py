@@ -1,4 +1,4 @@
-"""Going along a path: from a stand to its pace in a fifth of a second, gently to its end, and back."""
+"""Movement along a path: from rest to full speed in 0.2 s, gently to its end, and back."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -14,7 +14,7 @@ DT_S = 0.01
 
 @dataclass
 class Straight:
-    """A path whose angles are its own time, so that a place can be read from a setpoint."""
+    """A path whose angles equal its time, so that a place can be read from a setpoint."""
 
     duration_s: float = 2.0
 
@@ -54,7 +54,7 @@ def test_path_speed_is_reached_in_0_2_seconds_and_held() -> None:
     movement = Movement(Straight())
     paces = advance(movement, 25)
     assert paces == pytest.approx([min(1.0, 0.05 * (n + 1)) for n in range(25)])
-    # A tenth of a second is lost to the ramp; what is added in a cycle is that cycle's pace.
+    # The ramp costs 0.1 s; each cycle adds its own speed override.
     assert movement.position_s == pytest.approx(sum(paces) * DT_S)
 
 
@@ -83,13 +83,13 @@ def test_the_end_is_met_exactly_and_slowly(duration_s: float) -> None:
     assert movement.position_s == duration_s
     assert paces[-1] <= 0.3
     assert np.abs(np.diff([0.0, *paces])).max() <= 0.05 + 1e-9
-    # Slowing down begins no earlier than it must: a ramp, and a little creeping.
+    # Slowing down begins no earlier than necessary: a ramp and a short creep.
     assert len(paces) * DT_S <= duration_s + 0.6
 
 
 @pytest.mark.parametrize(("speed_override", "ramp_way_s"), [(1.0, 0.105), (0.5, 0.0275)])
 def test_slowing_down_for_the_end_begins_just_in_time(speed_override: float, ramp_way_s: float) -> None:
-    """At a pace of 1 the ramp's own way is 0.1 s of path; half a cycle more is gone in steps."""
+    """At a speed override of 1 the ramp takes 0.1 s of the path; half a cycle more is lost in steps."""
     just_in_time = Movement(
         Straight(), position_s=2.0 - ramp_way_s + speed_override * DT_S / 2, speed_override=speed_override
     )
@@ -106,7 +106,7 @@ def test_slowing_down_for_the_end_begins_just_in_time(speed_override: float, ram
 def test_end_is_reached_within_one_change_of_speed(
     direction: Literal[1, -1], shortest_ramp_s: float, left_s: float
 ) -> None:
-    """What is left is no whole number of steps, so that the last one may be a change of pace more than the creeping."""
+    """The rest of the path is not a whole number of steps, so the last change may exceed the creep speed."""
     position_s = 2.0 - left_s if direction == 1 else left_s
     movement = Movement(
         Straight(),
@@ -188,7 +188,7 @@ def test_speed_scales_with_override_and_acceleration_with_its_square(speed_overr
 def test_a_changing_pace_is_acceleration_too() -> None:
     movement = Movement(Straight(), position_s=1.0, speed_override=0.5)
     movement.advance(DT_S)
-    # To full pace in a fifth of a second: by 5 a second.
+    # To full speed in 0.2 s: 5 per second.
     assert movement.override_rate == pytest.approx(5.0)
     assert movement.motion(0.0).acceleration_deg_s2 == pytest.approx([0.55**2 * 0.5 + 5.0] * 5)
     movement.direction = 0

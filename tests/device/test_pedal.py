@@ -1,4 +1,4 @@
-"""The USB pedal, with a pipe in place of the kernel's device file: what comes through it is the kernel's format."""
+"""The USB pedal, with a pipe instead of the kernel's device file. The data has the kernel's format."""
 
 import os
 import struct
@@ -76,7 +76,7 @@ def test_any_of_three_pedals_in_one_counts(foot: Foot, pedal: UsbPedal) -> None:
 
 
 def test_dropped_kernel_events_make_the_pedal_unknown(foot: Foot, pedal: UsbPedal) -> None:
-    """A pipe cannot be asked what is held; the kernel's own file can."""
+    """A pipe cannot report held keys; the kernel's own file can."""
     foot.key(1)
     foot.event(0, 3, 0)
     assert pedal.down() is None

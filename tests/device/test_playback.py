@@ -1,4 +1,4 @@
-"""Playback by the stepped clock: load, approach, play, pause, return."""
+"""Playback with a stepped clock: load, approach, play, pause, return."""
 
 from pathlib import Path
 
@@ -208,7 +208,7 @@ def test_arm_waits_at_the_start_and_playback_begins_at_rest(stepped: Stepped) ->
     stepped.forward(0.5)
     run = stepped.snapshot.run
     assert run is not None
-    # Half a second, but for what is lost on the ramp to full pace: a tenth, and half of a cycle.
+    # Half a second minus the ramp to full speed: 0.1 s and half a cycle.
     assert run.position_s == pytest.approx(0.5 - 0.095)
 
 

@@ -1,4 +1,4 @@
-"""A power cut at any moment: at most the last 100 ms are lost, and nothing that is read is made up."""
+"""A power cut at any moment: at most the last 100 ms are lost, and no read data is invented."""
 
 import zlib
 from collections.abc import Callable, Iterator
@@ -22,7 +22,7 @@ MAY_BE_LOST_NS = 100 * MS
 
 
 class Session:
-    """A journal that is kept as the device process keeps it: written with each sample, synced when that is due."""
+    """A journal written as in the device process: with each sample, synced when due."""
 
     def __init__(self, folder: Path, disk: CutDisk, header: JournalHeader = HEADER) -> None:
         self.folder = folder
@@ -56,7 +56,7 @@ class Session:
         return next_sync_ns(began_ns, self.disk.now_ns)
 
     def _measure(self, until_ns: int) -> None:
-        """The control thread and the I/O thread, which go on while the disk is busy."""
+        """Run the control thread and the I/O thread, which continue while the disk is busy."""
         self._journal_set.write()
         while self._next_ns <= min(until_ns, self._end_ns - 1):
             self.disk.now_ns = self._next_ns
@@ -67,7 +67,7 @@ class Session:
         self.disk.now_ns = max(self.disk.now_ns, until_ns)
 
     def problems(self, stale: bytes = b"") -> set[str]:
-        """What is wrong with what a power cut may leave, over every moment and every legal state."""
+        """Return the problems of all states that a power cut may leave, over every moment."""
         return {problem for t_ns, data in self.disk.states(stale) for problem in self._judged(t_ns, data)}
 
     def _judged(self, t_ns: int, data: bytes | None) -> Iterator[str]:
@@ -87,7 +87,7 @@ def samples(folder: Path, data: bytes) -> list[tuple[int, list[float]]]:
     except JournalError:
         return []
     if kept.id != HEADER.id:
-        # The whole of another journal: it was imported by that name long ago, and is not twice.
+        # The complete journal of an earlier file: it was imported by that name and is not imported twice.
         return []
     assert np.array_equal(kept.measured_deg, kept.setpoint_deg)
     return list(zip(kept.t_ns.tolist(), kept.measured_deg.tolist(), strict=True))
@@ -97,7 +97,7 @@ def samples(folder: Path, data: bytes) -> list[tuple[int, list[float]]]:
 def test_a_power_cut_loses_at_most_100_ms(tmp_path: Path, sync_ms: int) -> None:
     disk = CutDisk(sync_ns=sync_ms * MS)
     session = Session(tmp_path, disk)
-    # Nothing is measured before somebody steps on the pedal or sends for an approach.
+    # Nothing is measured before the pedal is pressed or an approach begins.
     session.run(begins_ns=150 * MS, lasts_ns=330 * MS)
 
     assert session.problems() == set()
@@ -148,7 +148,7 @@ class NoFolderSync(CutDisk):
 
 
 class HalfTheSyncs(CutDisk):
-    """Every other one: as if the interval were 100 ms."""
+    """Every other sync: as if the interval were 100 ms."""
 
     turn = 0
 
@@ -191,7 +191,7 @@ def test_full_disk_is_reported_and_keeps_its_data(tmp_path: Path, room: int) -> 
     kept = samples(tmp_path, bytes(session.disk.data))
     assert kept == [(t, values(t)) for t in session.given[: len(kept)]]
     assert len(session.disk.data) == room
-    # All but the record that found no room is read back, at that moment and after any power cut.
+    # Every record except the one that found no room is read back, at that moment and after any power cut.
     assert session.problems() <= {"lost"}
 
 
@@ -208,7 +208,7 @@ def test_passing_error_is_reported_and_the_retry_leaves_no_gap(tmp_path: Path, w
 
 @dataclass
 class OnThatDisk(SteppedExchange):
-    """Writes in every cycle and syncs at once, as the other two threads would."""
+    """Writes in every cycle and syncs at once, as the two journal threads would."""
 
     disk: CutDisk = field(default_factory=CutDisk)
 

@@ -1,4 +1,4 @@
-"""Less range while a recording plays, and its slow way back."""
+"""The range override while a recording plays, and its slow recovery."""
 
 import math
 from dataclasses import replace
@@ -23,7 +23,7 @@ REPETITIONS = 8
 
 
 def strokes(repetitions: int = REPETITIONS) -> tuple[Floats, Floats]:
-    """From 0 to 60 deg and back, again and again."""
+    """Return strokes from 0 to 60 deg and back."""
     times = np.arange(0.0, repetitions * SECONDS + 0.001, 0.01)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))
     angles[:, MOVING] = 30.0 * (1 - np.cos(2 * np.pi * times / SECONDS))
@@ -41,7 +41,7 @@ def standing(comfort: RangeOverride, angle_deg: float = 60.0, speed_deg_s: float
 
 
 def reached(comfort: RangeOverride, seconds: float, speed_override: float = 1.0) -> list[float]:
-    """The moving axis, which would be held at 60 deg, in every hundredth of a second."""
+    """Return the moving axis every 0.01 s; its path would be held at 60 deg."""
     at = standing(comfort)
     return [float(comfort.apply(at, speed_override, 0.01).angles_deg[MOVING]) for _ in range(round(100 * seconds))]
 
@@ -116,7 +116,7 @@ def test_less_and_less_ends_at_a_fifth_of_the_range() -> None:
 )
 def test_step_also_takes_a_remainder_below_half_a_step(left_of_a_step: float, taken_too: bool) -> None:
     left = MIN_SHARE + left_of_a_step * REDUCTION_STEP
-    # So that exactly this is left, in the computer's own numbers.
+    # Exactly this share is left, in floating-point numbers.
     share = (
         left + REDUCTION_STEP
         if left + REDUCTION_STEP - REDUCTION_STEP == left
@@ -142,7 +142,7 @@ def test_motor_at_its_highest_speed_is_not_accelerated() -> None:
     for _ in range(100):
         motion = less.apply(standing(less, 60.0, -50.0), 1.0, 0.01)
         assert abs(motion.speed_deg_s[MOVING]) <= 50.0 + 1e-9
-    # Near the middle, too.
+    # Near the middle too.
     for _ in range(50):
         less.apply(standing(less, 30.5, -50.0), 1.0, 0.01)
     assert less.is_full
@@ -173,7 +173,7 @@ def test_range_recovers_by_a_warm_up_step_after_each_repetition() -> None:
     less.reduce()
     reached(less, SECONDS - 0.05)
     assert less.share == pytest.approx(0.9)
-    # The axis that goes farthest goes through 60 deg.
+    # The axis with the largest range has 60 deg.
     reached(less, SECONDS)
     assert less.share == pytest.approx(0.9 + RECOVERY_DEG / 60.0, abs=0.005)
     reached(less, 2 * SECONDS)
@@ -235,7 +235,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
         peaks.append(float(sent(stepped)[first:].max()))
     assert stepped.causes() == []
     assert peaks[0] == pytest.approx(54.0, abs=0.2)
-    # A fifth less of 60 deg around 30 is 6 deg at its end; half of what a repetition gives back is there.
+    # A fifth less of 60 deg around 30 is 6 deg at its end; half of one repetition's recovery is there.
     assert np.diff(peaks[1:-1]) == pytest.approx(RECOVERY_DEG / 2, abs=0.1)
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
@@ -265,7 +265,7 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     until_place(stepped, 1.0)
     for _ in range(5):
         stepped.send(Less())
-    # At 5 s the path is in its middle, where less range is no other angle; half of the range is left.
+    # At 5 s the path is at its middle, where a reduced range does not change the angle; half of the range is left.
     until_place(stepped, 5.0)
     run = stepped.loop._machine._run
     assert run is not None
@@ -280,7 +280,7 @@ def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: P
     stepped.until("idle", 60.0)
     kept = stepped.journal()
     lessened = kept.path_s[kept.phase == journal.PHASE_REDUCED_RANGE]
-    # From when it was asked for to when the range was whole again: a repetition, and 6 deg at 2.5 deg a repetition.
+    # From the request to the full range: one repetition, and 6 deg at 2.5 deg a repetition.
     assert lessened.min() == pytest.approx(3.0, abs=0.05)
     assert lessened.max() == pytest.approx(3.0 + SECONDS * (1 + 6.0 / RECOVERY_DEG), abs=0.6)
     assert not np.any(kept.repetition.playing[kept.phase == journal.PHASE_REDUCED_RANGE])

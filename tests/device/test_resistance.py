@@ -1,4 +1,6 @@
-"""A patient who pushes against the movement: the stroke turns back, twice in the same place ends the run, the arm is held."""
+"""A patient who pushes against the movement: the stroke reverses, a second time in the same place ends the run, the arm
+is held.
+"""
 
 from pathlib import Path
 from typing import Literal, get_args
@@ -22,13 +24,13 @@ from tests.support.trajectories import LOAD, a_trajectory
 
 LEVEL = 10
 THRESHOLD_NM = 4.0 * 10 / 25 * 0.98
-"""Of a motor whose rated torque is 4 Nm."""
+"""For a motor with a rated torque of 4 Nm."""
 PUSHED = 3
 """The axis that moves in these recordings."""
 
 
 def at_the_start(stepped: Stepped, level: int = LEVEL, seconds: float = 8.0) -> Stepped:
-    """The arm has been brought to where a slow stroke begins."""
+    """Bring the arm to the start of a slow stroke."""
     load = msgspec.structs.replace(LOAD, load_level=level)
     assert stepped.send(load, a_trajectory(seconds)) is None
     assert stepped.send(Approach()) is None
@@ -38,7 +40,7 @@ def at_the_start(stepped: Stepped, level: int = LEVEL, seconds: float = 8.0) -> 
 
 @pytest.fixture
 def stroke(stepped: Stepped) -> Stepped:
-    """Three seconds into a slow stroke of eight, upwards."""
+    """Return an apparatus three seconds into a slow upward stroke of eight."""
     at_the_start(stepped)
     assert stepped.send(Play()) is None
     stepped.forward(3.0)
@@ -46,7 +48,7 @@ def stroke(stepped: Stepped) -> Stepped:
 
 
 def push(stepped: Stepped, torque_nm: float = 2.0, cycles: int = 11) -> None:
-    """The patient resists motor 4 for so many cycles."""
+    """Let the patient resist motor 4 for this many cycles."""
     stepped.apparatus.torques_nm[PUSHED] = torque_nm
     for _ in range(cycles):
         stepped.cycle()
@@ -78,7 +80,7 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     stroke.until("paused")
     assert stroke.torque
     assert stroke.causes() == []
-    # Two seconds back from where it was felt, a tenth of a second after the push began.
+    # Two seconds back from the place of detection, 0.1 s after the push began.
     assert position_s(stroke) == pytest.approx(met_at_s + 0.1 - 2.0, abs=0.03)
     told = [event.message for event in stroke.exchange.events if event.code == "load_reversal"]
     assert told == ["Motor 4 met resistance at 3.1 s; the arm is taken back."]
@@ -88,7 +90,7 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     assert np.all(np.diff(back[30:]) <= 0)
     assert np.diff(back).min() == pytest.approx(-0.01, abs=1e-4)  # no faster than it was taught
     steps_deg = np.abs(np.diff(np.array(stroke.apparatus.written), axis=0))
-    assert steps_deg.max() < 0.2  # turning round is as gentle as playing
+    assert steps_deg.max() < 0.2  # the reversal is as gentle as playing
 
 
 def test_arm_waits_after_a_reversal_until_play_is_pressed(stroke: Stepped) -> None:
@@ -151,7 +153,7 @@ def test_push_shorter_than_a_tenth_of_a_second_is_ignored(stroke: Stepped) -> No
 
 @pytest.mark.parametrize("level", [1, LEVEL, 25])
 def test_load_within_the_patients_level_is_no_resistance(stepped: Stepped, level: int) -> None:
-    """Level 25 is the drive's own limit, which it reports a little below."""
+    """Level 25 is the drive's own limit; the drive reports slightly less."""
     at_the_start(stepped, level=level)
     stepped.send(Play())
     stepped.forward(2.0)
@@ -165,11 +167,11 @@ def test_load_within_the_patients_level_is_no_resistance(stepped: Stepped, level
 
 
 def test_torque_against_the_direction_of_movement_is_no_resistance(stroke: Stepped) -> None:
-    """The motor brakes an arm that is pushed along; nobody resists."""
+    """The motor brakes an arm that is pushed along; the patient does not resist."""
     push(stroke, torque_nm=-3.0, cycles=50)
     assert reversals(stroke) == 0
 
-    stroke.forward(2.0)  # past the turning point the arm goes down: now this is the direction of movement
+    stroke.forward(2.0)  # past the reversal the arm moves down: this is now the direction of movement
     push(stroke, torque_nm=-3.0, cycles=50)
     assert reversals(stroke) == 1
 
@@ -321,7 +323,7 @@ def test_pushes_before_and_after_a_pause_are_separate(stroke: Stepped) -> None:
 
 
 def test_play_does_not_make_a_push_begin_again(stroke: Stepped) -> None:
-    """It began in the pause, and counts from there."""
+    """The push began during the pause and counts from there."""
     stroke.send(Pause())
     stroke.until("paused")
     stroke.apparatus.torques_nm[PUSHED] = 2.0
@@ -368,7 +370,7 @@ def test_resistance_in_a_pause_holds_the_arm(stroke: Stepped, push_nm: float) ->
 
 
 def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
-    """A reversal inside a hold leads nowhere: what still pushes after it stops the run."""
+    """A reversal inside a hold leads nowhere: a push that continues after it stops the run."""
     times = np.arange(0.0, 12.01, 0.01)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))
     stroke.exchange.request_stop()
@@ -458,7 +460,7 @@ def test_after_giving_way_the_recording_is_met_slowly(stepped: Stepped) -> None:
 def test_the_push_against_a_blocked_arm_ends_in_time(
     rate_hz: int, p_nm_deg: float, i_nm_deg_s: float, rated_nm: float, level: float, wound_up: bool
 ) -> None:
-    """A drive's position control, 40 ms late, with all of its push in the proportional or in the integral part."""
+    """A simulated position control, 40 ms late, with all of its push in the proportional or in the integral part."""
     threshold_nm = level * rated_nm
     giving = YieldOffset([threshold_nm], rate_hz, 15.0)
     integral_nm = 0.99 * rated_nm if wound_up else 0.0
@@ -477,7 +479,7 @@ def test_the_push_against_a_blocked_arm_ends_in_time(
             giving.yield_to(np.array([torque_nm]), np.array([late[-1]]), np.array([0.0]))
         late.append(began_deg + float(giving.offset_deg[0]))
     assert ended_ms is not None and ended_ms <= (1000 if rate_hz == 100 else 1500)
-    # It does not begin again, and the drive does not hunt.
+    # The push does not begin again, and the drive does not oscillate.
     assert max(torques_nm[3000:]) <= 1.4 * threshold_nm
 
 
@@ -546,7 +548,7 @@ def test_a_place_of_long_ago_is_remembered(tmp_path: Path) -> None:
 
 
 def felt(stepped: Stepped, speed_deg_s: float, torque_nm: float, ahead_deg: float = 0.0) -> int | None:
-    """What a monitor of motor 5 finds after a tenth of a second."""
+    """Return the axis that a monitor finds after 0.1 s of a push of motor 5."""
     monitor = ResistanceMonitor([4.0, 4.0, 4.0, 4.0, 1.0])
     state = stepped.loop._state_builder.build(0, None, stepped.loop._loop_context(0, 0.0))
     for t_ns in (0, 100_000_000):
@@ -572,7 +574,7 @@ def felt(stepped: Stepped, speed_deg_s: float, torque_nm: float, ahead_deg: floa
         (-0.999, 5.0, True),  # too slow to have a direction: towards the setpoint
         (0.0, 0.0, True),  # on the setpoint: an integral part
         (0.0, -0.099, True),
-        (0.0, -0.1, False),  # beyond the setpoint: the torque ends by itself
+        (0.0, -0.1, False),  # beyond the setpoint: the torque ends on its own
     ],
 )
 def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
@@ -586,9 +588,9 @@ def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
 
 STROKE_DEG = 30.0
 MIDDLE_DEG = (12.0, 108.5, 60.0, 60.0, -25.0)
-"""Of each axis' range."""
+"""The middle of each axis' range."""
 ANSWER_CYCLES = 12
-"""A tenth of a second, and a cycle each to see the push and to answer it."""
+"""0.1 s, and one cycle each to detect the push and to react."""
 Phase = Literal["approach", "play", "hold", "pause", "reversal", "return"]
 ANSWERS: dict[Phase, str] = {
     "approach": "load_on_the_way",
@@ -601,7 +603,7 @@ ANSWERS: dict[Phase, str] = {
 
 
 def there_and_hold(axis: int, speed_deg_s: float) -> Trajectory:
-    """One axis goes at a speed for eight seconds or through its stroke, and holds for three."""
+    """Return a recording in which one axis moves for eight seconds or through its stroke, and holds for three."""
     moving_s = min(8.0, STROKE_DEG / speed_deg_s)
     times = np.arange(0.0, moving_s + 3.0, 0.01)
     angles = np.tile(np.array(MIDDLE_DEG), (len(times), 1))
@@ -610,12 +612,12 @@ def there_and_hold(axis: int, speed_deg_s: float) -> Trajectory:
 
 
 def answers(stepped: Stepped) -> list[str]:
-    """Everything that was done about resistance so far."""
+    """Return all reactions to resistance so far."""
     return [event.code for event in stepped.exchange.events if event.code == "load_reversal"] + stepped.causes()
 
 
 def reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, strong_nm: float) -> int:
-    """Bring a loaded run into a phase. Return the direction in which the axis moves there, 0 where it stands."""
+    """Bring a loaded run into a phase. Return the direction in which the axis moves there, 0 at rest."""
     assert stepped.send(Approach()) is None
     if phase == "approach":
         stepped.forward(0.3)

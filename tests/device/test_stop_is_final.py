@@ -1,4 +1,4 @@
-"""Stopped means stopped: what an outside review reproduced on the real loop, each defect with the test that failed first."""
+"""A stop is final: defects that an outside review reproduced on the real loop, each with the test that failed first."""
 
 from pathlib import Path
 
@@ -12,13 +12,13 @@ from tests.support.trajectories import LOAD, a_trajectory
 
 
 def ready(stepped: Stepped) -> Stepped:
-    """A recording is loaded."""
+    """Return an apparatus with a loaded recording."""
     assert stepped.send(LOAD, a_trajectory()) is None
     return stepped
 
 
 def reconnect(stepped: Stepped, seconds: float = 1.0) -> None:
-    """The adapter is plugged in again, and the loop opens the port."""
+    """Plug the adapter in again and let the loop open the port."""
     stepped.apparatus.gone = False
     stepped.loop._try_open_at_ns = 0
     stepped.loop._open()
@@ -225,7 +225,7 @@ def test_stop_lasts_until_the_drive_is_verified_again(stepped: Stepped) -> None:
 
 
 def test_an_unverified_drive_cannot_be_acknowledged(playing: Stepped) -> None:
-    """A drive that was away is read again before the stop can be acknowledged."""
+    """A drive that reconnects is read again before the stop can be acknowledged."""
     playing.exchange.request_stop()
     playing.forward(0.5)
     playing.apparatus.verified[1] = False
@@ -251,7 +251,7 @@ def test_drives_with_torque_are_never_configured(playing: Stepped) -> None:
 
 
 def test_a_reset_or_a_reconnect_ends_the_verified_time(stepped: Stepped) -> None:
-    """Today's emergency stop test counts since then only."""
+    """Today's emergency stop test counts only from then on."""
     first = stepped.snapshot.verified_since_ns
     assert first is not None
     stepped.apparatus.mismatch[0] = "mode of external port 1"

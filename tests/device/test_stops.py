@@ -1,4 +1,4 @@
-"""What stops the apparatus, by the stepped clock: every row of the fault table, and what it takes to go on."""
+"""Stops with a stepped clock: every row of the fault table, and the steps to resume."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -28,7 +28,7 @@ def test_the_emergency_stop_is_looked_at_between_two_cycles_too(playing: Stepped
     playing.loop.poll_estop()
     assert not playing.torque
 
-    # However short the press was: who saw it open stops.
+    # Even the shortest press that was detected stops.
     playing.apparatus.estop_open = False
     playing.cycle()
     assert playing.mode == "stopped"
@@ -77,7 +77,7 @@ def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(p
     assert playing.estop == "closed"
     assert not playing.torque
 
-    # A new start is a whole one: load, approach, play.
+    # A new start has all steps: load, approach, play.
     assert playing.send(LOAD, a_trajectory()) is None
     assert playing.send(Approach()) is None
     playing.until("paused")
@@ -261,7 +261,7 @@ def test_each_fault_stops_by_its_category_and_names_itself(
 
     playing.forward(0.3)
     assert not playing.loop._machine.torque_on
-    if code != "bus_lost":  # nobody can reach the drives then; their own watchdog stops them
+    if code != "bus_lost":  # no drive can be reached then; its own watchdog stops it
         assert not playing.torque
 
 
@@ -297,7 +297,7 @@ def test_an_error_in_the_control_program_stops_at_once(playing: Stepped, monkeyp
 def test_a_jump_is_never_sent(playing: Stepped) -> None:
     movement = playing.loop._machine._movement
     assert movement is not None
-    movement.position_s += 0.5  # as a defect of our own would
+    movement.position_s += 0.5  # as an internal defect would
     playing.cycle()
 
     assert not playing.torque

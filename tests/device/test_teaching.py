@@ -1,4 +1,4 @@
-"""Teaching by the stepped clock: torque off, and the pedal decides what is recorded."""
+"""Teaching with a stepped clock: torque off, and the pedal determines what is recorded."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ def test_records_only_while_the_pedal_is_down(stepped: Stepped) -> None:
     assert kept.kind == "teaching"
     assert list(np.unique(kept.take)) == [1, 2]
     for take in (1, 2):
-        # The contact must have been steady for two cycles before it counts, at both ends.
+        # The contact must be steady for two cycles before it counts, at both ends.
         assert np.count_nonzero(kept.take == take) == pytest.approx(100, abs=1)
         assert kept.measured_deg[kept.take == take, 2] == pytest.approx(10.0 * take)
     assert not np.any(np.diff(kept.t_ns[kept.take == 1]) != 10_000_000)
@@ -175,7 +175,7 @@ def test_snapshot_reports_the_current_take(stepped: Stepped) -> None:
     assert teaching.take_s == pytest.approx(0.5, abs=0.11)
     assert teaching.samples == round(teaching.take_s * 100) + 1
     kept = stepped.journal()
-    # A take's own clock begins with it, and each of its samples is one.
+    # A take's clock begins with the take.
     assert kept.path_s[:3] == pytest.approx([0.0, 0.01, 0.02])
     assert set(kept.phase) == {0}
     assert kept.setpoint_deg == pytest.approx(kept.measured_deg)

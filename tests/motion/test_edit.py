@@ -1,4 +1,4 @@
-"""What a therapist does to a motion, on motions of every shape."""
+"""Edits of motions of every shape."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ GENTLE_DEG_S2 = 1000.0
 
 
 def waves(turns: list[float], sizes_deg: list[float], duration_s: float, rate_hz: int) -> Motion:
-    """Five axes, each a sine around the middle of its range; begins and ends anywhere, in full motion."""
+    """Return five axes, each a sine around the middle of its range, that begin and end anywhere in full motion."""
     times = np.arange(round(duration_s * rate_hz) + 1) / rate_hz
     phase = 2 * np.pi * np.outer(times / times[-1], turns) + np.arange(5)
     return Motion(times, MIDDLE_DEG + np.sin(phase) * sizes_deg)
@@ -48,7 +48,7 @@ def built_in(number: int) -> Motion:
 
 
 def playable(motion: Motion, acceleration_deg_s2: float = GENTLE_DEG_S2) -> None:
-    """Within the station's limits, without a jump."""
+    """Require that the motion is within the station's limits, without a jump."""
     limits = [limit._replace(max_acceleration_deg_s2=acceleration_deg_s2) for limit in LIMITS]
     Trajectory(motion.times_s, motion.angles_deg).check(limits, CONFIG.limit_tolerance_deg / 2)
 
@@ -159,7 +159,7 @@ def test_hold_pauses_the_motion_on_an_unchanged_path(motion: Motion, share: floa
     at_s = share * motion.duration_s
     waits = edit.held(motion, at_s, hold_s)
     playable(waits)
-    # Up to 0.2 s to come to a stand, and as much to go on.
+    # Up to 0.2 s to come to rest, and as much to continue.
     assert motion.duration_s + hold_s <= waits.duration_s + 1e-6
     assert waits.duration_s <= motion.duration_s + hold_s + 0.4 + 1e-6
     assert ranges(waits) == pytest.approx(ranges(motion), abs=0.05)
@@ -178,7 +178,7 @@ def test_eased_motion_starts_and_ends_at_rest_on_its_path(motion: Motion) -> Non
     assert rests.angles_deg[0] == pytest.approx(motion.angles_deg[0])
     assert rests.angles_deg[-1] == pytest.approx(motion.angles_deg[-1])
     same(edit.eased(rests), rests)
-    # In the middle nothing has changed but the clock.
+    # In the middle only the clock has changed.
     middle = np.linspace(0.5, motion.duration_s - 0.5, 50)
     shift_s = 0.2 if edit._goes(motion) else 0.0
     assert rests.at(middle + shift_s) == pytest.approx(motion.at(middle), abs=1e-6)
@@ -194,7 +194,7 @@ def way_s(start: Floats, goal: Floats) -> float:
 
 
 pauses = st.just(0.0) | st.floats(0.002, 4.0)
-"""Either none, or one that is longer than what counts as an instant."""
+"""Either no pause, or one longer than the shortest gap between samples."""
 
 
 def test_tiny_pause_is_ignored() -> None:
@@ -255,14 +255,14 @@ def test_stretch_goes_slowly_up_and_beyond_before_continuing() -> None:
     assert tried.angles_deg[-1] == pytest.approx(motion.angles_deg[-1])
     top = int(np.argmax(motion.angles_deg[:, 3]))
     end_deg = motion.angles_deg[top, 3]
-    # From the end: back to 5 deg below, and nowhere faster than the stretch's speed until it is through.
+    # From the end: back to 5 deg below, and never faster than the stretch's speed until it is finished.
     there = tried.times_s >= motion.times_s[top]
     after = tried.angles_deg[there, 3]
     beyond = int(np.argmax(after))
     assert after[:beyond].min() == pytest.approx(end_deg - 5.0, abs=0.5)
     speeds = np.diff(after[:beyond]) / np.diff(tried.times_s[there][:beyond])
     assert np.max(np.abs(speeds)) <= edit.STRETCH_SPEED_DEG_S + 0.01
-    # The other axes do nothing that was not taught.
+    # The other axes only do what was taught.
     others = [0, 1, 2, 4]
     assert ranges(tried)[others] == pytest.approx(ranges(motion)[others], abs=1e-6)
 

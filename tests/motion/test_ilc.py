@@ -1,4 +1,4 @@
-"""Learning by repetition, on drives that lag: it converges, stays within bounds, and learns nothing from the patient."""
+"""Iterative learning control with drives that lag: it converges, stays bounded, and learns nothing from the patient."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ WIDE = np.tile([-100.0, 100.0], (5, 1))
 def played(
     correction: Correction | None, lag: ServoModel = LAG, stretch: float = 1.0, friction_deg: float = 0.0
 ) -> Repetition:
-    """One repetition on drives that lag by ``stretch`` times what is known of them, and stick."""
+    """Return one repetition on drives that lag by ``stretch`` times the identified lag, with friction."""
     y, v, dt = TRAJECTORY.at(0.0), np.zeros(5), 0.002
     measured = []
     for n in range(len(TIMES_S)):
@@ -53,7 +53,7 @@ def at_all(correction: Correction, times_s: Floats) -> Floats:
 
 @pytest.mark.parametrize("stretch", [0.7, 1.0, 1.3])
 def test_five_repetitions_remove_most_of_the_unknown_error(stretch: float) -> None:
-    """Drives that lag by a third more or less than the identified ones, and stick by half a degree."""
+    """Drives that lag by a third more or less than the identified ones, with half a degree of friction."""
     correction: Correction | None = None
     peaks = []
     for _ in range(5):
@@ -66,7 +66,7 @@ def test_five_repetitions_remove_most_of_the_unknown_error(stretch: float) -> No
 
 
 def test_learning_stays_converged() -> None:
-    """Seven more do not drive it away again."""
+    """Seven more repetitions do not diverge."""
     correction: Correction | None = None
     rmse = []
     for _ in range(12):
@@ -101,7 +101,7 @@ def behind(deg: float = 1.0) -> Repetition:
 
 
 def earlier() -> Correction:
-    """Something that is to be kept."""
+    """Return a correction that must be kept."""
     return Correction(STEP_S, np.tile(np.sin(np.arange(rows(TRAJECTORY.duration_s)) / 30)[:, None], 5))
 
 
@@ -153,7 +153,9 @@ def test_waiting_at_the_start_and_coming_back_are_no_disturbance() -> None:
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_resistance_teaches_nothing(direction: int) -> None:
-    """The patient holds motor 4 back by 8 deg for half a second, with more than half of the torque that would turn the arm back."""
+    """The patient holds motor 4 back by 8 deg for half a second, with more than half of the torque that takes the arm
+    back.
+    """
     one = played_perfectly()
     held = slice(300, 350)
     measured, torque = one.measured_deg.copy(), one.torque_nm.copy()
@@ -169,7 +171,7 @@ def test_resistance_teaches_nothing(direction: int) -> None:
 
 
 def test_drives_that_tremble_are_not_resisted() -> None:
-    """A push lasts for a tenth of a second at least."""
+    """A push lasts at least 0.1 s."""
     one = behind()
     trembling = np.where(np.arange(len(TIMES_S)) % 2, 1.9, -1.9)[:, None] * np.ones(5)
     learned = again(None, replace(one, torque_nm=trembling))

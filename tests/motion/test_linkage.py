@@ -24,7 +24,7 @@ def _grid(limit_deg: float, n: int = 81) -> np.ndarray:
 
 
 def _rod_lengths_mm(scapula_deg: np.ndarray, theta_deg: np.ndarray) -> np.ndarray:
-    """|QiPi| worked out from the points themselves: the loop closure of Eqs. 1-4, without any algebra."""
+    """Return |QiPi| computed from the points themselves: the loop closure of Eqs. 1-4, without any algebra."""
     phi, psi = np.radians(scapula_deg[..., 0]), np.radians(scapula_deg[..., 1])
     t1, t2 = np.radians(theta_deg[..., 0]), np.radians(theta_deg[..., 1])
     zero = np.zeros_like(phi)
@@ -107,7 +107,7 @@ def test_both_ways_agree_over_the_whole_region(side: Side) -> None:
 
 
 def test_every_allowed_motor_position_has_a_pose_that_reproduces_it() -> None:
-    # What may be measured goes beyond the range by the tolerance.
+    # Measured angles may exceed the range by the tolerance.
     ends = _motor_ranges(beyond_deg=StationConfig().limit_tolerance_deg)
     theta = np.stack(np.meshgrid(*(np.linspace(*end, 121) for end in ends)), axis=-1)
 
@@ -142,7 +142,7 @@ def test_path_of_motor_angles_gives_a_scapula_path_without_jumps() -> None:
     )
     step_deg = np.linalg.norm(np.diff(theta, axis=0), axis=-1)
     moved_deg = np.linalg.norm(np.diff(LINKAGE.forward_deg(theta), axis=0), axis=-1)
-    # 1 / 0.6: the least singular value of the Jacobian over the motors' ranges is above 0.6.
+    # 1 / 0.6: the smallest singular value of the Jacobian over the motors' ranges is above 0.6.
     assert np.all(moved_deg < step_deg / 0.6)
 
 
@@ -163,7 +163,7 @@ def test_the_jacobian_is_well_conditioned_over_the_scapulas_range() -> None:
 
 
 def test_pose_is_reachable_where_links_close_within_motor_limits() -> None:
-    # In turn: the middle; too far up; the links close, but motor 1 may not go there; not within the square.
+    # In turn: the middle; too far up; the links close, but motor 1 is outside its range; outside the square.
     poses = np.array([[0.0, 0.0], [0.0, -44.0], [-30.0, 0.0], [50.0, 0.0]])
 
     assert LINKAGE.reachable(poses, _motor_ranges()).tolist() == [True, False, False, False]

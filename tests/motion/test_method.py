@@ -1,4 +1,4 @@
-"""The reference of each way of playing: what smoothing takes away, what is held, and how far ahead a setpoint goes."""
+"""The reference of each method: smoothing, the zero-order hold, and the feed-forward."""
 
 import os
 from pathlib import Path
@@ -24,19 +24,19 @@ def motions() -> list[Taught]:
 
 
 def as_measured(angles_deg: Floats) -> Floats:
-    """By an encoder."""
+    """Round the angles to encoder counts."""
     return np.round(angles_deg / COUNT_DEG) * COUNT_DEG
 
 
 @pytest.mark.parametrize("every", [1, 2, 10], ids=["100 Hz", "50 Hz", "10 Hz"])
 @pytest.mark.parametrize("taught", motions(), ids=lambda taught: taught.name)
 def test_smoothing_preserves_the_taught_motion(taught: Taught, every: int) -> None:
-    """0.2 deg are allowed. A third of that is taken at most, at 10 Hz too."""
+    """0.2 deg are allowed. Smoothing changes at most a third of that, at 10 Hz too."""
     angles = motor_angles_deg(taught.poses_deg)
     recorded = as_measured(angles)[::every]
     trajectory = Trajectory(taught.times_s[::every], recorded)
     assert trajectory.rmse_deg.max() <= 0.08
-    # Nor is the way that the arm really went left by more, which the encoder never said.
+    # The difference to the arm's true path, which the encoder never reported, is not larger either.
     off = trajectory.along(taught.times_s[::every] - taught.times_s[0]) - angles[::every]
     assert np.sqrt(np.mean(off**2)) <= 0.05
 
@@ -52,7 +52,7 @@ def test_time_stamps_need_not_be_even(taught: Taught) -> None:
 
 
 def test_encoder_steps_add_little_noise_to_speed_and_acceleration() -> None:
-    """The figures that the cut-off was chosen by."""
+    """The figures that determined the cut-off."""
     times = np.arange(0.0, 60.0, 0.01)
     noise = np.random.default_rng(0).uniform(-COUNT_DEG / 2, COUNT_DEG / 2, (len(times), 5))
     trajectory = Trajectory(times, noise)
@@ -138,7 +138,7 @@ def test_setpoint_leads_by_the_drive_lag() -> None:
     assert LAG.feed_forward(motion(40.0)) == pytest.approx([40 * 0.06 + 0.5] * 5, abs=1e-3)
     assert LAG.feed_forward(motion(-40.0)) == pytest.approx([-40 * 0.06 - 0.5] * 5, abs=1e-3)
     assert LAG.feed_forward(motion(0.0, 100.0)) == pytest.approx([0.2] * 5)
-    # Half a degree of friction is not jumped over when the arm turns round.
+    # Half a degree of friction causes no jump when the arm reverses.
     assert LAG.feed_forward(motion(5.0)) == pytest.approx([5 * 0.06 + 0.5 * np.tanh(1.0)] * 5)
 
 

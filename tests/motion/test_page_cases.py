@@ -1,4 +1,4 @@
-"""The page draws the apparatus from motor angles, with equations of its own; both are held to one file of cases."""
+"""The page computes the apparatus' pose with its own equations; both implementations must pass one file of cases."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""Where repetitions end, against the whole motion as it is made for the device."""
+"""Ends of repetitions, compared with the whole motion as it is made for the device."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from kata.motion.repetitions import RepetitionTimes, repetition_times, repetitio
 
 
 def motion(*, ends_elsewhere: bool) -> Motion:
-    """Two seconds: there and back at rest, or in full motion to somewhere else."""
+    """Return a motion of two seconds: there and back at rest, or in full motion to another place."""
     times_s = np.arange(201) / 100
     share: Floats = times_s / 2 if ends_elsewhere else np.sin(np.pi * times_s / 2) ** 4
     return Motion(times_s, np.repeat(20.0 * share[:, None], 5, axis=1))
@@ -31,13 +31,13 @@ def test_repeated_motion_lasts_as_long_as_the_device_reference(ends_elsewhere: b
     whole = with_settings(taught, asked)
     found = repetition_times(taught, asked)
     assert found.duration_s == pytest.approx(whole.duration_s, abs=1e-6)
-    # Found from the whole, where that has been made already, it is the same.
+    # The result from the whole motion is the same.
     same = repetition_times_of(taught, whole, asked)
     assert (same.first_s, same.period_s) == pytest.approx((found.first_s, found.period_s), abs=1e-6)
 
 
 def test_repetition_counts_only_after_it_has_ended() -> None:
-    # There and back in 2 s, standing for 1 s between.
+    # There and back in 2 s, at rest for 1 s between.
     found = repetition_times(motion(ends_elsewhere=False), PlaybackSettings(repetitions=3, pause_s=1.0))
     reached = {0.0: 0, 1.99: 0, 2.0: 1, 4.9: 1, 5.0: 2, 7.9: 2, 8.0: 3, 9.0: 3}
     assert {at_s: found.done(at_s + 1e-6) for at_s in reached} == reached

@@ -1,4 +1,4 @@
-"""The upper arm's direction, and what motor 4 does to it."""
+"""The upper arm's direction, and the effect of motor 4 on it."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_the_scapula_carries_the_arm(side: Side) -> None:
 def test_direction_matches_the_links_turned_one_after_another() -> None:
     lowest, highest = np.array(POSE_RANGE_DEG).T
     poses = np.random.default_rng(2).uniform(lowest, highest, size=(200, 5))
-    # Each axis' sense on a right shoulder: forward is about +Z, up and away about -X, forward again about -Y.
+    # Each axis' direction on a right shoulder: forward is about +Z, up and away about -X, forward again about -Y.
     turned = (
         Rotation.from_rotvec(poses[:, [0]] * UP, degrees=True)
         * Rotation.from_rotvec(-poses[:, [1]] * FORWARD, degrees=True)

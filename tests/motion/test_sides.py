@@ -40,7 +40,7 @@ def test_mirroring_twice_changes_nothing(poses: np.ndarray, here: Side, there: S
 def test_other_shoulder_takes_the_same_pose(poses: np.ndarray, here: Side, there: Side) -> None:
     mirrored = mirrored_deg(motor_angles_deg(poses, here), here, there)
     assert pose_deg(mirrored, there) == pytest.approx(poses, abs=1e-9, rel=0)
-    # Motors 3-5 are counted as the body is.
+    # Motors 3-5 have the body's sign.
     assert mirrored[:, 2:] == pytest.approx(poses[:, 2:])
 
 
@@ -64,25 +64,25 @@ def test_limits_are_checked_after_mirroring() -> None:
 
 
 def _anatomical_axes(side: Side) -> np.ndarray:
-    """Axes in space about which the five angles of a pose grow, (5, 3), from what each does to a part of the body.
+    """Return the axes in space about which the five angles of a pose grow, (5, 3), from the effect of each on a part of
+    the body.
 
-    ``cross(part, where it goes)`` is the axis about which the part goes there.
+    ``cross(part, where it goes)`` is the axis about which the part moves there.
     """
     outward = OUTWARD[side]
     return np.array(
         [
-            np.cross(outward, FORWARD),  # abduction of the scapula takes the shoulder forward
+            np.cross(outward, FORWARD),  # abduction of the scapula moves the shoulder forward
             np.cross(outward, UP),  # upward rotation lifts it
             np.cross(-UP, outward),  # abduction lifts the hanging arm sideways
             np.cross(-UP, FORWARD),  # flexion lifts it forward
-            np.cross(FORWARD, outward),  # external rotation takes the bent forearm, which points forward, outward
+            np.cross(FORWARD, outward),  # external rotation moves the bent forearm, which points forward, outward
         ]
     )
 
 
 def test_signs_follow_from_anatomy() -> None:
-    # The apparatus has made half a turn about X: what it sees of the left body is what it saw of the right one, or its
-    # opposite.
+    # The apparatus has made half a turn about X: its view of the left body is that of the right one, or its opposite.
     turn = Rotation.from_rotvec(180 * FORWARD, degrees=True)
     right = _anatomical_axes("right")
     left = turn.inv().apply(_anatomical_axes("left"))

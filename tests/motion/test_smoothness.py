@@ -1,4 +1,4 @@
-"""Spectral arc length: what is known of it."""
+"""Spectral arc length: known values."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Reading motions from files, and the motions that come with the program."""
+"""Reading motions from files, and the built-in motions."""
 
 import os
 from pathlib import Path

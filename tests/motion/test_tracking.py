@@ -1,4 +1,4 @@
-"""Playback laid over teaching."""
+"""Comparison of playback with teaching."""
 
 import numpy as np
 import pytest
@@ -112,7 +112,7 @@ def test_each_place_counts_once_for_smoothness_despite_reversals() -> None:
 
 
 def pose_deg(motors_deg: Floats) -> Floats:
-    """Any one-to-one relation will do here."""
+    """Any one-to-one relation is enough here."""
     return motors_deg * [2.0, 0.5, 1.0, 1.0, 1.0] - [1.0, 2.0, 0.0, 0.0, 0.0]
 
 

@@ -17,14 +17,14 @@ STEPS_S = st.lists(st.sampled_from([0.001, 0.008, 0.01, 0.012, 0.1, 0.9]), min_s
 
 
 def columns(samples: list[float]) -> Floats:
-    """Five axes with the same angles."""
+    """Return five axes with the same angles."""
     return np.array([samples] * 5).T
 
 
 @settings(max_examples=50)
 @given(angles, STEPS_S)
 def test_limits_check_the_highest_and_lowest_angle_ever_reached(samples: list[float], steps_s: list[float]) -> None:
-    """A smooth curve goes beyond its samples, and a setpoint may come to lie anywhere."""
+    """A smooth curve exceeds its samples, and a setpoint may lie anywhere."""
     trajectory = Trajectory(np.cumsum(steps_s)[: len(samples)], columns(samples))
     assume(trajectory.duration_s >= 0.1)
     path = trajectory.along(np.linspace(0.0, trajectory.duration_s, 500))
@@ -59,7 +59,7 @@ def test_its_speed_and_acceleration_are_those_of_its_angles(
     before, here, after = (trajectory.motion_at(time_s + way) for way in (-d, 0.0, d))
     assert trajectory.at(time_s) == pytest.approx(here.angles_deg)
     assert trajectory.along(np.array([time_s]))[0] == pytest.approx(here.angles_deg, abs=1e-6)
-    # Continuous up to the second derivative, so that differences are near wherever a sample lies.
+    # Continuous up to the second derivative, so differences stay close for any sample.
     near = 1e-3 * (1 + np.abs(trajectory._coefficients[0]).max())
     assert after.angles_deg - before.angles_deg == pytest.approx(2 * d * here.speed_deg_s, abs=d * near)
     assert after.speed_deg_s - before.speed_deg_s == pytest.approx(2 * d * here.acceleration_deg_s2, abs=d * near)
@@ -106,7 +106,7 @@ def test_recording_beyond_a_limit_is_refused_with_motor_time_values() -> None:
 
 
 def test_single_counts_of_an_encoder_are_no_speed() -> None:
-    """A motor that stands between two counts jumps by 0.088 deg at 100 Hz: 9 deg/s that nobody moved at."""
+    """A motor at rest between two counts jumps by 0.088 deg at 100 Hz: 9 deg/s without any movement."""
     times = np.arange(0, 1.0, 0.01)
     rows = np.zeros((len(times), 5))
     rows[::2, 0] = 360 / 4096
@@ -120,7 +120,7 @@ def test_jerk_is_refused_before_playback() -> None:
     rows[:, 2] = 60.0 * times
     calm = [AxisLimits(-10.0, 100.0, np.inf, 20_000.0)] * 5
     Trajectory(times, rows).check(calm, tolerance_deg=0.0)
-    # Somebody has cut two recordings together.
+    # Two recordings were joined.
     rows[50:, 2] += 20.0
     with pytest.raises(TrajectoryError, match=r"motor 3 would jerk at 0.5 s"):
         Trajectory(times, rows).check(calm, tolerance_deg=0.0)
@@ -181,7 +181,7 @@ def test_every_axis_reaches_the_start_from_its_departure_side() -> None:
         assert list(np.sign(came[[0, 1, 3]])) == [-1, 1, 1]
         assert abs(came[2]) <= 0.45
         assert abs(came[4]) <= 1e-9
-        # Never past the start on the other side, where nothing was taught, once it is aside.
+        # Once aside, it never passes the start on the other side, where nothing was taught.
         aside = path[np.argmax(np.all(np.abs(path - start) <= 2.0 + 1e-9, axis=1)) :]
         assert np.abs(aside - start).max() <= 2.0 + 1e-6
 

@@ -26,10 +26,6 @@ LONG_FUNCTIONS: Final = {
 
 LONG_CLASSES: Final = {
     "kata/clinic/sessions/offline_cache.py OfflineCache": "to be split",
-    "kata/device/bus/dynamixel.py DynamixelBus": "to be split",
-    "kata/device/bus/modbus.py ModbusBus": "to be split",
-    "kata/device/loop.py ControlLoop": "to be split",
-    "kata/device/modes.py StateMachine": "to be split",
     "kata/station/station.py Station": "to be split",
 }
 
@@ -49,9 +45,6 @@ MANY_PARAMETERS: Final = {
     "kata/clinic/sessions/runs.py new": _RUN,
     "kata/clinic/sessions/runs.py to_begin": _RUN,
     "kata/database/delivery.py __init__": "to be split",
-    "kata/device/journal.py append_sample": "the columns of a sample; the control loop creates no object for each",
-    "kata/device/journal.py synthetic_journal": "the columns of a journal",
-    "kata/device/loop.py __init__": "to be split",
     "kata/interop/service.py store_imported_motion": "to be split",
     "kata/plotting/figures.py _line": "to be split",
     "kata/station/station.py __init__": "to be split",

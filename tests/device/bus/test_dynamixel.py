@@ -1,4 +1,4 @@
-"""The Dynamixel driver: conformance, and what belongs to its protocol alone."""
+"""The Dynamixel driver: conformance and its protocol."""
 
 import pytest
 from hypothesis import given
@@ -27,7 +27,7 @@ class TestDynamixel(Conformance):
 
 
 class TestOlderDynamixel(Conformance):
-    """Drives that do not know Fast Sync Read."""
+    """Drives without Fast Sync Read."""
 
     protocol = "dynamixel"
     arming_request = 3
@@ -42,7 +42,7 @@ class TestOlderDynamixel(Conformance):
 
 
 class TestDynamixelInPieces(Conformance):
-    """Behind an adapter that hands over every byte as it comes."""
+    """Behind an adapter that delivers every byte separately."""
 
     protocol = "dynamixel"
     arming_request = 3
@@ -82,7 +82,7 @@ def test_whatever_comes_the_parsers_raise_nothing(chunks: list[bytes]) -> None:
 
 
 class _Twice:
-    """A line over which the answer to a ping comes twice, so many times."""
+    """A transport that delivers the answer to a ping twice, this many times."""
 
     def __init__(self, line: Transport, times: int) -> None:
         self._line = line
@@ -136,7 +136,7 @@ def test_every_valid_packet_is_found_in_any_pieces(
         count = data.draw(st.integers(1, len(stream)))
         found += list(parser.feed(stream[:count]))
         stream = stream[count:]
-    # Noise may look like a header and swallow what follows; without any, everything is found.
+    # Noise may look like a header and swallow the following bytes; without such noise, every packet is found.
     if b"\xff" not in noise:
         assert found == answers
 
@@ -192,7 +192,7 @@ def test_drives_support_fast_sync_read_and_it_is_used() -> None:
 
 
 def ready(world: World) -> Bus:
-    """Its drives are configured and verified."""
+    """Return a bus whose drives are configured and verified."""
     bus = make_bus(world.config, world.open_transport)
     bus.open()
     bus.configure(range(5))
@@ -203,7 +203,7 @@ def ready(world: World) -> Bus:
 
 
 def mismatches(world: World, bus: Bus, cycles: int) -> set[tuple[int, str]]:
-    """Motors and the registers that were found wrong."""
+    """Return the motors with their mismatched registers."""
     found = set()
     for _ in range(cycles):
         found |= {(status.axis + 1, status.mismatch) for status in bus.read().statuses if status.mismatch}
@@ -251,7 +251,7 @@ def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: 
     bus = ready(world)
     drive = world.apparatus.drives[world.config.inputs.drive_id - 1]
     for pressed in (False, True):
-        # The simulator's wiring is fixed: contacts are put at the ports that are asked.
+        # The simulator's wiring is fixed: the test puts contacts at the ports that are read.
         drive.contacts.clear()
         drive.contacts[estop] = not pressed
         if second:

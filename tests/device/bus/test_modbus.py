@@ -1,4 +1,4 @@
-"""The Modbus RTU driver: conformance, and what belongs to its protocol alone."""
+"""The Modbus RTU driver: conformance and its protocol."""
 
 import struct
 
@@ -19,7 +19,7 @@ class TestModbus(Conformance):
 
 
 class TestModbusWithoutFunction23(Conformance):
-    """Drives that must be asked and told apart."""
+    """Drives that need separate reads and writes."""
 
     protocol = "modbus"
     arming_request = 7
@@ -28,7 +28,7 @@ class TestModbusWithoutFunction23(Conformance):
 
 
 class TestModbusInPieces(Conformance):
-    """Behind an adapter that hands over every byte as it comes."""
+    """Behind an adapter that delivers every byte separately."""
 
     protocol = "modbus"
     arming_request = 7

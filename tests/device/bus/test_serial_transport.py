@@ -1,4 +1,4 @@
-"""The serial line itself, on a pseudo-terminal of the kernel's."""
+"""The serial transport on a pseudo-terminal of the kernel."""
 
 import os
 import select
@@ -17,7 +17,7 @@ _LONG_NS = 5_000_000_000
 
 @pytest.fixture
 def terminal() -> Iterator[tuple[int, str]]:
-    """The drives' end, and the port's name."""
+    """Return the drives' end, and the port's name."""
     drives, port = os.openpty()
     tty.setraw(port)
     yield drives, os.ttyname(port)

@@ -1,4 +1,4 @@
-"""Which registers are read when, and what is known of them: no bus, no drives."""
+"""Which registers are read when, and the verification state: no bus, no drives."""
 
 import itertools
 
@@ -12,7 +12,7 @@ DRIVES, BLOCKS = 5, 3
 
 
 def verified(cycle_hz: int = 100) -> Verification:
-    """Every block of every drive has been read."""
+    """Return a verification in which every block of every drive has been read."""
     made = Verification(DRIVES, BLOCKS, cycle_hz)
     for drive in range(DRIVES):
         for block in range(BLOCKS):
@@ -23,7 +23,7 @@ def verified(cycle_hz: int = 100) -> Verification:
 def asked(
     verification: Verification, cycles: int, *, lost: frozenset[tuple[int, int]] = frozenset()
 ) -> list[tuple[int, int] | None]:
-    """What is asked for in so many cycles; ``lost`` is never answered."""
+    """Return the reads of this many cycles; reads of ``lost`` are never answered."""
     found = []
     for _ in range(cycles):
         due = verification.next_read()

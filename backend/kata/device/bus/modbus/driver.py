@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
 
 from kata.device import texts
-from kata.device.bus.modbus.requests import READ, WRITE, Answer, ModbusRequests
+from kata.device.bus.modbus.requests import READ, WRITE, ModbusAnswer, ModbusRequests
 from kata.device.bus.poll_backoff import PollBackoff
 from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.serial_transport import Transport
@@ -116,7 +116,7 @@ class ModbusBus(ModbusRequests):
 
     # -- requests -------------------------------------------------------------------------------------------------
 
-    def _read_drive(self, axis: Axis) -> Answer:
+    def _read_drive(self, axis: Axis) -> ModbusAnswer:
         goal = self._goals.pop(axis.id, None)
         where = struct.pack(">HH", self._map.block_start, self._map.block_registers)
         size = 5 + 2 * self._map.block_registers
@@ -201,7 +201,7 @@ class ModbusBus(ModbusRequests):
             mismatch = mismatch or ("" if armed == self._config.bus_watchdog_ms else "watchdog")
         self._verification.found(axis, block, mismatch)
 
-    def _read_span(self, slave: int, span: range) -> Answer:
+    def _read_span(self, slave: int, span: range) -> ModbusAnswer:
         return self._transact(slave, READ, struct.pack(">HH", span.start, len(span)), 5 + 2 * len(span))
 
     # -- configuration ------------------------------------------------------------------------------------------------
@@ -233,7 +233,7 @@ class ModbusBus(ModbusRequests):
         self._contents(motor, slave, answer)
 
     @staticmethod
-    def _contents(motor: int, slave: int, answer: Answer) -> bytes:
+    def _contents(motor: int, slave: int, answer: ModbusAnswer) -> bytes:
         if answer.data is None:
             problem = texts.DRIVE_ANSWERS_DAMAGED if answer.corrupt else texts.DRIVE_DOES_NOT_ANSWER
             raise BusError(problem(motor=motor, drive_id=slave))

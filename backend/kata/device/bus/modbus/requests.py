@@ -25,7 +25,7 @@ _EARLIEST_SHARE: Final = 0.8
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ModbusAnswer:
     """One answer: its time and data, or that the bytes were corrupt."""
 
     t_ns: int
@@ -70,7 +70,7 @@ class ModbusRequests:
         self._require_transport().send(frame)
         self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
 
-    def _transact(self, slave: int, function: int, data: bytes, size: int) -> Answer:
+    def _transact(self, slave: int, function: int, data: bytes, size: int) -> ModbusAnswer:
         """Send a request and wait for an answer of ``size`` bytes, an exception, or the end of the time."""
         transport = self._require_transport()
         request = encode(slave, function, data)
@@ -96,12 +96,12 @@ class ModbusRequests:
         self._free_at_ns = now_ns + self._silence_ns
         if found is None:
             self.errors += 1
-            return Answer(now_ns, None, bool(received))
+            return ModbusAnswer(now_ns, None, bool(received))
         if found[0] & EXCEPTION:
             self.errors += 1
-            return Answer(now_ns, None, False, exception=found[1])
+            return ModbusAnswer(now_ns, None, False, exception=found[1])
         # The drive answered when its bytes passed, however late the computer delivers them.
-        return Answer(min(now_ns, earliest_ns), found[1:], False)
+        return ModbusAnswer(min(now_ns, earliest_ns), found[1:], False)
 
     def _wait_until_free(self) -> None:
         """Wait for the silence that ends a frame."""
