@@ -20,7 +20,7 @@ WHILE_IT_IS_SENT_NS = 1_001_000_000
 
 
 class ScriptedDevice:
-    """Answers each hour-long Load as the script says; ``answered_early`` ones before the Stop can be sent."""
+    """Answers each hour-long Load as scripted: refusal, time of the answer, and True for an answer before the Stop is sent."""
 
     def __init__(self, *loads: tuple[Refusal | None, int, bool]) -> None:
         self._loads = iter(loads)
@@ -95,9 +95,10 @@ def test_load_refused_for_another_reason_is_an_error() -> None:
         stop._stop_loading(cast(Device, device))
 
 
-def test_benchmark_gives_up_when_every_load_is_too_early() -> None:
-    device = ScriptedDevice(*[ACCEPTED_EARLY] * stop._DRAWS)
-    with pytest.raises(BenchError, match="in a row"):
+def test_benchmark_gives_up_when_every_load_is_too_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stop, "_DRAWS", 3)
+    device = ScriptedDevice(*[ACCEPTED_EARLY] * 3)
+    with pytest.raises(BenchError, match="3 Loads in a row"):
         stop._stop_loading(cast(Device, device))
 
 

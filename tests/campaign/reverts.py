@@ -247,8 +247,8 @@ def main() -> None:
     for revert in REVERTS:
         if not wanted or revert.defect in wanted:
             after = found_after(revert)
-            told = f"{after} of {BUDGET[revert.finder]}" if after else f"**not found in {BUDGET[revert.finder]}**"
-            _say(f"| {revert.defect} | {revert.what} | {revert.finder} | {told} |")
+            examples = f"{after} of {BUDGET[revert.finder]}" if after else f"**not found in {BUDGET[revert.finder]}**"
+            _say(f"| {revert.defect} | {revert.what} | {revert.finder} | {examples} |")
 
 
 def _say(line: str) -> None:

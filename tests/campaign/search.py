@@ -83,9 +83,9 @@ def _search_configurations(count: Count, chosen: settings) -> None:
 
         @chosen
         @given(changes())
-        def hold(told: dict[str, Any]) -> None:
+        def hold(fields: dict[str, Any]) -> None:
             count.begun += 1
-            config = accepted(Path(folder), told)
+            config = accepted(Path(folder), fields)
             try:
                 if config is not None:
                     hold_effective(config)

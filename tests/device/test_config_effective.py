@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 from kata.device.config_rules import RANGES
-from tests.support.effective_config import BASES, accepted, changes, hold_effective, placed, rows, told_of
+from tests.support.effective_config import BASES, accepted, changes, fields_of, hold_effective, rows, set_value
 from tests.support.examples import examples
 
 # -- an apparatus in which one thing is wrong -----------------------------------------------------------------------
@@ -31,8 +31,8 @@ def test_both_ends_of_every_range_keep_the_supervisor_effective(tmp_path: Path, 
     refused = set()
     for row in rows(base):
         for value in (row.low, row.high):
-            told = told_of(base)
-            placed(told, row, value)
+            told = fields_of(base)
+            set_value(told, row, value)
             config = accepted(tmp_path, told)
             if config is None:
                 refused.add(row.field)

@@ -57,5 +57,5 @@ def test_every_row_names_its_advisories_and_the_table_its_day() -> None:
     for row in (*table["python"], *table["node"]):
         assert all(re.fullmatch(r"CVE-\d{4}-\d{4,}|GHSA(-\w{4}){3}", one) for one in row["advisories"])
         assert row["advisories"]
-    told = re.search(r"Looked up on (\d{4}-\d\d-\d\d)", _TABLE.read_text())
-    assert told and date.fromisoformat(told[1]) >= date(2026, 11, 22)
+    looked_up = re.search(r"Looked up on (\d{4}-\d\d-\d\d)", _TABLE.read_text())
+    assert looked_up and date.fromisoformat(looked_up[1]) >= date(2026, 11, 22)

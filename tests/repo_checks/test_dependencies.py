@@ -63,10 +63,12 @@ def test_the_page_writes_texts_never_markup() -> None:
 
 
 def _licence(dist: Distribution) -> str:
-    told = message_from_string(dist.read_text("METADATA") or "")
-    classifiers = [line.rpartition("::")[2] for line in told.get_all("Classifier", []) if line.startswith("License")]
-    first_line = told.get("License", "").strip().partition("\n")[0]
-    return " ".join([told.get("License-Expression", ""), first_line, *classifiers]).strip() or _of_its_file(dist)
+    metadata = message_from_string(dist.read_text("METADATA") or "")
+    classifiers = [
+        line.rpartition("::")[2] for line in metadata.get_all("Classifier", []) if line.startswith("License")
+    ]
+    first_line = metadata.get("License", "").strip().partition("\n")[0]
+    return " ".join([metadata.get("License-Expression", ""), first_line, *classifiers]).strip() or _of_its_file(dist)
 
 
 def _of_its_file(dist: Distribution) -> str:

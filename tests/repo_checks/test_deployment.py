@@ -20,39 +20,41 @@ def compose(name: str = "docker-compose.yml") -> Any:
 def test_every_container_has_no_privileges_and_few_writable_paths() -> None:
     services = compose()["services"]
     assert set(services) == {"database", "station-1", "station-2", "proxy"}
-    for name, told in services.items():
-        uid = int(told["user"].partition(":")[0])
+    for name, service in services.items():
+        uid = int(service["user"].partition(":")[0])
         assert uid > 0, name
-        assert told["read_only"] is True, name
-        assert told["cap_drop"] == ["ALL"], name
-        assert told["security_opt"] == ["no-new-privileges:true"], name
-        assert told["healthcheck"]["test"], name
-        assert not told.get("privileged"), name
+        assert service["read_only"] is True, name
+        assert service["cap_drop"] == ["ALL"], name
+        assert service["security_opt"] == ["no-new-privileges:true"], name
+        assert service["healthcheck"]["test"], name
+        assert not service.get("privileged"), name
 
 
 def test_each_station_has_its_name_volume_and_real_time() -> None:
-    told = compose()
-    stations = {name: one for name, one in told["services"].items() if name.startswith("station-")}
+    composed = compose()
+    stations = {name: service for name, service in composed["services"].items() if name.startswith("station-")}
     names = set()
-    for name, one in stations.items():
-        mounts = dict(mount.split(":")[:2] for mount in one["volumes"])
+    for name, service in stations.items():
+        mounts = dict(mount.split(":")[:2] for mount in service["volumes"])
         assert mounts[name] == "/var/lib/kata"
-        assert name in told["volumes"]
-        file = next(Path(source) for source, target in mounts.items() if target == one["environment"]["KATA_STATION"])
+        assert name in composed["volumes"]
+        file = next(
+            Path(source) for source, target in mounts.items() if target == service["environment"]["KATA_STATION"]
+        )
         names.add(config.read(ROOT / file).name)
-        assert one["ulimits"] == {"rtprio": 70, "memlock": -1}
-        assert one["depends_on"] == {"database": {"condition": "service_healthy"}}
-        assert "/health/live" in one["healthcheck"]["test"][-1], "a station without its database goes on"
+        assert service["ulimits"] == {"rtprio": 70, "memlock": -1}
+        assert service["depends_on"] == {"database": {"condition": "service_healthy"}}
+        assert "/health/live" in service["healthcheck"]["test"][-1], "a station without its database goes on"
         assert f"https://{name}." in (ROOT / "deploy/proxy/Caddyfile").read_text()
     assert len(names) == len(stations)
 
 
 def test_only_the_proxy_is_reachable_and_reaches_no_database() -> None:
     services = compose()["services"]
-    assert [name for name, one in services.items() if "ports" in one] == ["proxy"]
+    assert [name for name, service in services.items() if "ports" in service] == ["proxy"]
     assert services["database"]["network_mode"] == "none"
     assert "listen_addresses=" in services["database"]["command"]
-    with_socket = {name for name, one in services.items() if "database-socket" in str(one["volumes"])}
+    with_socket = {name for name, service in services.items() if "database-socket" in str(service["volumes"])}
     assert with_socket == {"database", "station-1", "station-2"}
     url = services["station-1"]["environment"]["KATA_DATABASE_URL"].replace("${", "").replace("}", "")
     assert by_tls(url) == url, "by a socket on this computer"
@@ -62,10 +64,10 @@ def test_only_the_proxy_is_reachable_and_reaches_no_database() -> None:
 
 
 def test_logs_go_to_the_clinics_server_over_tls() -> None:
-    told, services = compose("deploy/logs.yml")["services"], compose()["services"]
-    assert set(told) == set(services)
-    for name, one in told.items():
-        options = one["logging"]["options"]
+    with_logs, services = compose("deploy/logs.yml")["services"], compose()["services"]
+    assert set(with_logs) == set(services)
+    for name, service in with_logs.items():
+        options = service["logging"]["options"]
         assert options["syslog-address"].startswith("tcp+tls://"), name
         assert options["syslog-tls-ca-cert"], name
         assert "syslog-tls-skip-verify" not in options, name
@@ -88,10 +90,10 @@ def test_compose_file_contains_no_secret() -> None:
 
 
 def test_an_adapter_is_passed_through() -> None:
-    told = compose("deploy/rs485.yml")["services"]["station-1"]
-    assert [device.rpartition(":")[2] for device in told["devices"]] == ["/dev/rs485"]
+    service = compose("deploy/rs485.yml")["services"]["station-1"]
+    assert [device.rpartition(":")[2] for device in service["devices"]] == ["/dev/rs485"]
     assert config.read(ROOT / "deploy/stations/station-1.toml").port == "/dev/rs485"
-    assert told["environment"]["KATA_SIMULATE"] == "false"
+    assert service["environment"]["KATA_SIMULATE"] == "false"
 
 
 @pytest.mark.parametrize(

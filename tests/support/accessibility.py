@@ -54,13 +54,13 @@ def wrong(page: Page) -> list[str]:
     page.evaluate(AXE.read_text())
     found = page.evaluate(
         """async ([tags, rules]) => {
-            const kinds = Object.fromEntries(axe.getRules(tags).map((one) => [one.ruleId, {enabled: true}]));
+            const kinds = Object.fromEntries(axe.getRules(tags).map((rule) => [rule.ruleId, {enabled: true}]));
             for (const rule of rules) kinds[rule] = {enabled: true};
-            const told = await axe.run(document, {
+            const results = await axe.run(document, {
                 runOnly: {type: 'rule', values: Object.keys(kinds)}, resultTypes: ['violations'],
             });
-            return told.violations.flatMap((one) => one.nodes.map(
-                (node) => `${one.id}: ${node.html.slice(0, 200)} ${node.failureSummary.slice(0, 300)}`));
+            return results.violations.flatMap((violation) => violation.nodes.map(
+                (node) => `${violation.id}: ${node.html.slice(0, 200)} ${node.failureSummary.slice(0, 300)}`));
         }""",
         [TAGS, RULES],
     )

@@ -191,10 +191,10 @@ def drop_line(file: Path, line: int) -> Trick:
 def alter_line(file: Path, line: int, field: str) -> Trick:
     """Change one field of one line."""
     lines = file.read_bytes().splitlines()
-    told = json.loads(lines[line - 1])
+    entry = json.loads(lines[line - 1])
     other: dict[str, Any] = {"hash": "0" * 64, "anchor": "0" * 32}
-    told[field] = other.get(field, told[field] if isinstance(told[field], str) else told[field] + 1)
-    lines[line - 1] = json.dumps(told).encode()
+    entry[field] = other.get(field, entry[field] if isinstance(entry[field], str) else entry[field] + 1)
+    lines[line - 1] = json.dumps(entry).encode()
     file.write_bytes(b"\n".join(lines) + b"\n")
     return Trick(f"alter line's {field}", 0, 0)
 

@@ -56,9 +56,9 @@ class Clinic:
                 with urllib.request.urlopen(f"{self.url}/health/live", timeout=2):
                     return
             except (urllib.error.URLError, OSError):
-                told = self._log.read_text(errors="replace")
-                assert self.process.poll() is None, told
-                assert time.monotonic() < limit, told
+                log = self._log.read_text(errors="replace")
+                assert self.process.poll() is None, log
+                assert time.monotonic() < limit, log
                 time.sleep(0.1)
 
     def close(self) -> None:

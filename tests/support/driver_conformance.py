@@ -204,8 +204,8 @@ class Conformance:
     def test_reading_returns_what_drives_measured_and_when(self, world: World, bus: Bus) -> None:
         began_ns = world.t_ns
         (reading,) = self.cycles(world, bus, 1)
-        told = [drive.position_deg for drive in reading.drives]
-        assert told == pytest.approx(world.angles_deg, abs=self.resolution_deg)
+        angles_deg = [drive.position_deg for drive in reading.drives]
+        assert angles_deg == pytest.approx(world.angles_deg, abs=self.resolution_deg)
         times = [drive.t_ns for drive in reading.drives] + [reading.inputs.t_ns]
         assert times == sorted(times)
         assert began_ns < times[0]
@@ -227,8 +227,8 @@ class Conformance:
         assert hardest > 0.3
 
     def test_every_drive_reports_its_status_within_eight_cycles(self, world: World, bus: Bus) -> None:
-        told = {status.axis for reading in self.cycles(world, bus, 8) for status in reading.statuses}
-        assert told == {0, 1, 2, 3, 4}
+        axes = {status.axis for reading in self.cycles(world, bus, 8) for status in reading.statuses}
+        assert axes == {0, 1, 2, 3, 4}
 
     def test_the_emergency_stop_and_the_pedal(self, world: World, bus: Bus) -> None:
         assert (bus.read().inputs.estop_open, bus.read().inputs.pedal_down) == (False, False)  # type: ignore[union-attr]
@@ -293,12 +293,12 @@ class Conformance:
         bus.torque_on(HOLD)
         self.cycles(world, bus, 2)
         world.wait(0.5)
-        told = [status for reading in self.cycles(world, bus, 5) for status in reading.statuses]
-        assert {status.watchdog_tripped for status in told} == {True}
+        statuses = [status for reading in self.cycles(world, bus, 5) for status in reading.statuses]
+        assert {status.watchdog_tripped for status in statuses} == {True}
         bus.torque_off()
         bus.torque_on(HOLD)
-        told = [status for reading in self.cycles(world, bus, 8) for status in reading.statuses]
-        assert {(status.watchdog_tripped, status.torque_on) for status in told} == {(False, True)}
+        statuses = [status for reading in self.cycles(world, bus, 8) for status in reading.statuses]
+        assert {(status.watchdog_tripped, status.torque_on) for status in statuses} == {(False, True)}
 
     # -- faults -------------------------------------------------------------------------------------------------
 
@@ -391,8 +391,8 @@ class Conformance:
         world.fault("off", 2)
         self.cycles(world, bus, 5)
         world.faults.clear()
-        told = {s.axis: s.torque_on for r in self.cycles(world, bus, 40) for s in r.statuses}
-        assert told == {0: True, 1: False, 2: True, 3: True, 4: True}
+        torque_on = {s.axis: s.torque_on for r in self.cycles(world, bus, 40) for s in r.statuses}
+        assert torque_on == {0: True, 1: False, 2: True, 3: True, 4: True}
 
     def test_hardware_error_is_reported(self, world: World, bus: Bus) -> None:
         world.fault("hardware_error", 3, 4)
@@ -403,8 +403,8 @@ class Conformance:
             False,
             False,
         ]
-        told = {s.axis: s.hardware_error for r in self.cycles(world, bus, 10) for s in r.statuses}
-        assert told == {0: 0, 1: 0, 2: 4, 3: 0, 4: 0}
+        errors = {s.axis: s.hardware_error for r in self.cycles(world, bus, 10) for s in r.statuses}
+        assert errors == {0: 0, 1: 0, 2: 4, 3: 0, 4: 0}
 
     # -- time -----------------------------------------------------------------------------------------------------
 

@@ -238,25 +238,25 @@ INTEGERS: Final = {
 }
 
 
-def placed(told: dict[str, Any], row: Range, value: float) -> None:
+def set_value(fields: dict[str, Any], row: Range, value: float) -> None:
     """Set the value of a table row."""
     holder, _, name = row.field.rpartition(".")
     if row.field in INTEGERS and math.isfinite(value):
         value = round(value)
     if not holder:
-        told[name] = value
+        fields[name] = value
     elif holder == "axes":
-        told["axes"][WATCHED][name] = value
+        fields["axes"][WATCHED][name] = value
     elif holder.startswith("axes["):
-        told["axes"][int(holder[5:-1]) - 1][name] = value
+        fields["axes"][int(holder[5:-1]) - 1][name] = value
     else:
-        told[holder][name] = value
+        fields[holder][name] = value
 
 
-def told_of(base: str) -> dict[str, Any]:
+def fields_of(base: str) -> dict[str, Any]:
     """Return a configuration in its file form."""
-    told: dict[str, Any] = msgspec.toml.decode(msgspec.toml.encode(_without_none(msgspec.to_builtins(BASES[base]))))
-    return told
+    fields: dict[str, Any] = msgspec.toml.decode(msgspec.toml.encode(_without_none(msgspec.to_builtins(BASES[base]))))
+    return fields
 
 
 def _without_none(value: Any) -> Any:
@@ -265,9 +265,9 @@ def _without_none(value: Any) -> Any:
     return [_without_none(part) for part in value] if isinstance(value, list | tuple) else value
 
 
-def accepted(folder: Path, told: dict[str, Any]) -> StationConfig | None:
+def accepted(folder: Path, fields: dict[str, Any]) -> StationConfig | None:
     """Read a configuration from a file; only ConfigError may refuse it."""
-    (folder / "station.toml").write_bytes(msgspec.toml.encode(told))
+    (folder / "station.toml").write_bytes(msgspec.toml.encode(fields))
     try:
         return read(folder / "station.toml")
     except ConfigError:
@@ -297,12 +297,12 @@ def outside(row: Range) -> st.SearchStrategy[float]:
 def changes(draw: st.DrawFn) -> dict[str, Any]:
     """Draw a configuration with some changed fields, rarely out of range."""
     base = draw(st.sampled_from(sorted(BASES)))
-    told = told_of(base)
+    fields = fields_of(base)
     for row in draw(st.lists(st.sampled_from(rows(base)), min_size=1, max_size=5)):
-        placed(told, row, draw(inside(row)))
+        set_value(fields, row, draw(inside(row)))
     if draw(st.booleans()):
-        told["rate_hz"] = told["cycle_hz"]
+        fields["rate_hz"] = fields["cycle_hz"]
     if draw(st.integers(0, 4)) == 0:
         row = draw(st.sampled_from(rows(base)))
-        placed(told, row, draw(outside(row)))
-    return told
+        set_value(fields, row, draw(outside(row)))
+    return fields

@@ -68,8 +68,8 @@ class FaultyApparatus(SteppedApparatus):
                 continue
             if self.kind == "delayed":
                 yield from self.statuses[-2:-1]
-            elif told := self._registers(status) if what == "registers" else self._torque_word(status):
-                yield told
+            elif reading := self._registers(status) if what == "registers" else self._torque_word(status):
+                yield reading
 
     def _registers(self, now: DriveStatus) -> DriveStatus:
         match self.kind:

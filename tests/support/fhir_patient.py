@@ -37,11 +37,11 @@ def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUI
         contraindications="None known to Mrs Yamada.", limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}],
         max_load_level=12, max_speed_deg_s=45.5, limits_by="Dr Ito", opened_at=BEGAN, updated_at=BEGAN,
     )  # fmt: skip
-    told = {"patient_id": patient.id, "name": "Lift of Mrs Yamada", "side": "left"}
-    teaching = TeachingRow(id=uuid4(), started_at=BEGAN, **told)
+    common = {"patient_id": patient.id, "name": "Lift of Mrs Yamada", "side": "left"}
+    teaching = TeachingRow(id=uuid4(), started_at=BEGAN, **common)
     recording = RecordingRow(
         id=uuid4(), teaching_id=teaching.id, take=1, station="Room 1", taught_at=BEGAN, duration_s=2.0, rate_hz=100,
-        samples=201, note="Mrs Yamada was afraid at first.", **told,
+        samples=201, note="Mrs Yamada was afraid at first.", **common,
     )  # fmt: skip
     programme = ProgrammeRow(id=uuid4(), episode_id=episode.id, name="Yamada daily", created_at=BEGAN, updated_at=BEGAN)
     times_s = np.arange(201) / 100

@@ -112,5 +112,5 @@ def clinic(folder: Path) -> Iterator[Clinic]:
 def code(answer: Any, status: int) -> str:
     """Return the code of a problem."""
     assert answer.status_code == status, answer.text
-    told: str = answer.json()["code"]
-    return told
+    code: str = answer.json()["code"]
+    return code

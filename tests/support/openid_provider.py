@@ -66,13 +66,13 @@ class Provider:
             return self.status, {}, b"{}"
         split = urlsplit(path)
         if split.path == "/.well-known/openid-configuration":
-            told: dict[str, Any] = {
+            metadata: dict[str, Any] = {
                 "issuer": self.issuer,
                 "authorization_endpoint": f"{self.issuer}/authorize",
                 "token_endpoint": f"{self.issuer}/token",
                 "jwks_uri": f"{self.issuer}/keys",
             }
-            return 200, {}, json.dumps(told | self.metadata).encode()
+            return 200, {}, json.dumps(metadata | self.metadata).encode()
         if split.path == "/keys":
             return 200, {}, json.dumps({"keys": [self.key.as_dict(private=False)]}).encode()
         if split.path == "/authorize":
@@ -110,8 +110,8 @@ class Provider:
         claims = {name: value for name, value in claims.items() if value is not None}
         header = {"alg": "RS256", "kid": "one"} | self.header
         signed = self._forged(claims) if self.forged else jwt.encode(header, claims, self.signs_with or self.key)
-        told = {"access_token": secrets.token_urlsafe(8), "token_type": "Bearer", "id_token": signed}
-        return 200, {}, json.dumps(told).encode()
+        tokens = {"access_token": secrets.token_urlsafe(8), "token_type": "Bearer", "id_token": signed}
+        return 200, {}, json.dumps(tokens).encode()
 
     def _forged(self, claims: dict[str, Any]) -> str:
         header = {"alg": self.forged, "kid": "one"}

@@ -189,8 +189,8 @@ def judge(stations: list[TreatingStation], database_url: str) -> str:
     """
     with closing(Database(database_url)) as database:
         with database.read() as session:
-            told = _judged(stations, session)
-            log.info("%s", told)
+            numbers = _judged(stations, session)
+            log.info("%s", numbers)
         harms = _harms(stations[0])
         for what, harm in harms.items():
             with database.read() as session:
@@ -198,7 +198,7 @@ def judge(stations: list[TreatingStation], database_url: str) -> str:
                 session.flush()
                 assert not _is_whole(stations, session), f"nobody sees that {what}"
                 session.rollback()
-        return f"{told}; seen was that {', '.join(harms)}"
+        return f"{numbers}; seen was that {', '.join(harms)}"
 
 
 def _is_whole(stations: list[TreatingStation], session: Session) -> bool:
@@ -215,9 +215,9 @@ def _judged(stations: list[TreatingStation], session: Session) -> str:
         events = select(DeviceEventRow).where(DeviceEventRow.station == one.name)
         rows = session.scalars(events).all()
         assert sum(row.code == _ESTOP for row in rows) == one.hand.presses, f"{one.name}: presses of the emergency stop"
-        told = Counter(_told(one.data / "device.log"))
+        sent = Counter(_sent_events(one.data / "device.log"))
         found = Counter((row.code, row.message) for row in rows if row.kind == "event" and row.code != ESTOP_TESTED)
-        assert found == told, f"{one.name}: events: {told - found} lost, {found - told} doubled"
+        assert found == sent, f"{one.name}: events: {sent - found} lost, {found - sent} doubled"
         assert list((one.data / "journal").glob("unreadable/*")) == []
         assert list((one.data / "journal").glob("*.journal")) == []
         measured = {UUID(kept.id): kept for kept in map(journal.read, _journals(one.data)) if kept.kind == "run"}
@@ -277,7 +277,7 @@ def _harms(one: TreatingStation) -> dict[str, Callable[[Session], object]]:
     }
 
 
-def _told(log_file: Path) -> list[tuple[str, str]]:
+def _sent_events(log_file: Path) -> list[tuple[str, str]]:
     """Return the events that the device process has sent, except alarms."""
     found = re.findall(r"device INFO (\w+): (.*)", log_file.read_text())
     return [(code, message) for code, message in found if code != "fault"]

@@ -33,14 +33,14 @@ def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], F
     database: Database = app.state.services.database
     times_s = np.arange(0, LASTS_S + 0.005, 0.01)
     angles_deg = motor_angles_deg(at(times_s), "right")
-    told = {"patient_id": UUID(patient["id"]), "name": "Lift", "side": "right"} | given
+    common = {"patient_id": UUID(patient["id"]), "name": "Lift", "side": "right"} | given
     with database.write() as session:
-        teaching = TeachingRow(id=uuid4(), started_at=datetime.now(UTC), **told)
+        teaching = TeachingRow(id=uuid4(), started_at=datetime.now(UTC), **common)
         session.add(teaching)
         session.flush()
         row = RecordingRow(
             id=uuid4(), teaching_id=teaching.id, take=1, station="Station 1", taught_at=datetime.now(UTC),
-            duration_s=LASTS_S, rate_hz=100, samples=len(times_s), note="", archived_at=None, **told,
+            duration_s=LASTS_S, rate_hz=100, samples=len(times_s), note="", archived_at=None, **common,
         )  # fmt: skip
         session.add(row)
         session.flush()

@@ -9,10 +9,10 @@ def problem(answer: Response, status: int, code: str) -> dict[str, Any]:
     """Assert that the response is a problem document (RFC 9457) with this code."""
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
-    told: dict[str, Any] = answer.json()
-    assert told["status"] == status
-    assert told["code"] == code
-    assert told["title"]
-    assert told["detail"].endswith(".")
+    problem: dict[str, Any] = answer.json()
+    assert problem["status"] == status
+    assert problem["code"] == code
+    assert problem["title"]
+    assert problem["detail"].endswith(".")
     assert "Traceback" not in answer.text
-    return told
+    return problem

@@ -34,8 +34,8 @@ def accepted(client: TestClient, command: str, body: dict[str, Any] | None = Non
         until(client, lambda live: all(one["code"] != "not_verified" for one in live["refusals"].values()))
         answer = operate(client, command, body)
     assert answer.status_code == 200, answer.text
-    told: dict[str, Any] = answer.json()
-    return told
+    result: dict[str, Any] = answer.json()
+    return result
 
 
 def teach(
@@ -47,8 +47,8 @@ def teach(
 ) -> dict[str, Any]:
     """Teach by the simulated hand and return the recording."""
     until_mode(client, "idle")
-    told = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
-    accepted(client, "teach", teaching(client, patient["id"], **told))
+    wanted = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
+    accepted(client, "teach", teaching(client, patient["id"], **wanted))
     assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
     until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
     until(client, lambda live: not live["teaching"]["recording"])

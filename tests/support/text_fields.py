@@ -15,8 +15,8 @@ def text_fields(schema: Any, schemas: Any, name: str = "", seen: tuple[str, ...]
         return
     if _is_text(schema):
         yield name
-    for field, told in schema.get("properties", {}).items():
-        yield from text_fields(told, schemas, f"{name.partition('.')[0]}.{field}", seen)
+    for field, subschema in schema.get("properties", {}).items():
+        yield from text_fields(subschema, schemas, f"{name.partition('.')[0]}.{field}", seen)
     for one in _parts(schema):
         yield from text_fields(one, schemas, name, seen)
 
@@ -30,9 +30,9 @@ def texts_in(value: Any, schema: Any, schemas: Any, name: str = "") -> Iterator[
     if isinstance(value, str) and _is_text(schema):
         yield name, value
     if isinstance(value, dict):
-        for field, told in schema.get("properties", {}).items():
+        for field, subschema in schema.get("properties", {}).items():
             if field in value:
-                yield from texts_in(value[field], told, schemas, f"{name.partition('.')[0]}.{field}")
+                yield from texts_in(value[field], subschema, schemas, f"{name.partition('.')[0]}.{field}")
     if isinstance(value, list) and "items" in schema:
         for one in value:
             yield from texts_in(one, schema["items"], schemas, name)
