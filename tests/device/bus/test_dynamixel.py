@@ -178,13 +178,13 @@ def test_both_implementations_reproduce_the_checksum_of_the_specification() -> N
 def test_drives_support_fast_sync_read_and_it_is_used() -> None:
     world = World()
     heard: list[int] = []
-    carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
+    execute = world.line._bus.execute  # type: ignore[attr-defined]
 
     def listen(instruction: Instruction, baud: int, now_ns: int) -> object:
         heard.append(instruction.code)
-        return carry_out(instruction, baud, now_ns)
+        return execute(instruction, baud, now_ns)
 
-    world.line._bus.carry_out = listen  # type: ignore[attr-defined]
+    world.line._bus.execute = listen  # type: ignore[attr-defined]
     bus = ready(world)
     heard.clear()
     bus.read()
@@ -269,13 +269,13 @@ def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
     bus.configure(range(5))
     bus.read()
     heard: list[int] = []
-    carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
+    execute = world.line._bus.execute  # type: ignore[attr-defined]
 
     def listen(instruction: Instruction, baud: int, now_ns: int) -> object:
         heard.append(instruction.code)
-        return carry_out(instruction, baud, now_ns)
+        return execute(instruction, baud, now_ns)
 
-    world.line._bus.carry_out = listen  # type: ignore[attr-defined]
+    world.line._bus.execute = listen  # type: ignore[attr-defined]
     world.fault("silent", 3)
     for reading in Conformance.cycles(world, bus, 20):
         assert reading.corrupt == frozenset()
