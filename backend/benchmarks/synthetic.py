@@ -8,7 +8,7 @@ import json
 import random
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Any, Final
+from typing import Any, Final, Literal
 from uuid import UUID
 
 import numpy as np
@@ -235,6 +235,18 @@ def _stored_time(at: datetime) -> str:
     return at.replace(tzinfo=None).isoformat(" ", "microseconds")
 
 
+def _header(kind: Literal["teaching", "run"], identity: UUID, began: datetime) -> JournalHeader:
+    return JournalHeader(
+        kind=kind,
+        id=str(identity),
+        recording_id=None,
+        station=STATIONS[0],
+        rate_hz=_RATE_HZ,
+        started_at=began,
+        started_ns=0,
+    )
+
+
 def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     """Add a run with drive counts, a lag behind the setpoint, the simulated drives' noise and a jittering clock."""
     noise = np.random.default_rng(7)
@@ -262,15 +274,7 @@ def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     saved = recordings.store_teaching(
         session,
         synthetic_journal(
-            JournalHeader(
-                kind="teaching",
-                id=str(teaching.id),
-                recording_id=None,
-                station=STATIONS[0],
-                rate_hz=_RATE_HZ,
-                started_at=began,
-                started_ns=0,
-            ),
+            _header("teaching", teaching.id, began),
             times_s,
             taught,
             zeros,
@@ -283,15 +287,7 @@ def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     run = runs.begin(session, visit.id, saved[0].id)
     end = JournalEnd(reason="completed")
     played = synthetic_journal(
-        JournalHeader(
-            kind="run",
-            id=str(run.id),
-            recording_id=None,
-            station=STATIONS[0],
-            rate_hz=_RATE_HZ,
-            started_at=began,
-            started_ns=0,
-        ),
+        _header("run", run.id, began),
         times_s,
         measured,
         at(times_s),
