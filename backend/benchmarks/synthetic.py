@@ -284,7 +284,7 @@ def _add_hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     )
     assert saved
     visit = sessions.begin(session, person.id)
-    run = runs.begin(session, visit.id, saved[0].id)
+    run = runs.begin(session, runs.RunRequest(visit.id, saved[0].id))
     end = JournalEnd(reason="completed")
     played = synthetic_journal(
         _header("run", run.id, began),

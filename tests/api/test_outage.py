@@ -22,12 +22,12 @@ from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import checks, runs
 from kata.clinic.sessions.offline_cache import CheckedRun, OfflineCache
 from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
+from kata.clinic.sessions.runs import RunRequest
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.device import journal
 from kata.errors import ProblemError
-from kata.motion.edit import AS_TAUGHT
 from tests.support.preflight import WHO, go_through_checklist, still_open
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
@@ -263,7 +263,9 @@ def test_session_continues_its_programme_during_an_outage(
 def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient, visit: dict[str, Any]) -> None:
     app: Any = client.app
     offline_cache: OfflineCache = app.state.services.offline_cache
-    found = offline_cache.start_run(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
+    found = offline_cache.start_run(
+        RunRequest(UUID(visit["id"]), UUID(visit["first"]["id"]), programme_position=1), THERE
+    )
     assert found
     with app.state.services.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
@@ -300,9 +302,8 @@ def test_programme_time_continues_during_an_outage(
     offline_cache.refresh()
 
     def begin(position: int | None) -> CheckedRun | None:
-        return offline_cache.start_run(
-            UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, THERE
-        )
+        request = RunRequest(UUID(visit["id"]), UUID(visit["first"]["id"]), programme_position=position)
+        return offline_cache.start_run(request, THERE)
 
     assert begin(1)
     now_s = time.monotonic()

@@ -21,7 +21,7 @@ def test_run_whose_abandoned_commit_succeeded_is_deleted(database: Database, tmp
     event_spool = EventSpool(database, "Station 1", tmp_path / "spool")
     try:
         with database.write() as session:
-            run = runs.begin(session, visit_id, recording_id)
+            run = runs.begin(session, runs.RunRequest(visit_id, recording_id))
             # As every writing session of a service does, last.
             chain.append(session, [entry("load", "done")], "", 0)
             event_spool.put_not_begun("run", run.id)

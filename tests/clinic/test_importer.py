@@ -459,7 +459,7 @@ def test_journal_waits_for_a_run_not_stored_yet(clinic: Clinic) -> None:
     assert importer.due == 1
     with clinic.database.write() as session:
         visit = sessions.begin(session, clinic.patient_id)
-        runs.begin(session, visit.id, recording_id).id = run_id
+        runs.begin(session, runs.RunRequest(visit.id, recording_id)).id = run_id
     importer.run_due()
     assert (importer.due, clinic.saved[-1].id) == (0, run_id)
 
@@ -476,7 +476,7 @@ def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
     with clinic.database.write() as session:
         visit_id = runs.get(session, lost).session_id
         # By the next process, which is there before anybody has imported anything.
-        goes_on = runs.begin(session, visit_id, recording_id).id
+        goes_on = runs.begin(session, runs.RunRequest(visit_id, recording_id)).id
 
     clinic.importer.run_ended(ended_at)
 

@@ -411,7 +411,7 @@ def test_report_without_a_letterhead_has_none(signed: tuple[SessionContent, Epis
         (b"<!DOCTYPE svg><svg/>", "document type"),
         (b"<svg><script/></svg>", "script"),
         (b'<svg onload="x"/>', "script"),
-        (b'<svg><image href="http://elsewhere.example/x.png"/></svg>', "elsewhere"),
+        (b'<svg><image href="http://elsewhere.example/x.png"/></svg>', "external content"),
     ],
     ids=str,
 )

@@ -19,7 +19,6 @@ from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
-from kata.motion.edit import AS_TAUGHT
 from tests.support.imported_runs import Clinic, pose
 
 NOW = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)
@@ -81,7 +80,7 @@ def test_recording_knows_its_station_and_learning_belongs_to_it(database: Databa
         visit = sessions.begin(session, clinic.patient_id)
         at = {
             station: runs.begin(
-                session, visit.id, recording_id, asked=AS_TAUGHT, method="learned", station=station
+                session, runs.RunRequest(visit.id, recording_id, method="learned"), station
             ).corrected_by
             for station in ("Station 1", "Station 2")
         }
@@ -119,4 +118,4 @@ def _with_a_run(database: Database, folder: Path) -> tuple[Clinic, UUID]:
     recording_id = clinic.recording()
     with database.write() as session:
         visit = sessions.begin(session, clinic.patient_id, station="Station 2")
-        return clinic, runs.begin(session, visit.id, recording_id, station="Station 2").id
+        return clinic, runs.begin(session, runs.RunRequest(visit.id, recording_id), "Station 2").id

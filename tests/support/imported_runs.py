@@ -49,7 +49,9 @@ class Clinic:
     def begin_run(self, recording_id: UUID, asked: PlaybackSettings = AS_TAUGHT, method: Method = "smooth") -> UUID:
         with self.database.write() as session:
             visit = sessions.begin(session, self.patient_id)
-            row = runs.begin(session, visit.id, recording_id, asked=asked, method=method, station="Station 1")
+            row = runs.begin(
+                session, runs.RunRequest(visit.id, recording_id, settings=asked, method=method), "Station 1"
+            )
             return row.id
 
     def journal(

@@ -425,14 +425,19 @@ def _written(
         raise
 
 
+def _run_request(wanted: LoadRequest) -> runs.RunRequest:
+    settings = runs.asked_of(wanted)
+    position = wanted.programme_position
+    return runs.RunRequest(wanted.session_id, wanted.recording_id, wanted.load_level, settings, wanted.method, position)
+
+
 def _begin_run(
     database: Database, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
 ) -> _Begun:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
-    asked = runs.asked_of(wanted)
-    what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
+    request = _run_request(wanted)
     with database.read() as session:
-        prepared = runs.to_begin(session, *what, wanted.programme_position)
+        prepared = runs.to_begin(session, request, there.station)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
         learned = learning.correction(session, prepared.corrected_by)
@@ -440,10 +445,10 @@ def _begin_run(
         side = side_of(recording.side)
         allowed = doctor.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
-    motion = runs.with_settings(taught, asked)
+    motion = runs.with_settings(taught, request.settings)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
     with _written(database, event_spool, "run") as (session, began):
-        row = runs.begin(session, *what, wanted.programme_position, prepared=prepared)
+        row = runs.begin(session, request, there.station, prepared=prepared)
         began.append(row.id)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
@@ -472,9 +477,7 @@ def _begin_without_database(
     offline_cache: OfflineCache, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
 ) -> _Begun | None:
     """None where it is not known well enough, or cannot be kept."""
-    asked = runs.asked_of(wanted)
-    what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method)
-    found = offline_cache.start_run(*what, wanted.programme_position, there)
+    found = offline_cache.start_run(_run_request(wanted), there)
     if found is None:
         return None
     for told in found.new_answers:

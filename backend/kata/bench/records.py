@@ -84,7 +84,7 @@ class _Records:
         playback_id = self._recording(patient_id, play_s)
         plotted_id = self._recording(patient_id, plot_s)
         with self._database.write() as session:
-            run_id = runs.begin(session, visit_id, plotted_id).id
+            run_id = runs.begin(session, runs.RunRequest(visit_id, plotted_id)).id
         self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
         return BenchRecords(visit_id, playback_id, run_id, sign_in_cookie(self._database))
 

@@ -38,7 +38,6 @@ from kata.database.engine import Database
 from kata.errors import check_version
 from kata.motion import edit
 from kata.motion.ilc import Correction
-from kata.motion.method import Method
 
 _REFRESH_S: Final = 10.0
 _MAX_PATIENTS: Final = 20
@@ -269,57 +268,51 @@ class OfflineCache:
             self._store(replace(known, visit=_with_answers(visit, [ticked])))
             return ticked
 
-    def start_run(
-        self,
-        session_id: UUID,
-        recording_id: UUID,
-        load_level: int,
-        asked: edit.PlaybackSettings,
-        method: Method,
-        programme_position: int | None,
-        apparatus: checks.ApparatusState,
-    ) -> CheckedRun | None:
+    def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
         """Check and start a run by the same rules as with the database. None if session or recording is unknown.
 
         :raises ProblemError: as :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """
-        found = self._find_playable(session_id, recording_id)
+        found = self._find_playable(request.session_id, request.recording_id)
         if found is None:
             return None
         known, visit, recording = found
         ending.check_goes_on(visit.ended_at)
-        if programme_position is not None:
+        if request.programme_position is not None:
             items = visit.programme.items if visit.programme else ()
-            plans.check_place([(item.position, item.recording_id) for item in items], programme_position, recording_id)
+            places = [(item.position, item.recording_id) for item in items]
+            plans.check_place(places, request.programme_position, request.recording_id)
             # The time played since the refresh is unknown; it is at most the time that has passed.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
-        motion = runs.with_settings(recording.taught, asked)
-        limits = recording.allowed.check(motion, load_level, method)
+        motion = runs.with_settings(recording.taught, request.settings)
+        limits = recording.allowed.check(motion, request.load_level, request.method)
         checked = self._checked(known, visit, recording, apparatus)
         checks.require_all(checked)
-        corrected_by, learned = recording.learned.get(asked, (None, None)) if method == "learned" else (None, None)
+        corrected_by, learned = (
+            recording.learned.get(request.settings, (None, None)) if request.method == "learned" else (None, None)
+        )
         begun = RunStarted(
             id=uuid4(),
-            session_id=session_id,
-            recording_id=recording_id,
-            programme_position=programme_position,
+            session_id=request.session_id,
+            recording_id=request.recording_id,
+            programme_position=request.programme_position,
             started_at=utc_now(),
-            load_level=load_level,
-            asked=asked,
-            method=method,
+            load_level=request.load_level,
+            asked=request.settings,
+            method=request.method,
             corrected_by=corrected_by,
             allowed=written(recording.allowed),
             station=self._station,
         )
         new_answers = tuple(
-            CheckAnswered(session_id, answer.check, answer.subject, answer.at, answer.by)
+            CheckAnswered(request.session_id, answer.check, answer.subject, answer.at, answer.by)
             for answer in checks.newly_detected(checked, _answers(visit))
         )
         run = runs.as_run(begun.row, recording.name)
         with self._lock:
-            if now := self._find_session(session_id):
+            if now := self._find_session(request.session_id):
                 visit = now.visit or visit
                 visit = _with_answers(visit, new_answers).model_copy(update={"runs": [*visit.runs, run]})
                 self._store(replace(now, visit=visit))

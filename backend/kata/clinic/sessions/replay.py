@@ -111,8 +111,10 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
     @property
     def row(self) -> RunRow:
         """Return the run's row in the database."""
-        of = (self.id, self.session_id, self.recording_id, self.started_at)
-        row = runs.new(*of, self.load_level, self.asked, self.method, self.programme_position)
+        request = runs.RunRequest(
+            self.session_id, self.recording_id, self.load_level, self.asked, self.method, self.programme_position
+        )
+        row = runs.new(self.id, self.started_at, request)
         row.corrected_by = self.corrected_by
         return row
 

@@ -1,7 +1,7 @@
 """Read and write runs. The caller commits."""
 
 import logging
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
 from functools import cached_property
 from uuid import UUID, uuid4
@@ -62,17 +62,21 @@ def get(session: DatabaseSession, run_id: UUID) -> RunRow:
     return row
 
 
+@dataclass(frozen=True)
+class RunRequest:
+    """A run as requested: what is played, how, and by which item of the session's programme."""
+
+    session_id: UUID
+    recording_id: UUID
+    load_level: int = LOAD_LEVELS
+    settings: edit.PlaybackSettings = edit.AS_TAUGHT
+    method: Method = "smooth"
+    programme_position: int | None = None
+    """None for a run that is not planned."""
+
+
 def begin(
-    session: DatabaseSession,
-    session_id: UUID,
-    recording_id: UUID,
-    load_level: int = LOAD_LEVELS,
-    asked: edit.PlaybackSettings = edit.AS_TAUGHT,
-    method: Method = "smooth",
-    station: str = "",
-    programme_position: int | None = None,
-    *,
-    prepared: RunRow | None = None,
+    session: DatabaseSession, request: RunRequest, station: str = "", *, prepared: RunRow | None = None
 ) -> RunRow:
     """Store a run that is about to be played, with the station's newest correction for the learned method.
 
@@ -80,7 +84,7 @@ def begin(
 
     :raises ProblemError: as :func:`to_begin`.
     """
-    row = _allowed(session, session_id, recording_id, load_level, asked, method, programme_position)
+    row = _allowed(session, request)
     row.corrected_by = prepared.corrected_by if prepared else _corrected_by(session, row, station)
     session.add(row)
     _visit(session, row).run_count += 1
@@ -89,22 +93,13 @@ def begin(
     return row
 
 
-def to_begin(
-    session: DatabaseSession,
-    session_id: UUID,
-    recording_id: UUID,
-    load_level: int = LOAD_LEVELS,
-    asked: edit.PlaybackSettings = edit.AS_TAUGHT,
-    method: Method = "smooth",
-    station: str = "",
-    programme_position: int | None = None,
-) -> RunRow:
+def to_begin(session: DatabaseSession, request: RunRequest, station: str = "") -> RunRow:
     """Return the run that :func:`begin` would store now. Nothing is stored.
 
     :raises ProblemError: 404; 409 when the session has ended, the recording is another patient's or archived, or it is not at
         that place of the session's programme.
     """
-    row = _allowed(session, session_id, recording_id, load_level, asked, method, programme_position)
+    row = _allowed(session, request)
     row.corrected_by = _corrected_by(session, row, station)
     return row
 
@@ -113,54 +108,37 @@ def _corrected_by(session: DatabaseSession, row: RunRow, station: str) -> UUID |
     return learning.newest(session, row, station) if row.method == "learned" else None
 
 
-def _allowed(
-    session: DatabaseSession,
-    session_id: UUID,
-    recording_id: UUID,
-    load_level: int,
-    asked: edit.PlaybackSettings,
-    method: Method,
-    programme_position: int | None,
-) -> RunRow:
-    visit = session.get(SessionRow, session_id)
+def _allowed(session: DatabaseSession, request: RunRequest) -> RunRow:
+    visit = session.get(SessionRow, request.session_id)
     if visit is None:
         raise not_found(texts.SESSION_NOT_FOUND)
-    recording = recordings.get(session, recording_id)
+    recording = recordings.get(session, request.recording_id)
     ending.check_goes_on(visit.ended_at)
     if recording.patient_id != visit.patient_id:
         raise ProblemError(409, "other_patient", texts.RECORDING_OF_OTHER_PATIENT(), texts.CHOOSE_OWN_RECORDING())
     if recording.archived_at:
         raise ProblemError(409, "archived", texts.RECORDING_ARCHIVED(), texts.RESTORE_OR_CHOOSE_ANOTHER())
-    if programme_position is not None:
-        plans.require(visit, programme_position, recording_id)
-    return new(uuid4(), session_id, recording_id, utc_now(), load_level, asked, method, programme_position)
+    if request.programme_position is not None:
+        plans.require(visit, request.programme_position, request.recording_id)
+    return new(uuid4(), utc_now(), request)
 
 
-def new(
-    id_: UUID,
-    session_id: UUID,
-    recording_id: UUID,
-    started_at: datetime,
-    load_level: int,
-    asked: edit.PlaybackSettings,
-    method: Method,
-    programme_position: int | None,
-) -> RunRow:
+def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
     """Return a new row of a loaded run. It is not added to a database."""
     return RunRow(
         id=id_,
-        session_id=session_id,
-        recording_id=recording_id,
-        programme_position=programme_position,
+        session_id=request.session_id,
+        recording_id=request.recording_id,
+        programme_position=request.programme_position,
         started_at=started_at,
         ended_at=None,
         outcome="loaded",
         stop_code=None,
         stop_message=None,
         rate_hz=None,
-        load_level=load_level,
-        **asdict(asked),
-        method=method,
+        load_level=request.load_level,
+        **asdict(request.settings),
+        method=request.method,
         samples=None,
     )
 
