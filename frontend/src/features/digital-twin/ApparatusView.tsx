@@ -18,14 +18,14 @@ const NEARER = 1.25;
 interface Props {
   side: Side;
   limits: Limits;
-  /** Where the arm is; null on a page that is about a recording only. */
+  /** The arm's measured angles; null on the page of a recording. */
   real: AnglesSource | null;
-  /** Where a recording has it; null while none is looked at. */
+  /** The recording's angles; null without a recording. */
   ghost: AnglesSource | null;
   label: string;
 }
 
-/** The apparatus, the patient and the arm in three dimensions, and the same in words. */
+/** The apparatus, the patient and the arm in three dimensions, with a text alternative. */
 export function ApparatusView({ side, limits, real, ghost, label }: Props) {
   const [named, setNamed] = useState<ViewName | null>("corner");
   const [view, setView] = useState<View>(() => viewOf("corner", side));
@@ -35,7 +35,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
     setNamed(name);
     setView(next);
   };
-  // The other shoulder is looked at from its own side.
+  // The other shoulder starts with its own view.
   useEffect(() => {
     setNamed((name) => name ?? "corner");
     setView(viewOf("corner", side));
@@ -101,11 +101,11 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
   );
 }
 
-/** What the drawing shows, for whoever does not see it; whole degrees, so that it changes no faster than it is read. */
+/** A text alternative to the drawing, in whole degrees so that it does not change too fast to read. */
 function InWords({ source, side, limits }: { source: AnglesSource | null; side: Side; limits: Limits }) {
   const told = useSyncExternalStore(
     source?.subscribe ?? never,
-    // Text, because what is compared is whether it says the same.
+    // As text, because the comparison is by content.
     () => JSON.stringify(inWords(source, side, limits)),
   );
   const { body, notes } = JSON.parse(told) as ReturnType<typeof inWords>;

@@ -8,10 +8,10 @@ import type { Leaving } from "./limits";
 import { GHOST } from "./messages";
 
 const STEP_S = 0.05;
-/** The slider's own tenth of a second is fine enough to be told, and coarse enough not to burden the page. */
+/** The slider's step: readable, and without much load on the page. */
 const SHOWN_S = 0.1;
 
-/** Play, pause, and a slider over the recording's own time. Nothing of it goes to the apparatus. */
+/** Play, pause and a slider over the recording's time. Sends nothing to the apparatus. */
 export function GhostPanel({
   ghost,
   leaving,

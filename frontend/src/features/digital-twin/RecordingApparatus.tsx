@@ -10,7 +10,7 @@ import { Ghost } from "./ghost";
 import { leavings, limitsOf } from "./limits";
 import { VIEW } from "./messages";
 
-/** A recording, played by a ghost at its own time within this station's ranges. */
+/** A recording played by a ghost at its own speed, with this station's ranges. */
 export default function RecordingApparatus({ recordingId }: { recordingId: string }) {
   const station = useStation();
   const motion = useQuery({

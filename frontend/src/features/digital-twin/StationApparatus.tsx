@@ -14,7 +14,7 @@ import { GHOST, VIEW } from "./messages";
 
 const SQUARE = "■";
 
-/** The station's apparatus as it stands now; over it, before it may touch the patient, what has been loaded. */
+/** The live apparatus, overlaid with the loaded recording before it may touch the patient. */
 export default function StationApparatus() {
   const station = useStation();
   const alive = useAlive();
@@ -34,7 +34,7 @@ export default function StationApparatus() {
   const ghost = useMemo(() => (asked ? new Ghost(asked) : null), [asked]);
   const leaving = useMemo(() => (asked ? leavings(asked, limits) : []), [asked, limits]);
   if (!station || !side) return null;
-  // From the approach on, the arm itself is what is to be looked at.
+  // From the approach on, only the real arm is shown.
   const shown = mode === "ready" && alive ? ghost : null;
   return (
     <Card withBorder component="section" aria-label={VIEW.title}>

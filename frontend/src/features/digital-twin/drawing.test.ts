@@ -51,21 +51,21 @@ function begun() {
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());
 
-test("what changes is sent with all the rest, so that the newest picture is enough", () => {
+test("sends complete pictures, so the newest suffices", () => {
   const { worker, drawing } = begun();
   drawing.change({ real: AT });
   drawing.change({ only: 3 });
   expect(worker.newest()).toEqual({ ...FIRST, real: AT, only: 3, number: 2 });
 });
 
-test("that nobody knows where the arm is, is sent like everything else", () => {
+test("sends an unknown pose like any other", () => {
   const { worker, drawing } = begun();
   drawing.change({ real: AT });
   drawing.change({ real: null });
   expect(worker.newest().real).toBeNull();
 });
 
-test("a picture that is not drawn within two seconds is told to be behind, until it is drawn", () => {
+test("reports a picture late after two seconds until drawn", () => {
   const { worker, told, drawing } = begun();
   worker.draw();
   drawing.change({ real: AT });
@@ -77,7 +77,7 @@ test("a picture that is not drawn within two seconds is told to be behind, until
   expect(told).toEqual(["behind", "in time"]);
 });
 
-test("pictures that go on coming do not put off that none of them is drawn", () => {
+test("newer pictures do not hide that none is drawn", () => {
   const { told, drawing } = begun();
   for (let n = 0; n < 30; n += 1) {
     drawing.change({ real: AT });
@@ -86,7 +86,7 @@ test("pictures that go on coming do not put off that none of them is drawn", () 
   expect(told).toEqual(["behind"]);
 });
 
-test("what is drawn more slowly than it changes is not behind while it is drawn", () => {
+test("slow drawing is not late while it progresses", () => {
   const { worker, told, drawing } = begun();
   for (let n = 0; n < 30; n += 1) {
     const asked = worker.newest().number;
@@ -97,14 +97,14 @@ test("what is drawn more slowly than it changes is not behind while it is drawn"
   expect(told).toEqual([]);
 });
 
-test("nothing is behind where nothing has changed", () => {
+test("nothing is late without a change", () => {
   const { worker, told } = begun();
   worker.draw();
   vi.advanceTimersByTime(10 * BEHIND_AFTER_MS);
   expect(told).toEqual([]);
 });
 
-test("a worker that cannot draw, or breaks, is told", () => {
+test("reports a worker that cannot draw or fails", () => {
   const cannot = begun();
   cannot.worker.onmessage?.({ data: { unable: true } });
   expect(cannot.told).toEqual(["unable"]);
@@ -113,7 +113,7 @@ test("a worker that cannot draw, or breaks, is told", () => {
   expect(breaks.told).toEqual(["unable"]);
 });
 
-test("once closed, the worker is gone and nothing is told", () => {
+test("stops the worker and all reports when closed", () => {
   const { worker, told, drawing } = begun();
   drawing.change({ real: AT });
   drawing.close();

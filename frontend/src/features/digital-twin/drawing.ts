@@ -1,16 +1,19 @@
 import type { Answer, Beginning, Picture } from "./scene/picture";
 
-/** A picture that is asked for and not drawn for so long is behind: what is seen then is not where the arm is. */
+/** A picture that is not drawn within this time is late: the screen no longer shows the arm's position. */
 export const BEHIND_AFTER_MS = 2000;
 
 export interface Listening {
-  /** What is seen is older than it may be, or no longer so. */
+  /** The shown picture is too old, or up to date again. */
   onBehind: (behind: boolean) => void;
-  /** There will be no picture. */
+  /** No picture can be drawn. */
   onUnable: () => void;
 }
 
-/** The page's end of the worker that draws: it is sent whole pictures, and says which one it has drawn. */
+/**
+ * The page's side of the drawing worker. It sends complete pictures and receives the number of each drawn
+ * one.
+ */
 export class Drawing {
   readonly #worker: Worker;
   readonly #listening: Listening;
@@ -31,13 +34,13 @@ export class Drawing {
     this.#ask();
   }
 
-  /** Change what is to be seen. */
+  /** Change parts of the picture. */
   change(what: Partial<Omit<Picture, "number">>) {
     this.#picture = { ...this.#picture, ...what, number: this.#picture.number + 1 };
     this.#ask();
   }
 
-  /** Nothing is drawn afterwards, and nothing told. */
+  /** Stop drawing and all callbacks. */
   close() {
     this.#worker.onmessage = null;
     this.#worker.onerror = null;

@@ -37,12 +37,12 @@ beforeEach(() => {
 });
 
 describe("a motion", () => {
-  it("goes straight from sample to sample, by their times", () => {
+  it("is interpolated linearly between samples", () => {
     expect(anglesAt(motion, 0.5)).toEqual([5, 100, 20, 0, 0]);
     expect(anglesAt(motion, 2)).toEqual([10, 105, 85, 0, -45]);
   });
 
-  it("stands before its beginning and after its end", () => {
+  it("is constant before its start and after its end", () => {
     expect(anglesAt(motion, -1)).toEqual(motion.angles_deg[0]);
     expect(anglesAt(motion, 99)).toEqual(motion.angles_deg[2]);
   });
@@ -66,7 +66,7 @@ describe("the ghost", () => {
     expect(clock.running).toBe(false);
   });
 
-  it("stands where it is paused, and goes on from there", () => {
+  it("stays where it is paused and continues from there", () => {
     ghost.play();
     clock.pass(1);
     ghost.pause();
@@ -77,7 +77,7 @@ describe("the ghost", () => {
     expect(ghost.at_s()).toBeCloseTo(1.5);
   });
 
-  it("is moved to a place while it plays, and plays on from there", () => {
+  it("continues from a new position while playing", () => {
     ghost.play();
     clock.pass(0.2);
     ghost.seek(2);
@@ -87,14 +87,14 @@ describe("the ghost", () => {
     expect(ghost.at_s()).toBe(3);
   });
 
-  it("begins anew when it is played at its end", () => {
+  it("restarts when played at its end", () => {
     ghost.seek(3);
     ghost.play();
     clock.pass(0.25);
     expect(ghost.at_s()).toBeCloseTo(0.25);
   });
 
-  it("tells whoever watches, until they leave", () => {
+  it("notifies listeners until they unsubscribe", () => {
     let told = 0;
     const leave = ghost.subscribe(() => {
       told += 1;
@@ -124,11 +124,11 @@ describe("the limits", () => {
     })),
   );
 
-  it("are reached a few degrees before their end", () => {
+  it("are reached a few degrees early", () => {
     expect(endsReached([-17, 100, 118, 30, 41], limits)).toEqual(["lower", null, "upper", null, "upper"]);
   });
 
-  it("that a motion leaves are named with motor and time", () => {
+  it("reports violations with motor and time", () => {
     expect(leavings(motion, limits)).toEqual([{ motor: 3, at_s: 3, angle_deg: 130 }]);
     expect(
       leavings({ ...motion, angles_deg: motion.angles_deg.map((row) => row.with(2, 120.4)) }, limits),

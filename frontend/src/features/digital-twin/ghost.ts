@@ -1,10 +1,10 @@
 import type { Schemas } from "../../lib/api/client";
 import type { Angles } from "./posture";
 
-/** Where the motors stand over time, seconds from 0 and degrees. */
+/** Motor angles over time, in seconds from 0 and degrees. */
 export type Motion = Pick<Schemas["MotionPreview"], "times_s" | "angles_deg">;
 
-/** The angles at a time, straight between two samples; before the first and after the last it stands. */
+/** Return the angles at a time, interpolated linearly and constant outside the motion. */
 export function anglesAt(motion: Motion, at_s: number): Angles {
   const { times_s, angles_deg } = motion;
   let [low, high] = [0, times_s.length - 1];
@@ -19,17 +19,17 @@ export function anglesAt(motion: Motion, at_s: number): Angles {
   return from.map((angle, axis) => angle + share * ((to[axis] as number) - angle)) as unknown as Angles;
 }
 
-/** Something that has five angles, and tells when it has others. Frames go through here, never through React. */
+/** A source of five angles with change notification. Frames pass through it instead of React. */
 export interface AnglesSource {
-  /** Null while nobody knows. */
+  /** Null while unknown. */
   get: () => Angles | null;
   subscribe: (listener: () => void) => () => void;
 }
 
-/** What the ghost needs of a computer: the time in seconds, and to be called again soon. */
+/** The clock of the ghost: the time in seconds and a frame callback. */
 export interface Ticking {
   now_s: () => number;
-  /** Calls again and again until it is told to end. */
+  /** Call `tick` every frame until the returned function is called. */
   every: (tick: () => void) => () => void;
 }
 
@@ -43,13 +43,13 @@ export const TICKING: Ticking = {
   },
 };
 
-/** Plays a motion at its own time, for the eye only: nothing of it goes to the apparatus. */
+/** Plays a motion in real time on the screen only. Sends nothing to the apparatus. */
 export class Ghost implements AnglesSource {
   readonly duration_s: number;
   readonly #motion: Motion;
   readonly #ticking: Ticking;
   #listeners = new Set<() => void>();
-  /** Where on the motion it was when it was last started, stopped or moved, and when that was. */
+  /** Position on the motion at the last start, stop or seek, and its time. */
   #from_s = 0;
   #since_s = 0;
   #end: (() => void) | null = null;
@@ -60,7 +60,7 @@ export class Ghost implements AnglesSource {
     this.duration_s = motion.times_s.at(-1) ?? 0;
   }
 
-  /** Where on the motion it is, seconds. */
+  /** Return the position on the motion in seconds. */
   at_s(): number {
     if (this.#end === null) return this.#from_s;
     return Math.min(this.duration_s, this.#from_s + this.#ticking.now_s() - this.#since_s);
@@ -79,7 +79,7 @@ export class Ghost implements AnglesSource {
     };
   };
 
-  /** On from where it is; from the beginning where it has come to the end. */
+  /** Continue from the position, or restart at the end. */
   play() {
     if (this.playing) return;
     if (this.#from_s >= this.duration_s) this.#from_s = 0;
@@ -95,7 +95,7 @@ export class Ghost implements AnglesSource {
     this.#tell();
   }
 
-  /** To a place on the motion, seconds; it plays on from there if it did. */
+  /** Move to a position in seconds. A playing ghost continues from there. */
   seek(at_s: number) {
     this.#from_s = Math.min(this.duration_s, Math.max(0, at_s));
     this.#since_s = this.#ticking.now_s();

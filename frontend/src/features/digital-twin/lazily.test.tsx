@@ -28,7 +28,7 @@ afterEach(() => {
 });
 
 describe("the apparatus in three dimensions", () => {
-  it("is opened only while the motors have no torque: a first drawing can hold up Stop", () => {
+  it("opens only without torque, because drawing may delay Stop", () => {
     expect(opener("on").disabled).toBe(true);
     expect(screen.getByText("To be opened while the motors have no torque.")).toBeTruthy();
     cleanup();

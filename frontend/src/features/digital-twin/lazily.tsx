@@ -4,13 +4,16 @@ import { lazy, type ReactNode, Suspense, useState } from "react";
 import { useLive } from "../../lib/live/hooks";
 import { VIEW } from "./messages";
 
-// Three dimensions weigh as much as half of the page. They come where they are asked for.
+// The three-dimensional view is half of the page's size, so it loads on demand.
 const StationApparatus = lazy(() => import("./StationApparatus"));
 const RecordingApparatus = lazy(() => import("./RecordingApparatus"));
 
 const HEIGHT = 560;
 
-/** On the station page. Opened only without torque: what is fetched and made ready first can hold up the page, and Stop with it. */
+/**
+ * The view on the station page. It opens only without torque, because loading and preparing it can block the
+ * page and Stop.
+ */
 export function LiveApparatus() {
   const torque = useLive("torque");
   return (

@@ -2,12 +2,12 @@ import type { Schemas } from "../../lib/api/client";
 import type { Motion } from "./ghost";
 import type { Angles } from "./posture";
 
-/** What each motor may do, degrees, in axis order. */
+/** The range of each motor in degrees, in axis order. */
 export type Limits = readonly { min_deg: number; max_deg: number }[];
 export type Motor = 1 | 2 | 3 | 4 | 5;
 export const MOTORS: readonly Motor[] = [1, 2, 3, 4, 5];
 
-/** Nearer than this to an end of its range, a motor is said to be at it. */
+/** A motor nearer to a limit than this counts as at its limit. */
 export const NEAR_DEG = 3;
 
 export type End = "lower" | "upper";
@@ -15,7 +15,7 @@ export type End = "lower" | "upper";
 export const limitsOf = (axes: Schemas["AxisInfo"][]): Limits =>
   axes.map(({ min_deg, max_deg }) => ({ min_deg, max_deg }));
 
-/** Which end of its range each motor stands at, or has passed; null in between. */
+/** Return the limit that each motor has reached or passed, or null. */
 export function endsReached(angles: Angles, limits: Limits): (End | null)[] {
   return angles.map((angle, axis) => {
     const range = limits[axis];
@@ -32,7 +32,7 @@ export interface Leaving {
   angle_deg: number;
 }
 
-/** For each motor that leaves its range, where it first does. Half a degree is the drives' own tolerance. */
+/** Return the first violation of each motor's range. The drives tolerate half a degree. */
 export function leavings(motion: Motion, limits: Limits): Leaving[] {
   const found: Leaving[] = [];
   for (const motor of MOTORS) {

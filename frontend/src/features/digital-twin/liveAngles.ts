@@ -2,7 +2,10 @@ import { isAlive, store } from "../../lib/live/store";
 import type { AnglesSource } from "./ghost";
 import type { Angles } from "./posture";
 
-/** The motors' measured angles, as the store hears them. Old ones stay, greyed by whoever shows them; unknown ones are null. */
+/**
+ * The motors' measured angles from the store. Outdated angles stay and the viewer greys them; unknown ones
+ * are null.
+ */
 export const liveAngles: AnglesSource = {
   get: () => {
     const axes = store.get().live?.axes;

@@ -53,7 +53,7 @@ describe("changing an episode", () => {
     <EpisodeForm patientId="p" side="right" episode={episode} onDone={onDone} />
   );
 
-  it("sends all of it, with the version that was seen", async () => {
+  it("sends all fields with the version that was read", async () => {
     show(edit());
     type("Flexion / extension of the shoulder: no less than", "-10");
     type("Diagnosis", "Fracture");
@@ -80,7 +80,7 @@ describe("changing an episode", () => {
     ]);
   });
 
-  it("does not take a newer version for the one that was read", async () => {
+  it("does not adopt a newer version during editing", async () => {
     const shown = show(edit());
     type("Diagnosis", "Fracture");
     const newer = { ...EPISODE, diagnosis: "Other", updated_at: "2026-06-02T09:30:00Z" };
@@ -93,14 +93,14 @@ describe("changing an episode", () => {
     await waitFor(() => expect(update.mock.calls[0]?.[1].updated_at).toBe(EPISODE.updated_at));
   });
 
-  it("takes a limit back when its number is", async () => {
+  it("removes a limit when its number is cleared", async () => {
     show(edit());
     type("Abduction / adduction of the shoulder: no more than", "");
     press("Save");
     await waitFor(() => expect(update.mock.calls[0]?.[1].limits).toEqual([]));
   });
 
-  it("sends no speed limit when its number is taken away", async () => {
+  it("sends no speed limit when its number is cleared", async () => {
     show(edit());
     type("Highest speed", "");
     press("Save");
@@ -130,7 +130,7 @@ describe("changing an episode", () => {
     expect(screen.getByLabelText("Highest speed")).toHaveProperty("value", "200 deg/s");
   });
 
-  it("says why it was not saved, and keeps what was written", async () => {
+  it("shows why saving failed and keeps the input", async () => {
     update.mockRejectedValue(
       new ProblemError({
         detail: "The name of the doctor who set the limits is missing.",
@@ -154,7 +154,7 @@ it("a new episode is opened for its side", async () => {
 });
 
 describe("an episode on the patient's page", () => {
-  it("says what the doctor allows, and that no stage is noted", () => {
+  it("shows the doctor's limits and a missing stage", () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByTestId("limits").textContent).toBe(
       "Allowed by Dr. MoriAbduction / adduction of the shoulder: no more than 90 degResistance level 12 at mostNo motor faster than 40 deg/s",
@@ -162,7 +162,7 @@ describe("an episode on the patient's page", () => {
     expect(screen.getByText("No stage noted")).toBeTruthy();
   });
 
-  it("is given another stage", async () => {
+  it("accepts another stage", async () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByRole("button", { name: "Note stage" })).toHaveProperty("disabled", true);
     fireEvent.click(screen.getByRole("combobox", { name: "New stage" }));
@@ -185,7 +185,7 @@ describe("an episode on the patient's page", () => {
     );
   });
 
-  it("can only be reopened once it is closed", () => {
+  it("can only be reopened after closing", () => {
     show(<EpisodeCard episode={{ ...EPISODE, closed_at: "2026-09-01T09:30:00Z" }} onSaved={onDone} />);
     expect(screen.queryByRole("button", { name: "Change" })).toBeNull();
     expect(screen.getByRole("button", { name: "Reopen" })).toBeTruthy();

@@ -9,7 +9,7 @@ import { FORM, MOTIONS, minus, type Side } from "./messages";
 type Ends = { lowest: number | null; highest: number | null };
 const FREE: Ends = { lowest: null, highest: null };
 
-/** Open an episode of a shoulder, or change one: what is treated, since when, and what a doctor allows. */
+/** A form to open or change an episode of care: the diagnosis, its start and the doctor's limits. */
 export function EpisodeForm(props: {
   patientId: string;
   side: Side;
@@ -18,7 +18,7 @@ export function EpisodeForm(props: {
 }) {
   const { patientId, side, episode } = props;
   const queries = useQueryClient();
-  // Of the record that these values are from: a newer one may arrive while somebody writes.
+  // The version of the shown values. A newer one may arrive during editing.
   const [version] = useState(episode?.updated_at ?? null);
   const [key] = useState(`episode ${episode?.id ?? `new ${patientId} ${side}`} ${version ?? ""}`);
   const [diagnosis, setDiagnosis] = useDraft(`${key} diagnosis`, episode?.diagnosis ?? "");
@@ -155,7 +155,7 @@ export function EpisodeForm(props: {
           />
         </Group>
         {save.error && (
-          // All of it: a limit's own error has no field of this form to stand at.
+          // All messages, because a limit's error has no field in this form.
           <Alert color="grape" variant="light" role="alert">
             {save.error.message} {save.error instanceof ProblemError ? save.error.nextStep : ""}
           </Alert>

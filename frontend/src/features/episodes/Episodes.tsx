@@ -11,7 +11,7 @@ import { EpisodeForm } from "./EpisodeForm";
 import { CARE, limitWords, NOTED } from "./messages";
 import { Stages } from "./Stages";
 
-/** The care of this patient's shoulders: what goes on, and what was. */
+/** The patient's open and closed episodes of care. */
 export function Episodes({ patient }: { patient: Patient }) {
   const writes = useHasPermission("write_records");
   const queries = useQueryClient();
@@ -20,7 +20,7 @@ export function Episodes({ patient }: { patient: Patient }) {
   const saved = () => {
     setOpening(null);
     void queries.invalidateQueries({ queryKey: ["episodes", patient.id] });
-    // Which shoulder is treated stands in the patient's record.
+    // The patient's record contains the treated side.
     void queries.invalidateQueries({ queryKey: ["patient", patient.id] });
     void queries.invalidateQueries({ queryKey: ["patients"] });
   };
@@ -69,7 +69,7 @@ export function Episodes({ patient }: { patient: Patient }) {
   );
 }
 
-/** One episode, and what can be done with it. */
+/** One episode with its actions. */
 export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSaved: () => void }) {
   const { episode, onSaved } = props;
   const writes = useHasPermission("write_records");

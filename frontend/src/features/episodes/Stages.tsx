@@ -10,7 +10,7 @@ import { NOTED, STAGES, type StageName, today } from "./messages";
 
 const CHOICES = Object.entries(STAGES).map(([value, label]) => ({ value, label }));
 
-/** The stages that were noted, with their days; another one, and a wrong one taken back. */
+/** The recorded stages with their dates, and actions to add one or remove a wrong one. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
   const changeable = useHasPermission("write_records") && !episode.closed_at;
   const [stage, setStage] = useState<StageName | null>(null);

@@ -14,7 +14,7 @@ import {
   silentSince,
 } from "./messages";
 
-/** One station at a glance. What is not known looks like nothing that is. */
+/** A summary of one station. Unknown states look different from all known ones. */
 export function StationTile({ station, children }: { station: Shown; children?: ReactNode }) {
   const { name, state } = station;
   return (

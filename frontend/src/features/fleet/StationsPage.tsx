@@ -10,7 +10,7 @@ import { STATIONS, versionWords } from "./messages";
 import { StationTile } from "./StationTile";
 import { stations } from "./store";
 
-/** Every station of the clinic, as it is now. */
+/** All stations of the clinic with their current state. */
 export function StationsPage() {
   useTitle(STATIONS.title);
   const known = useSyncExternalStore(stations.subscribe, stations.get);
@@ -39,7 +39,7 @@ export function StationsPage() {
   );
 }
 
-/** What a station's device has run with: for whoever looks after it. */
+/** The software and configuration history of a station, for administrators. */
 function Versions({ station }: { station: string }) {
   const [open, setOpen] = useState(false);
   const versions = useQuery({

@@ -39,7 +39,7 @@ const show = (station: Shown) =>
 describe("a tile", () => {
   afterEach(cleanup);
 
-  it("tells who is on the apparatus, what it does, how far, and the emergency stop", () => {
+  it("shows patient, mode, progress and emergency stop", () => {
     show(shown);
     for (const words of [
       "Yamada Hanako",
@@ -53,14 +53,14 @@ describe("a tile", () => {
     }
   });
 
-  it("of a station that fell silent tells since when, and nothing of what it did before", () => {
+  it("of a silent station shows only since when", () => {
     show({ ...shown, silent: true, state: null });
     expect(screen.getByText(STATIONS.silent)).toBeDefined();
     expect(screen.getByText(silentSince(shown.heard_at))).toBeDefined();
     expect(screen.queryByText(/Yamada|Playing|E-stop/)).toBeNull();
   });
 
-  it("tells why a station has stopped", () => {
+  it("shows why a station stopped", () => {
     const cause = {
       code: "bus_lost",
       category: 0 as const,
@@ -74,20 +74,20 @@ describe("a tile", () => {
     expect(screen.getByText("E-stop pressed")).toBeDefined();
   });
 
-  it("believes nothing of a control program that does not answer", () => {
+  it("trusts no state of a silent control program", () => {
     show({ ...shown, state: { ...state, device: "restarting", mode: "offline" } });
     expect(screen.getByText("E-stop unknown")).toBeDefined();
     expect(screen.getByText(STATIONS.restarting)).toBeDefined();
   });
 
-  it("names two services of one name", () => {
+  it("reports two services with one name", () => {
     show({ ...shown, doubled: true });
     expect(screen.getByRole("alert").textContent).toBe(STATIONS.doubled);
   });
 });
 
 describe("words", () => {
-  it("tell what is held and taken back", () => {
+  it("describe a held and a returning arm", () => {
     const cause = { code: "x", category: 2 as const, message: "", next_step: "", axis: null, cleared: true };
     expect(doingWords({ ...state, mode: "stopped", arm_held: true, causes: [cause] })).toBe(
       "Stopped, holding the arm",
@@ -96,7 +96,7 @@ describe("words", () => {
     expect(doingWords({ ...state, progress })).toBe("Taking the arm back");
   });
 
-  it("tell how long a take is", () => {
+  it("describe the length of a take", () => {
     expect(progressWords({ ...state, progress: null, take_s: 61 })).toBe("Take of 1:01");
     expect(progressWords({ ...state, progress: null })).toBe("");
   });
@@ -129,7 +129,7 @@ describe("the store", () => {
   });
   afterEach(() => vi.useRealTimers());
 
-  it("listens only while somebody looks", () => {
+  it("is connected only while the page is shown", () => {
     expect(sockets).toHaveLength(0);
     const leave = store.subscribe(() => {});
     last().say();
@@ -139,7 +139,7 @@ describe("the store", () => {
     expect(store.get().stations).toBeNull();
   });
 
-  it("believes nothing any more once nothing comes, and connects anew", () => {
+  it("discards outdated data and reconnects", () => {
     const leave = store.subscribe(() => {});
     last().say();
     vi.advanceTimersByTime(LOST_AFTER_MS + 300);

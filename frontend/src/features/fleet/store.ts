@@ -2,21 +2,23 @@ import type { Schemas } from "../../lib/api/client";
 import { openSocket } from "../../lib/live/socket";
 import type { Shown } from "./messages";
 
-/** The service speaks at least every second. */
+/** The service sends at least one message per second. */
 export const LOST_AFTER_MS = 2500;
 const LOOK_EVERY_MS = 250;
 const AGAIN_MS = 1000;
-/** A connection over which nothing has come by then is made again: where a cable was pulled, the browser itself would wait for minutes. */
+/**
+ * A silent connection is replaced after this time. With a pulled cable the browser would wait for minutes.
+ */
 export const OPEN_WITHIN_MS = 3000;
 
-/** Null while nothing is known that could be believed: before the first word, and after the connection was lost. */
+/** Null without current data: before the first message and after a lost connection. */
 export interface Known {
   stations: Shown[] | null;
-  /** Something was heard before. */
+  /** Messages were received before. */
   lost: boolean;
 }
 
-/** The WebSocket with all the stations, open while somebody looks at them. */
+/** The WebSocket with all stations, open while the page is shown. */
 export class StationsStore {
   #known: Known = { stations: null, lost: false };
   #listeners = new Set<() => void>();

@@ -9,7 +9,7 @@ import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
 import { DATA } from "./messages";
 
-/** What leaves and enters a patient's record as files, and the patient's right to have it erased. */
+/** Export and import of a patient's data, and erasure requests. */
 export function DataSection({ patientId }: { patientId: string }) {
   const writes = useHasPermission("write_records");
   const navigate = useNavigate();

@@ -10,7 +10,7 @@ import { ERASURE } from "./messages";
 
 type Erasure = Schemas["Erasure"];
 
-/** That a patient asks for the record to be erased, and what was decided. */
+/** A patient's erasure requests and the decisions. */
 export function ErasureRequests({ patient }: { patient: Patient }) {
   const writes = useHasPermission("write_records");
   const decides = useHasPermission("administer");

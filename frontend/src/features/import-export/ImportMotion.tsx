@@ -11,7 +11,7 @@ import { Refused } from "./Refused";
 
 type Side = "left" | "right";
 
-/** A motion from a CSV file as a recording: first what is understood of it, then it is kept. */
+/** Imports a motion from a CSV file as a recording, after a preview. */
 export function ImportMotion({
   patientId,
   side: affected,
@@ -89,7 +89,7 @@ export function ImportMotion({
   );
 }
 
-/** What the service makes of a file, to be compared with what was meant. */
+/** The motion as the service read it, for comparison with the intention. */
 function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
   return (
     <Stack gap="xs" data-testid="understood">

@@ -10,7 +10,7 @@ import { Refused } from "./Refused";
 
 type Side = "left" | "right";
 
-/** Patients from another system's FHIR file: a button, and the dialog behind it. */
+/** A button and a dialog to import patients from a FHIR file. */
 export function ImportPatients() {
   const [open, dialog] = useDisclosure(false);
   return (

@@ -6,7 +6,7 @@ import { formatMoment } from "../../lib/format";
 import { PageLink } from "../../ui/links";
 import { ERASURE } from "./messages";
 
-/** Requests for erasure that wait for a decision. Shows nothing while none does. */
+/** Erasure requests without a decision. Empty if there are none. */
 export function OpenErasures() {
   const open = useQuery({ queryKey: ["erasures"], queryFn: () => api.openErasures() });
   const items = open.data?.items ?? [];

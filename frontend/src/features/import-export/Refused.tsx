@@ -4,7 +4,7 @@ import { ProblemError } from "../../lib/api/client";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { FILE } from "./messages";
 
-/** Why a file was not taken, place by place: its lines and columns, or the paths in it. */
+/** The errors of a refused file by line and column, or by path. */
 export function Refused({ error }: { error: unknown }) {
   const places = error instanceof ProblemError ? Object.entries(error.fields) : [];
   if (places.length === 0) return <ProblemNote error={error} />;

@@ -2,7 +2,7 @@ import { Button } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { FILE } from "./messages";
 
-/** What was measured, to be worked on elsewhere: as CSV and as Parquet. */
+/** Links to download the measured samples as CSV and Parquet. */
 export function SampleLinks({
   of,
   id,

@@ -60,14 +60,14 @@ afterEach(() => {
   vi.restoreAllMocks();
 });
 
-it("what was measured is offered as CSV and as Parquet", () => {
+it("offers measurements as CSV and as Parquet", () => {
   show(<SampleLinks of="runs" id="r" />);
   const addresses = screen.getAllByRole("link").map((link) => link.getAttribute("href"));
   expect(addresses).toEqual(["/api/runs/r/samples.csv", "/api/runs/r/samples.parquet"]);
 });
 
 describe("a motion from a CSV file", () => {
-  it("is shown as it is understood before it is kept", async () => {
+  it("is previewed before it is saved", async () => {
     const preview = vi.spyOn(api, "previewMotion").mockResolvedValue(UNDERSTOOD);
     const keep = vi.spyOn(api, "importMotion").mockResolvedValue({
       recording: { id: "new" } as Schemas["RecordingDetail"],
@@ -92,7 +92,7 @@ describe("a motion from a CSV file", () => {
     );
   });
 
-  it("that is wrong is told line by line, and is not kept", async () => {
+  it("with errors is refused line by line", async () => {
     vi.spyOn(api, "previewMotion").mockRejectedValue(
       new ProblemError({
         detail: "This file cannot be used.",
@@ -125,7 +125,7 @@ describe("a motion from a CSV file", () => {
   });
 });
 
-it("patients are imported once a file and the shoulder are chosen", async () => {
+it("imports patients after file and shoulder are chosen", async () => {
   const bring = vi.spyOn(api, "importPatients").mockResolvedValue({
     items: [PATIENT],
     left_out: ["Patient.telecom"],
@@ -145,7 +145,7 @@ it("patients are imported once a file and the shoulder are chosen", async () => 
 });
 
 describe("erasure", () => {
-  it("is noted with a reason, in the name of whoever is signed in", async () => {
+  it("is requested with a reason in the user's name", async () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [] });
     const note = vi.spyOn(api, "requestErasure").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);
@@ -164,7 +164,7 @@ describe("erasure", () => {
     expect(screen.queryByRole("button")).toBeNull();
   });
 
-  it("is done only with the clinic number typed, and refused only with an explanation", async () => {
+  it("needs the clinic number, and a refusal an explanation", async () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
     const erase = vi.spyOn(api, "erasePatient").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);

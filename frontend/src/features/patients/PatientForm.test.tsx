@@ -48,7 +48,7 @@ beforeEach(() => {
 afterEach(cleanup);
 
 describe("the form of a patient", () => {
-  it("signs up with the shoulder that is treated and the dominant side", async () => {
+  it("creates a patient with treated and dominant side", async () => {
     render(within(<PatientForm onDone={onDone} />));
     type(/^Name/, "Ito Mai");
     type(/^Clinic number/, "K-2");
@@ -66,7 +66,7 @@ describe("the form of a patient", () => {
     });
   });
 
-  it("puts what is wrong at its field", async () => {
+  it("shows each error at its field", async () => {
     const errors = [
       {
         pointer: "#/birth_date",
@@ -83,7 +83,7 @@ describe("the form of a patient", () => {
     expect(onDone).not.toHaveBeenCalled();
   });
 
-  it("does not take a newer version for the one that was read", async () => {
+  it("does not adopt a newer version during editing", async () => {
     const shown = render(within(<PatientForm patient={PATIENT} onDone={onDone} />));
     type(/^Notes/, "Mine");
     const newer = { ...PATIENT, notes: "Theirs", updated_at: "2026-11-21T10:00:00Z" };
@@ -96,7 +96,7 @@ describe("the form of a patient", () => {
 });
 
 describe("choosing a patient", () => {
-  it("asks the service, which finds what the label does not show", async () => {
+  it("asks the service, which searches hidden fields too", async () => {
     const onChange = vi.fn();
     render(within(<PatientSelect chosen={undefined} onChange={onChange} />));
     const box = screen.getByRole("combobox", { name: "Patient" });
@@ -106,7 +106,7 @@ describe("choosing a patient", () => {
     expect(onChange.mock.calls[0]?.[0]).toBe("p");
   });
 
-  it("shows the one that is chosen, though no page of the list has them", async () => {
+  it("shows the chosen patient outside the loaded list", async () => {
     find.mockResolvedValue({ items: [], next: null });
     render(within(<PatientSelect chosen={PATIENT} onChange={vi.fn()} />));
     await waitFor(() =>

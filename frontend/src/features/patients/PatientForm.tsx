@@ -9,7 +9,7 @@ import { FORM, SEXES, SIDES } from "./patientListMessages";
 const choices = (words: Record<string, string>) =>
   Object.entries(words).map(([value, label]) => ({ value, label }));
 
-/** Sign a patient up, or change a record. What the service finds wrong stands at its field. */
+/** A form to create or change a patient. Each field shows the service's error about it. */
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
   const queries = useQueryClient();
   const [values, setValues] = useState({
@@ -21,9 +21,9 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
     dominant_side: patient?.dominant_side ?? "",
     notes: patient?.notes ?? "",
   });
-  // Of the record that these values are from: a newer one may arrive while somebody writes.
+  // The version of the shown values. A newer one may arrive during editing.
   const [version] = useState(patient?.updated_at ?? null);
-  // Said once, when signing up: from then on it is the episode's.
+  // Only for a new patient. Later the episode of care contains the side.
   const [side, setSide] = useState<"left" | "right" | "">("");
   const save = useMutation({
     mutationFn: () => {

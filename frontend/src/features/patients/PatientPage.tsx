@@ -25,7 +25,7 @@ import { SessionTable } from "../sessions/SessionTable";
 import { PatientForm } from "./PatientForm";
 import { PATIENT, RECORDINGS } from "./patientMessages";
 
-/** One patient: who, what was taught, what was done. */
+/** One patient: the record, the recordings and the sessions. */
 export function PatientPage() {
   const { patientId } = useParams({ from: "/patients/$patientId" });
   const writes = useHasPermission("write_records");

@@ -8,7 +8,7 @@ import { CHOICE } from "./patientListMessages";
 
 const label = (one: Patient) => CHOICE.one(one.name, one.clinic_number);
 
-/** The first of those who match; everybody does where nothing is wanted. */
+/** Query the first patients that match; an empty text matches all. */
 export function useFound(words: string) {
   return useQuery({
     queryKey: ["patients", words, false, "first"],
@@ -17,7 +17,7 @@ export function useFound(words: string) {
   });
 }
 
-/** One of all patients, looked for as on their own page. */
+/** A search field for all patients. */
 export function PatientSelect(props: {
   chosen: Patient | undefined;
   disabled?: boolean;
@@ -26,7 +26,7 @@ export function PatientSelect(props: {
   const { chosen } = props;
   const [search, setSearch] = useState("");
   const [words] = useDebouncedValue(search, 200);
-  // What stands in the box once somebody is chosen is no search.
+  // The text of a chosen patient is no search.
   const wanted = chosen && words === label(chosen) ? "" : words;
   const found = useFound(wanted);
   const items = found.data?.items ?? [];
@@ -38,7 +38,7 @@ export function PatientSelect(props: {
         label={CHOICE.label}
         placeholder={all.length || words ? CHOICE.who : CHOICE.nobodyYet}
         searchable
-        // The service has looked already, in kana and numbers that the label does not show.
+        // The service already filtered, also by kana and numbers that the label does not show.
         filter={({ options }) => options}
         nothingFoundMessage={CHOICE.nobodyMatches}
         data={all.map((one) => ({ value: one.id, label: label(one) }))}

@@ -8,7 +8,7 @@ import { itemWords } from "./describeProgramme";
 import { type Draft, moved } from "./draft";
 import { ITEMS } from "./messages";
 
-/** Recordings in their order: moved, set and taken out by buttons, with a finger or the keyboard. */
+/** The programme's recordings in order, with buttons to move, set and remove them by finger or keyboard. */
 export function EditableItems(props: {
   draft: Draft;
   checked: Schemas["ItemPreview"][];
@@ -19,7 +19,7 @@ export function EditableItems(props: {
   const buttons = useRef<Record<string, HTMLButtonElement | null>>({});
   const focus = useRef<string[]>([]);
   const [told, setTold] = useState("");
-  // What is moved takes its buttons along: the one that was pressed stays the one in use, or the other at the end of the way.
+  // A moved item keeps the focus on the pressed button, or on the opposite one at the end of the list.
   useEffect(() => {
     const wanted = focus.current.map((name) => buttons.current[name]).find((one) => one && !one.disabled);
     focus.current = [];

@@ -5,7 +5,7 @@ import { PageLink } from "../../ui/links";
 import { itemWords } from "./describeProgramme";
 import { ITEMS, VERSIONS } from "./messages";
 
-/** What a version says, recording by recording, to be read. */
+/** The items of a programme version, read-only. */
 export function ItemTable({ version }: { version: ProgrammeVersion }) {
   return (
     <Table verticalSpacing="sm" aria-label={VERSIONS.one(version.number)}>

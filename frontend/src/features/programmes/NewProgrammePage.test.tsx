@@ -46,13 +46,13 @@ const add = async (name: string, chooses = true) => {
   fireEvent.click(screen.getByText("Done"));
 };
 
-it("is for the one episode that goes on, without a question", async () => {
+it("uses the only open episode without asking", async () => {
   show([LEFT, { ...RIGHT, closed_at: "2026-11-01T09:00:00Z" } as Episode]);
   expect(await screen.findByLabelText(/Name of the programme/)).toBeTruthy();
   expect(screen.queryByRole("radiogroup")).toBeNull();
 });
 
-it("asks which of two open episodes is meant, and is saved for that one with its shoulder's recordings", async () => {
+it("asks for the episode and offers its shoulder's recordings", async () => {
   show([LEFT, RIGHT]);
   await screen.findByLabelText("Left shoulder: Frozen shoulder");
   expect(screen.queryByLabelText(/Name of the programme/)).toBeNull();
@@ -69,12 +69,12 @@ it("asks which of two open episodes is meant, and is saved for that one with its
   });
 });
 
-it("is not written where no episode is open", async () => {
+it("is impossible without an open episode", async () => {
   show([]);
   expect(await screen.findByText(/No episode of care is open/)).toBeTruthy();
 });
 
-it("is saved once a resistance level has been chosen, and none is preselected", async () => {
+it("is saved only after choosing a resistance level", async () => {
   show([{ ...LEFT, max_load_level: 12 } as Episode]);
   fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
   await add("Lift left · 0:30", false);

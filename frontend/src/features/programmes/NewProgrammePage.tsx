@@ -13,7 +13,7 @@ import { NEW } from "./messages";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { useSetProgrammeCache } from "./useSetProgrammeCache";
 
-/** A new programme of a patient. Where both shoulders are treated, it asks which of them it is for. */
+/** Creates a programme. If both shoulders are treated, the user chooses one. */
 export function NewProgrammePage() {
   const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
   const navigate = useNavigate();
@@ -42,7 +42,7 @@ export function NewProgrammePage() {
   );
 }
 
-/** What a new programme says, once it is known which episode of care it is for. */
+/** The editor of a new programme for a known episode of care. */
 export function NewProgramme(props: {
   patientId: string;
   onSaved: (made: Programme) => void;
@@ -81,7 +81,7 @@ export function NewProgramme(props: {
         </Radio.Group>
       )}
       {episode && (
-        // Of the other shoulder nothing of it can be meant: it begins anew.
+        // A change of the shoulder starts over, because the recordings belong to one shoulder.
         <ProgrammeEditor
           key={episode.id}
           patientId={patientId}

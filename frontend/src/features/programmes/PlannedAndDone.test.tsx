@@ -61,7 +61,7 @@ function show(plan: Schemas["SessionPlan"]) {
   return { asked, container };
 }
 
-it("tells item by item what was done, what was otherwise and what was left out", async () => {
+it("shows done, changed and omitted items", async () => {
   const broken = {
     ...RUN,
     outcome: "stopped" as const,
@@ -99,12 +99,12 @@ it("tells item by item what was done, what was otherwise and what was left out",
   expect(screen.getByTestId("timer").textContent).toContain("1:01 of 1 minute played: the time is up");
 });
 
-it("does not call left out what may still come", async () => {
+it("does not call pending items omitted", async () => {
   show({ ...PLAN, ended: false, items: [{ ...ITEM, runs: [], repetitions_done: 0, done: "none" }] });
   expect(await screen.findByText("Not yet")).toBeTruthy();
 });
 
-it("shows nothing where there was no programme", async () => {
+it("shows nothing without a programme", async () => {
   const { asked, container } = show({ ...PLAN, programme: null, items: [] });
   await waitFor(() => expect(asked).toHaveBeenCalled());
   await waitFor(() => expect(container.querySelector("section")).toBeNull());

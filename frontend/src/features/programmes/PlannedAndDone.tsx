@@ -8,7 +8,7 @@ import { differences, itemWords } from "./describeProgramme";
 import { PLAYED } from "./messages";
 import { OUTCOMES, PLAN } from "./planMessages";
 
-/** What a session's programme asked for, and what was done of it; nothing where there was no programme. */
+/** Compares a session's programme with its runs. Empty without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
   const plan = useQuery({
     queryKey: ["session", sessionId, "plan"],

@@ -21,21 +21,21 @@ type Field = Steps & typeof EDITOR.timer;
 const TIMER: Field = { ...EDITOR.timer, min: 1, max: 240, step: 1 };
 const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
 
-/** Whether a number that need not be is none, or may be used. */
+/** True if an optional number is empty or within its bounds. */
 const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
 
-/** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
+/** An editor of a programme: recordings with settings, timer, frequency and reason. */
 export function ProgrammeEditor(props: {
   patientId: string;
-  /** Whose programme it is, and of which shoulder. */
+  /** The patient and the shoulder of the programme. */
   episode: Treated;
   start: Draft;
-  /** Names the programme and its version: what was typed about it is kept under this. */
+  /** Identifies the programme and version of the draft. */
   draftKey: string;
   saveLabel: string;
   onSave: (wanted: Wanted) => Promise<unknown>;
   onCancel: () => void;
-  /** Stands above the rest, for what only some programmes ask. */
+  /** Extra fields above the others. */
   children?: (fields: Record<string, string>) => ReactNode;
 }) {
   const { patientId, episode, start } = props;
@@ -171,7 +171,7 @@ export function ProgrammeEditor(props: {
   );
 }
 
-/** How long it takes, and what of it cannot be played: the service says so while one writes. */
+/** Query the duration and the unplayable items while the user edits. */
 function usePreview(patientId: string, episodeId: string, draft: Draft) {
   const [settled] = useDebouncedValue(draft.items, 250);
   const items = itemsOf(settled);
@@ -181,7 +181,7 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
     enabled: items.length > 0 && settled.every((item) => arePlayable(item) && item.load_level !== null),
     staleTime: 60_000,
   });
-  // What was told of other recordings, or of another order, says nothing about these.
+  // An answer about other items or another order does not apply.
   return { error: preview.error, told: settled === draft.items ? preview.data : undefined };
 }
 
@@ -189,7 +189,7 @@ function AddRecording(props: {
   patientId: string;
   episode: Treated;
   draft: Draft;
-  /** The highest resistance level that the doctor allows; null: any. */
+  /** The doctor's highest resistance level; null without a limit. */
   highest: number | null;
   onChange: (draft: Draft) => void;
   onAdded: (key: string) => void;
@@ -229,7 +229,7 @@ function AddRecording(props: {
   );
 }
 
-/** A number that need not be. */
+/** An optional number. */
 function Optional(props: {
   field: Field;
   usual: number;

@@ -93,9 +93,9 @@ const names = () =>
     .slice(1)
     .map((row) => within(row).getAllByRole("cell")[1]?.textContent);
 
-// Many roles are looked for on a whole page: slow on a busy machine.
+// Queries by role on a whole page are slow on a busy machine.
 describe("a programme", { timeout: 30_000 }, () => {
-  it("is changed into a new version: order, settings, timer and why", async () => {
+  it("gets a new version with order, settings, timer and reason", async () => {
     saved.mockResolvedValue(CHANGED);
     show();
     press("Change");
@@ -128,13 +128,13 @@ describe("a programme", { timeout: 30_000 }, () => {
         },
       ],
     ]);
-    // What it said is still there, and what changed is told.
+    // The previous version stays listed, with the changes.
     await waitFor(() => expect(screen.queryByRole("button", { name: "Save as version 2" })).toBeNull());
     expect(screen.getByTestId("changes-2").textContent).toBe("Lift is left out");
     expect(screen.getByText("To begin with.")).toBeTruthy();
   });
 
-  it("keeps the focus on what is moved, and on the other button at the end of the way", () => {
+  it("keeps the focus on a moved item's buttons", () => {
     show();
     press("Change");
     press("Lift: down");
@@ -143,7 +143,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     expect(names()).toEqual(["Turn"]);
   });
 
-  it("shows the time of each recording and of the whole, and what cannot be played", async () => {
+  it("shows durations and what cannot be played", async () => {
     preview.mockResolvedValue({
       duration_s: 30,
       items: [
@@ -158,7 +158,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     expect(screen.getByRole("button", { name: "Save as version 2" }).hasAttribute("disabled")).toBe(true);
   });
 
-  it("loses nothing when somebody else was quicker", async () => {
+  it("keeps the input when another user saved first", async () => {
     saved.mockRejectedValueOnce(
       new ProblemError({ code: "edited_meanwhile", detail: "Somebody else has changed this programme." }),
     );
@@ -176,7 +176,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     await waitFor(() => expect(saved.mock.calls.at(-1)?.[1].based_on).toBe(2));
   });
 
-  it("of a closed episode is only read", () => {
+  it("of a closed episode is read-only", () => {
     vi.spyOn(api, "programme").mockResolvedValue(PROGRAMME);
     render(
       <MantineProvider env="test">

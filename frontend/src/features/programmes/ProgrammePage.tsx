@@ -30,7 +30,7 @@ import { PROGRAMME, VERSIONS } from "./messages";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { useSetProgrammeCache } from "./useSetProgrammeCache";
 
-/** One programme: what it says, what it said before, and why it was changed. */
+/** A programme with its versions and their reasons. */
 export function ProgrammePage() {
   const { programmeId } = useParams({ from: "/programmes/$programmeId" });
   const programme = useQuery({
@@ -43,7 +43,7 @@ export function ProgrammePage() {
   return <ProgrammeView programme={programme.data} />;
 }
 
-/** The programme as it stands, with what can be done to it. */
+/** The current version with its actions. */
 export function ProgrammeView({ programme }: { programme: Programme }) {
   const [editing, editor] = useDisclosure(false);
   const [renaming, name] = useDisclosure(false);
@@ -119,7 +119,7 @@ function Says({ version }: { version: ProgrammeVersion }) {
   );
 }
 
-/** Writes the next version. When somebody else was quicker, nothing is lost: theirs is shown below, one's own stays. */
+/** Edits the next version. After another user's change the input stays and their version is shown below. */
 function Change({ programme, onDone }: { programme: Programme; onDone: () => void }) {
   const keep = useSetProgrammeCache();
   const [basedOn, setBasedOn] = useState(programme.current.number);
@@ -161,7 +161,7 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
   );
 }
 
-/** What it said from when to when, by whom and why, and what each version changed. */
+/** The versions with period, author, reason and changes. */
 function Versions({ versions }: { versions: ProgrammeVersion[] }) {
   return versions.map((version, place) => (
     <Version key={version.id} version={version} before={versions[place + 1]} />

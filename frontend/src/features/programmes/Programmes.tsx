@@ -10,7 +10,7 @@ import { itemWords, versionWords } from "./describeProgramme";
 import { NEW, PROGRAMME, VERSIONS } from "./messages";
 import { REGULARITY } from "./planMessages";
 
-/** A patient's programmes, each with what it says now. */
+/** A patient's programmes with their current versions. */
 export function Programmes({ patientId }: { patientId: string }) {
   const programmes = useQuery({
     queryKey: ["programmes", "of", patientId],
@@ -95,7 +95,7 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
   );
 }
 
-/** How the sessions of this week and the last compare with how many were wished for. */
+/** Compares the sessions of this and last week with the prescribed number. */
 function Regularity({ episodeId }: { episodeId: string }) {
   const adherence = useQuery({
     queryKey: ["adherence", episodeId],

@@ -26,8 +26,8 @@ const version = (items: ProgrammeItem[], given: Partial<ProgrammeVersion> = {}):
   ...given,
 });
 
-describe("what a programme says", () => {
-  it("is put into words", () => {
+describe("the description of a programme", () => {
+  it("lists its settings", () => {
     expect(itemWords(item("Lift"))).toBe("As it was taught, once; resistance level 8 of 25");
     expect(itemWords(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, load_level: 5 }))).toBe(
       "80 % of the range, 10 repetitions, 2 s of pause at each end; resistance level 5 of 25",
@@ -40,7 +40,7 @@ describe("what a programme says", () => {
     );
   });
 
-  it("is held against the timer", () => {
+  it("compares the duration with the timer", () => {
     expect(timerWords(null, 5000)).toBeNull();
     expect(timerWords(2, 120)).toBeNull();
     expect(timerWords(1, 120)).toContain(
@@ -49,8 +49,8 @@ describe("what a programme says", () => {
   });
 });
 
-describe("what changed between two versions", () => {
-  it("is told by recording", () => {
+describe("the changes between two versions", () => {
+  it("are listed by recording", () => {
     const before = version([item("Lift"), item("Turn"), item("Reach")]);
     const after = version([item("Lift", { range_percent: 80, load_level: 5 }), item("Reach"), item("Hold")]);
     expect(changes(before, after)).toEqual([
@@ -60,7 +60,7 @@ describe("what changed between two versions", () => {
     ]);
   });
 
-  it("tells another order, timer and wish", () => {
+  it("include order, timer and frequency", () => {
     const before = version([item("Lift"), item("Turn")], { timer_minutes: 20 });
     const after = version([item("Turn", { method: "learned" }), item("Lift")], { sessions_per_week: 1 });
     expect(changes(before, after)).toEqual([
@@ -74,7 +74,7 @@ describe("what changed between two versions", () => {
     ]);
   });
 
-  it("tells the same recording apart from itself", () => {
+  it("match repeated recordings by order", () => {
     const twice = version([item("Lift"), item("Lift", { speed_percent: 50 })]);
     const once = version([item("Lift", { speed_percent: 50 })]);
     expect(changes(twice, once)).toEqual(["Lift (2) is left out", "Lift: speed 50 % instead of 100 %"]);

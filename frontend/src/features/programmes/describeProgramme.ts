@@ -3,21 +3,21 @@ import { formatSpan } from "../../lib/format";
 import { settingsWords } from "../station/playSettingsModel";
 import { CHANGED, METHODS, PLAYED, SETTINGS, type Setting } from "./messages";
 
-/** How one recording of a programme is played. */
+/** The playback settings of a programme item. */
 export type ItemSettings = Pick<ProgrammeItem, Setting>;
-/** As a run has them: an old one may lack some. */
+/** The settings of a run; an old run may lack some. */
 type PlayedSettings = Omit<ItemSettings, "load_level" | "method"> &
   Pick<Schemas["PlannedRun"], "load_level" | "method">;
 
 const NAMES = Object.keys(SETTINGS) as Setting[];
 
-/** How one recording is played, in words. */
+/** Describe an item's settings. */
 export function itemWords(item: PlayedSettings): string {
   const settings = settingsWords(item) ?? PLAYED.asTaught;
   return item.load_level === null ? settings : PLAYED.atLevel(settings, item.load_level);
 }
 
-/** What a version asks for as a whole, in words. */
+/** Describe a version's settings. */
 export function versionWords(version: ProgrammeVersion): string {
   let words = PLAYED.whole(version.items.length, formatSpan(version.duration_s));
   if (version.timer_minutes !== null) words = PLAYED.withTimer(words, version.timer_minutes);
@@ -25,13 +25,13 @@ export function versionWords(version: ProgrammeVersion): string {
   return words;
 }
 
-/** Whether the timer ends a programme before it is through; null where it does not, or there is none. */
+/** Describe that the timer ends the programme early; null if it does not. */
 export function timerWords(timerMinutes: number | null, durationS: number): string | null {
   if (timerMinutes === null || durationS <= 60 * timerMinutes) return null;
   return PLAYED.beyond(formatSpan(durationS), timerMinutes);
 }
 
-/** What was played otherwise than planned, or is prescribed otherwise than before: "speed 80 % instead of 100 %". */
+/** Describe differences from the plan or the previous version: "speed 80 % instead of 100 %". */
 export function differences(
   before: ItemSettings,
   after: PlayedSettings,
@@ -48,7 +48,7 @@ function value(name: Setting, of: PlayedSettings): string {
   return name === "pause_s" ? PLAYED.seconds(set) : String(set);
 }
 
-/** From one version to the next, in words; the same recording twice is told apart by its order. */
+/** Describe the changes between two versions. Items with the same recording are matched by order. */
 export function changes(before: ProgrammeVersion, after: ProgrammeVersion): string[] {
   const [old, now] = [named(before.items), named(after.items)];
   const words: string[] = [];

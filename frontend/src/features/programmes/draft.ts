@@ -3,23 +3,23 @@ import { firstLevel } from "../station/loadLevels";
 import { AS_TAUGHT } from "../station/playSettingsModel";
 import type { ItemSettings } from "./describeProgramme";
 
-/** One recording of a programme that is being written; the key stays its own wherever it is moved. */
+/** An item during editing. Its key stays when it moves. */
 export type DraftItem = Omit<ItemSettings, "load_level"> & {
   key: string;
   recording_id: string;
   recording_name: string;
-  /** Null until it is chosen; no programme is saved before. */
+  /** Null until chosen; required for saving. */
   load_level: number | null;
 };
-/** What a programme is to say. */
+/** A programme during editing. */
 export type Draft = { items: DraftItem[]; timer_minutes: number | null; sessions_per_week: number | null };
 
-/** What the service is told of it. */
+/** The request without its base version. */
 export type Wanted = Omit<Schemas["VersionCreate"], "based_on">;
 
 export const EMPTY: Draft = { items: [], timer_minutes: null, sessions_per_week: null };
 
-/** What a version says, to be changed. */
+/** Return a draft of an existing version. */
 export function draftOf(version: ProgrammeVersion): Draft {
   return {
     items: version.items.map((item) => ({ ...item, key: `version ${item.position}` })),
@@ -29,8 +29,8 @@ export function draftOf(version: ProgrammeVersion): Draft {
 }
 
 /**
- * Last, with the settings of the one before it: what fits one motion is nearer than what was taught. The level of the first one has to be
- * chosen.
+ * Append a recording with the settings of the previous item, which fit the patient better than the taught
+ * ones. The first item's level must be chosen.
  */
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
@@ -42,7 +42,7 @@ export function added(draft: Draft, recording: Recording, key: string, highest: 
   return { ...draft, items: [...draft.items, item] };
 }
 
-/** One place up or down. */
+/** Move an item by one place. */
 export function moved(draft: Draft, place: number, by: 1 | -1): Draft {
   const items = [...draft.items];
   const [item] = items.splice(place, 1);
@@ -50,7 +50,7 @@ export function moved(draft: Draft, place: number, by: 1 | -1): Draft {
   return { ...draft, items };
 }
 
-/** As the service takes it. */
+/** Return the items of the request. */
 export function itemsOf(items: DraftItem[]): Wanted["items"] {
   return items.flatMap(
     ({ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level }) =>

@@ -2,7 +2,7 @@ import { useQueryClient } from "@tanstack/react-query";
 import type { Programme } from "../../lib/api/client";
 import { replaceData } from "../../lib/replaceData";
 
-/** Let every screen know a programme as the service has just answered it. */
+/** Return a function that stores the service's answer as the programme's cached data. */
 export function useSetProgrammeCache() {
   const queries = useQueryClient();
   return (saved: Programme) => {

@@ -10,7 +10,7 @@ afterEach(cleanup);
 const AT = "2026-03-02T09:30:00Z";
 
 describe("the numbers behind a chart", () => {
-  it("are shown when they are asked for, with names, digits and local time", () => {
+  it("are shown on request with names, digits and local time", () => {
     render(
       <MantineProvider env="test">
         <NumbersTable
@@ -58,7 +58,7 @@ describe("the numbers behind a chart", () => {
 });
 
 describe("a figure's days", () => {
-  it("are those of the browser, and the rest is left as it is", () => {
+  it("follow the browser's time zone", () => {
     const figure = { data: [{ x: [0], customdata: [AT] }, { x: [1, 2] }], layout: { height: 3 }, texts: [] };
     expect(withLocalDays(figure)).toEqual({
       data: [{ x: [0], customdata: [formatDayOf(AT)] }, { x: [1, 2] }],

@@ -8,7 +8,7 @@ import { PROGRESS } from "./messages";
 
 type Column = Schemas["ProgressColumn"];
 
-/** What a chart was drawn from, to be read without seeing it. */
+/** A chart's data as a table, for accessibility. */
 export function NumbersTable({ title, table: sent }: { title: string; table: Schemas["ProgressTable"] }) {
   const table = translatePlaced(sent);
   const [shown, rows] = useDisclosure(false);

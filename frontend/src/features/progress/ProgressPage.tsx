@@ -12,7 +12,7 @@ import { withLocalDays } from "./days";
 import { CHARTS, PROGRESS } from "./messages";
 import { NumbersTable } from "./NumbersTable";
 
-/** An episode over its weeks: every chart, and the numbers behind it. */
+/** The progress of an episode: all charts and their data. */
 export function ProgressPage() {
   const { episodeId } = useParams({ from: "/episodes/$episodeId/progress" });
   const { patient: patientId } = useSearch({ from: "/episodes/$episodeId/progress" });
@@ -33,7 +33,7 @@ export function ProgressPage() {
   );
 }
 
-/** Nothing where the address names somebody whose episode it is not. */
+/** Empty if the address names another patient than the episode's. */
 export function Whose({ patientId, episodeId }: { patientId: string; episodeId: string }) {
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   const episode = useEpisodes(patientId).data?.items.find((one) => one.id === episodeId);

@@ -28,7 +28,7 @@ beforeEach(() => {
 afterEach(cleanup);
 
 describe("an episode's progress", () => {
-  it("says whose it is, and of which shoulder", async () => {
+  it("shows the patient and the shoulder", async () => {
     show("e1");
     expect((await screen.findByRole("link", { name: "Ishii Nao" })).getAttribute("href")).toBe(
       "/patients/p1",
@@ -36,7 +36,7 @@ describe("an episode's progress", () => {
     screen.getByText("Right shoulder");
   });
 
-  it("bears nobody's name whose episode it is not", async () => {
+  it("shows no name for another patient's episode", async () => {
     const queries = show("e2");
     await vi.waitFor(() => {
       expect(queries.getQueryData(["patient", "p1"])).toBeDefined();

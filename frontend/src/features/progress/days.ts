@@ -1,7 +1,7 @@
 import type { Schemas } from "../../lib/api/client";
 import { formatDayOf } from "../../lib/format";
 
-/** The service knows moments; which day one was, and how it is written, the browser does. */
+/** Convert the figure's moments to local days, which only the browser knows. */
 export function withLocalDays(figure: Schemas["Figure"]): Schemas["Figure"] {
   const data = figure.data.map((trace) =>
     Array.isArray(trace.customdata)

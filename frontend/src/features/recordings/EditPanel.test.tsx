@@ -66,8 +66,8 @@ const choose = (label: string) => {
 };
 const kept = () => screen.queryByRole("button", { name: "Keep as a new recording" });
 
-describe("making a new recording of one", () => {
-  it("is looked at first, and kept as it was looked at", async () => {
+describe("an edited recording", () => {
+  it("is previewed, then saved as previewed", async () => {
     press("From: more");
     press("To: less");
     expect(kept()).toBeNull();
@@ -84,7 +84,7 @@ describe("making a new recording of one", () => {
     expect(derive.mock.calls).toEqual([["a", { ...asked, name: "Short lift" }]]);
   });
 
-  it("has to be looked at again with another number", async () => {
+  it("needs a new preview after a change", async () => {
     press("Preview");
     await screen.findByRole("figure");
     expect(kept()).not.toBeNull();
@@ -93,7 +93,7 @@ describe("making a new recording of one", () => {
     expect(screen.queryByRole("figure")).toBeNull();
   });
 
-  it("says why it is refused, and keeps nothing", async () => {
+  it("shows a refusal and saves nothing", async () => {
     preview.mockRejectedValue(
       new ProblemError({ detail: "motor 3 would go to 128.0 deg at 4.0 s.", next_step: "Choose less." }),
     );
@@ -107,7 +107,7 @@ describe("making a new recording of one", () => {
     expect(kept()).toBeNull();
   });
 
-  it("asks for the motors that are to move, at least one", async () => {
+  it("needs at least one motor", async () => {
     choose("Some motors only");
     for (const motor of [1, 2, 5]) press(`Motor ${motor}`);
     press("Preview");
@@ -123,7 +123,7 @@ describe("making a new recording of one", () => {
     ["Less range", { do: "scale", percent: 80, motors: [1, 2, 3, 4, 5] }],
     ["Warm-up", { do: "warm_up", less_deg: 15, step_deg: 3, pause_s: 0 }],
     ["For the other shoulder", { do: "mirror" }],
-  ])("%s begins with numbers that make sense", async (label, asked) => {
+  ])("%s starts with useful numbers", async (label, asked) => {
     choose(label);
     press("Preview");
     await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual(asked));
@@ -137,8 +137,8 @@ describe("making a new recording of one", () => {
   });
 });
 
-describe("what a recording was made of", () => {
-  it("is told by the list, for those that were made", () => {
+describe("the origin of a recording", () => {
+  it("is described for edited recordings", () => {
     const made = { ...MADE, done: ["held for 3 s at 2.0 s", "mirrored for the left shoulder"] };
     expect(madeOf(made, [made, RECORDING])).toBe("Made of Lift: mirrored for the left shoulder");
     expect(madeOf(made, [made])).toBe("Made of another recording: mirrored for the left shoulder");

@@ -27,7 +27,7 @@ const SHORTEST_S = 0.5;
 
 const ORDER: What[] = ["trim", "hold", "scale", "isolate", "warm_up", "stretch", "mirror"];
 
-/** The numbers of each thing to do; the bounds are the service's. */
+/** The fields of each edit. The bounds are the service's. */
 function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName, number>>): Field[] {
   const end_s = Math.floor(lasts_s * 10) / 10;
   const time = { unit: EDIT.seconds, step: 0.5 };
@@ -116,7 +116,10 @@ function editOf(what: What, number: (name: NumberName) => number, motors: number
   }
 }
 
-/** What to do to a recording, a look at what comes of it, and only then a new recording: the old one stays as it is. */
+/**
+ * Edits a recording: choose an edit, preview it, and save it as a new recording. The original stays
+ * unchanged.
+ */
 export function EditPanel({
   recording,
   onKept,
@@ -137,7 +140,7 @@ export function EditPanel({
     mutationFn: (wanted: Edit) => api.derive(recording.id, wanted),
     onSuccess: onKept,
   });
-  // What was looked at is what is kept: with another number it has to be looked at again.
+  // Only the previewed edit can be saved; another number needs a new preview.
   const seen = JSON.stringify(preview.variables) === JSON.stringify(edit);
   const byMotor = what === "scale" || what === "isolate";
   const toggle = (motor: number) =>

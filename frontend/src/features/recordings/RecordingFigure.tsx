@@ -7,7 +7,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import type { PlotWindow } from "../../ui/plotWindow";
 import { RECORDING } from "./messages";
 
-/** The five motors' angles over time; one recording a component, so give it the recording's key. */
+/** The motor angles over time. Needs the recording's id as its React key. */
 export function RecordingFigure({ recordingId }: { recordingId: string }) {
   const [window, setWindow] = useState<PlotWindow | null>(null);
   const figure = useQuery({

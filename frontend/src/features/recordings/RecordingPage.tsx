@@ -22,14 +22,14 @@ import { doneWords } from "./madeOf";
 import { RECORDING } from "./messages";
 import { RecordingFigure } from "./RecordingFigure";
 
-/** One recording: what it is, what each motor does in it, and its curves. */
+/** A recording with its details, motor ranges and curves. */
 export function RecordingPage() {
   const { recordingId } = useParams({ from: "/recordings/$recordingId" });
   const writes = useHasPermission("write_records");
   const operates = useHasPermission("operate");
   const queries = useQueryClient();
   const navigate = useNavigate();
-  // With the version that it began with: somebody else's newer name may arrive meanwhile.
+  // The version at which editing began. Another user may save a newer name meanwhile.
   const [renamed, setRenamed] = useState<{ name: string; seen: string } | null>(null);
   const [editing, panel] = useDisclosure(false);
   const recording = useQuery({

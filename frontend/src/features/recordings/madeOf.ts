@@ -2,11 +2,11 @@ import type { Recording } from "../../lib/api/client";
 import { MADE } from "../../lib/messages";
 import { translateServerText } from "../../lib/serverText";
 
-/** What was done to a recording, in order and in words. */
+/** Describe the edits of a recording in order. */
 export const doneWords = (recording: Pick<Recording, "done" | "done_keys">): string[] =>
   recording.done.map((one, place) => translateServerText(one, recording.done_keys[place]));
 
-/** Of what a recording was made and how, in words; null for one that was taught. */
+/** Describe the origin and edits of a recording; null for a taught one. */
 export function madeOf(recording: Recording, others: Recording[]): string | null {
   if (recording.parent_id === null) return null;
   const parent = others.find((one) => one.id === recording.parent_id);

@@ -15,7 +15,7 @@ beforeEach(() => localStorage.clear());
 afterEach(cleanup);
 
 describe("a report", () => {
-  it("is a page in a tab of its own, and a PDF", () => {
+  it("opens in another tab and as PDF", () => {
     show();
     expect(address("Report to print")).toBe("/api/sessions/s1/report.html?language=en");
     expect(screen.getByRole("link", { name: "Report to print" }).getAttribute("target")).toBe("_blank");
@@ -23,7 +23,7 @@ describe("a report", () => {
     expect(screen.getByRole("link", { name: "Report as PDF" }).hasAttribute("download")).toBe(true);
   });
 
-  it("keeps its language for the next one", () => {
+  it("keeps its language for the next report", () => {
     show();
     fireEvent.click(screen.getByRole("radio", { name: "日本語" }));
     expect(address("Report to print")).toBe("/api/sessions/s1/report.html?language=ja");
@@ -32,7 +32,7 @@ describe("a report", () => {
     expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=ja");
   });
 
-  it("is English where nonsense was kept", () => {
+  it("is English after an invalid stored language", () => {
     localStorage.setItem("kata.report-language", "nonsense");
     show();
     expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=en");

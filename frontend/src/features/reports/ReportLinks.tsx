@@ -4,7 +4,7 @@ import { LANGUAGES, type Language } from "../../lib/language";
 import { usePaperLanguage } from "../../lib/paperLanguage";
 import { REPORT } from "./messages";
 
-/** The report of a session or an episode: to be printed, or as PDF. In which language is remembered in this browser. */
+/** Links to the printable report and the PDF of a session or episode. This browser stores the language. */
 export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
   const [language, setLanguage] = usePaperLanguage();
   const address = (kind: "html" | "pdf") => `/api/${of}/${id}/report.${kind}?language=${language}`;

@@ -14,7 +14,10 @@ import { END_REASONS, NOTE } from "./noteMessages";
 
 const SAVE_AFTER_MS = 800;
 
-/** The note: drafted from what was measured, edited, signed, and then only added to. What is typed is saved by itself. */
+/**
+ * The session's note: drafted from the measurements, edited with autosave, signed, then extended only by
+ * addenda.
+ */
 export function NoteCard({ session }: { session: Session }) {
   const writes = useHasPermission("write_records");
   return (
@@ -38,7 +41,7 @@ export function NoteCard({ session }: { session: Session }) {
 function Open({ session }: { session: Session }) {
   const who = useUserName();
   const keep = useSetSessionCache();
-  // Until the record has everything that was done without the database, the draft may not name all that was played.
+  // Until the offline records arrive, the draft may miss runs.
   const arriving = (useLive("database")?.waiting ?? 0) > 0;
   const [language] = usePaperLanguage();
   const draft = useQuery({
@@ -49,7 +52,7 @@ function Open({ session }: { session: Session }) {
   const [reason, setReason] = useState<Schemas["SessionEnd"]["reason"]>(session.end_reason);
   const text = typed ?? (session.note || (draft.data?.text ?? ""));
   const chosen = reason ?? draft.data?.end_reason ?? null;
-  // Saves of one session follow each other, each with the version that the one before has made.
+  // Saves run one after the other, each with the version of the previous answer.
   const version = useRef(session.updated_at);
   useEffect(() => {
     version.current = session.updated_at;
@@ -66,7 +69,7 @@ function Open({ session }: { session: Session }) {
     delay: SAVE_AFTER_MS,
     flushOnUnmount: true,
   });
-  // A page that is closed or put away saves what was typed last.
+  // Closing or hiding the page saves the latest input.
   useEffect(() => {
     window.addEventListener("pagehide", later.flush);
     return () => window.removeEventListener("pagehide", later.flush);
@@ -80,7 +83,7 @@ function Open({ session }: { session: Session }) {
       try {
         await saved();
       } catch (error) {
-        // The note waits for the database, in its field; what has ended does not.
+        // The note waits in its field for the database, but the session ends.
         if (!isDatabaseUnavailable(error)) throw error;
       }
       return api.endSession(session.id, { reason: chosen });

@@ -12,10 +12,13 @@ import { WindowSlider } from "./WindowSlider";
 const MOTORS = [1, 2, 3, 4, 5];
 const SETTLED_MS = 300;
 
-/** The paper's figure of each motor. Looking closer at one shows the same seconds of the others. `length_s`: null where unknown. */
+/**
+ * The paper's figure of each motor. Zooming one shows the same time in the others. `length_s` is null if
+ * unknown.
+ */
 export function RunFigures({ runId, length_s }: { runId: string; length_s: number | null }) {
   const [window, setWindow] = useState<PlotWindow | null>(null);
-  // Not for each step on the way.
+  // Debounced, to skip intermediate steps.
   const [asked] = useDebouncedValue(window, SETTLED_MS);
   const figures = useQuery({
     queryKey: ["run-figures", runId, asked],

@@ -8,7 +8,7 @@ import { ALARMS } from "./sessionMessages";
 
 const clock = (moment: string) => formatClock(new Date(moment));
 
-/** What stopped the apparatus in a session, and when it was acknowledged. */
+/** The stops of a session and their acknowledgements. */
 export function SessionAlarms({ sessionId }: { sessionId: string }) {
   const alarms = useQuery({
     queryKey: ["session", sessionId, "alarms"],

@@ -41,7 +41,7 @@ async function choose(day: number) {
   fireEvent.click(await screen.findByText(formatMoment(at(day))));
 }
 
-it("lays the session beside the one that is chosen", async () => {
+it("compares the session with the chosen one", async () => {
   list.mockResolvedValue({ items: [summary("here", 3), summary("second", 2)], next: null });
   show();
   await choose(2);
@@ -50,7 +50,7 @@ it("lays the session beside the one that is chosen", async () => {
   expect(screen.queryByText("Older sessions")).toBeNull();
 });
 
-it("reaches those of long ago, too", async () => {
+it("offers old sessions too", async () => {
   list.mockImplementation(async (_, after) =>
     after ? { items: [summary("old", 1)], next: null } : { items: [summary("second", 2)], next: "further" },
   );
@@ -61,7 +61,7 @@ it("reaches those of long ago, too", async () => {
   expect(api.session).toHaveBeenCalledWith("old");
 });
 
-it("is not there where it is the patient's only one", async () => {
+it("is hidden for the patient's only session", async () => {
   list.mockResolvedValue({ items: [summary("here", 3)], next: null });
   show();
   await vi.waitFor(() => expect(list).toHaveBeenCalled());

@@ -10,7 +10,7 @@ import { compareSessions } from "./compareSessions";
 import { BESIDE } from "./sessionMessages";
 import { Head, Row } from "./sessionRows";
 
-/** This session laid beside any other one of the same patient's. */
+/** Compares this session with another one of the patient. */
 export function SessionComparison({ session }: { session: Session }) {
   const patientId = session.patient.id;
   const [chosen, setChosen] = useState<string | null>(null);

@@ -7,7 +7,7 @@ import { CHECKS, FACTS, SUBJECT_SIDES } from "./sessionMessages";
 
 const SUBJECTS: Record<string, string> = { ...FIXTURES, ...SUBJECT_SIDES };
 
-/** A session in short: who, what was planned and done, pain, and what the checklist was answered. */
+/** A session's summary: people, plan, result, pain and checklist. */
 export function SessionFacts({ session }: { session: Session }) {
   return (
     <SimpleGrid cols={{ base: 1, md: 2 }}>
@@ -42,7 +42,7 @@ function whoWords({ side, therapist, station }: Session): string[] {
   ];
 }
 
-/** A check, and what its answer was good for: a side, or fixtures. */
+/** Describe a check with its side or fixtures. */
 function checkWords({ check, subject }: Schemas["CheckAnswer"]): string {
   const parts = subject.split("+").map((part) => SUBJECTS[part] ?? part.replaceAll("_", " "));
   return subject ? FACTS.about(CHECKS[check], FORMAT.list(parts)) : CHECKS[check];

@@ -19,7 +19,7 @@ function show(value: Filters) {
 }
 
 describe("the filters of the sessions", () => {
-  it("are added one by one", () => {
+  it("can be added one by one", () => {
     const onChange = show({ therapist: "Sato" });
     fireEvent.change(screen.getByLabelText("From"), { target: { value: "2026-11-01" } });
     fireEvent.click(screen.getByRole("combobox", { name: "Stopped by" }));
@@ -30,21 +30,21 @@ describe("the filters of the sessions", () => {
     ]);
   });
 
-  it("are taken away one by one, or all", () => {
+  it("can be removed one by one or together", () => {
     const onChange = show({ therapist: "Sato", to: "2026-11-01" });
     fireEvent.change(screen.getByLabelText("To"), { target: { value: "" } });
     fireEvent.click(screen.getByRole("button", { name: "Show all" }));
     expect(onChange.mock.calls).toEqual([[{ therapist: "Sato" }], [{}]]);
   });
 
-  it("show what the address asks for, though nobody has done it yet", () => {
+  it("shows a value from the address without sessions", () => {
     show({ station: "Station 9" });
     expect(screen.getByRole("combobox", { name: "Station" })).toHaveProperty("value", "Station 9");
   });
 });
 
 describe("the address", () => {
-  it("is read as far as it makes sense", () => {
+  it("is read as far as it is valid", () => {
     const search = {
       from: "2026-11-01",
       to: "2026-13-01",
@@ -56,7 +56,7 @@ describe("the address", () => {
     expect(readFilters(search)).toEqual({ from: "2026-11-01", therapist: "Sato", station: "5" });
   });
 
-  it("names days, which begin at this browser's midnight and are both included", () => {
+  it("contains local days, both inclusive", () => {
     const { since, until, station } = asWanted({
       from: "2026-11-01",
       to: "2026-11-01",
@@ -72,4 +72,4 @@ describe("the address", () => {
 it.each([
   ["estop_pressed", "Emergency stop pressed"],
   ["drive_silent", "Drive silent"],
-])("a stop's cause %s is told as %s", (code, words) => expect(stopWords(code)).toBe(words));
+])("the stop cause %s reads %s", (code, words) => expect(stopWords(code)).toBe(words));

@@ -5,7 +5,7 @@ import { SESSIONS, stopWords } from "./sessionListMessages";
 
 const named = (values: string[]) => values.map((value) => ({ value, label: value }));
 
-/** Narrows the list of sessions: by day, therapist, station and what stopped them. */
+/** Filters of the session list: day, therapist, station and stop cause. */
 export function SessionFilters(props: {
   value: Filters;
   choices: Schemas["SessionFilterOptions"] | undefined;
@@ -26,7 +26,7 @@ export function SessionFilters(props: {
   );
   const choice = (label: string, name: keyof Filters, data: { value: string; label: string }[]) => {
     const chosen = value[name] ?? null;
-    // What the address asks for is shown, though nobody has done it yet.
+    // A filter value from the address is shown even if no session has it.
     const known = chosen === null || data.some((one) => one.value === chosen);
     return (
       <Select

@@ -23,7 +23,7 @@ import { SessionFacts } from "./SessionFacts";
 import { COMPARED, OUTCOMES, SESSION } from "./sessionMessages";
 import { Head, Row } from "./sessionRows";
 
-/** One visit: what was played, and how closely the playback followed the teaching. */
+/** One session: its runs and how closely they followed the teaching. */
 export function SessionPage() {
   const { sessionId } = useParams({ from: "/sessions/$sessionId" });
   const session = useQuery({ queryKey: ["session", sessionId], queryFn: () => api.session(sessionId) });
@@ -118,7 +118,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
   );
 }
 
-/** How much of it was done, and what came in between. */
+/** Describe how much was played and what interrupted it. */
 function doneWords(run: Run): string {
   const words: string[] = [];
   if (run.repetitions_done !== null) {
@@ -160,7 +160,7 @@ function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
   );
 }
 
-/** What the body did, beside what the apparatus can do and what a healthy shoulder does. */
+/** The patient's motion compared with the apparatus's range and a healthy shoulder. */
 function Motions({ motions }: { motions: Comparison["motions"] }) {
   if (motions.length === 0) return null;
   return (

@@ -4,7 +4,7 @@ import { formatAfter, formatMoment } from "../../lib/format";
 import { PageLink } from "../../ui/links";
 import { SESSIONS } from "./sessionListMessages";
 
-/** Sessions in a list; whose they are, where that is not said already. */
+/** A table of sessions, optionally with the patients' names. */
 export function SessionTable(props: {
   items: Schemas["SessionSummary"][];
   withPatient?: boolean;

@@ -11,7 +11,7 @@ import { SessionTable } from "./SessionTable";
 import { asWanted } from "./sessionFilters";
 import { SESSIONS } from "./sessionListMessages";
 
-/** What was done, with all patients, newest first; what the list is narrowed to stands in the address. */
+/** All sessions, newest first. The address holds the filters. */
 export function SessionsPage() {
   useTitle(SESSIONS.title);
   const filters = useSearch({ from: "/sessions" });

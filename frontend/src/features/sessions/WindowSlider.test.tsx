@@ -27,7 +27,7 @@ afterEach(() => {
   heard.mockReset();
 });
 
-it("is moved by keys at either end, and is all of it again where nothing is left out", () => {
+it("moves both ends by keys and resets when full", () => {
   render(
     <MantineProvider env="test">
       <Harness />

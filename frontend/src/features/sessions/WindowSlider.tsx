@@ -5,7 +5,10 @@ import { COMPARED } from "./sessionMessages";
 
 const STEPS = 50;
 
-/** Which part of a run its figures show: by keys and by a finger, where dragging over a figure needs a mouse. Null: all of it. */
+/**
+ * Selects the part of a run that its figures show, by keyboard or finger; dragging in a figure needs a mouse.
+ * Null is the whole run.
+ */
 export function WindowSlider(props: {
   length_s: number;
   window: PlotWindow | null;

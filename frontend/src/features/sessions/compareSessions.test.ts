@@ -21,12 +21,12 @@ const session = (runs: Run[], pain: (number | null)[]) =>
 
 const cells = (lines: Line[] | undefined) => lines?.map(({ other, here, change }) => [other, here, change]);
 
-it("lays pain and every recording of either side by side", () => {
+it("compares pain and the recordings of both sessions", () => {
   const other = session(
     [
       run({ repetitions_done: 3, reversals: 1, comparison: comparison([0.2, 0.4], [-1.5, 0.5], 50) }),
       run({ repetitions_done: 5, reversals: 0, comparison: comparison([0.3, 0.1], [0.5, -0.8], 52.5) }),
-      // Stopped before anything was measured: what was measured counts.
+      // Stopped before a measurement, so the earlier run counts.
       run({ repetitions_done: 0 }),
     ],
     [6, null, 5],

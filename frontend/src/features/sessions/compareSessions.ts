@@ -3,14 +3,14 @@ import { formatDeg, formatRange } from "../../lib/format";
 import { translateServerText } from "../../lib/serverText";
 import { BESIDE, COMPARED } from "./sessionMessages";
 
-/** One thing that two sessions tell: in the other one, in this one, and what has changed where that is a number. */
+/** One compared value: the other session's, this session's and the numeric change. */
 export type Line = { what: string; other: string; here: string; change: string };
-/** What belongs together, under the name of a recording; pain has none. */
+/** A group of values, titled by the recording; pain has no title. */
 export type Part = { key: string; title: string; lines: Line[] };
 
 type Told = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
 
-/** What two sessions of a patient tell, side by side: pain, and every recording that was played in either. */
+/** Compare pain and all recordings of two sessions. */
 export function compareSessions(other: Told, here: Told): Part[] {
   const recordings = new Map(
     [...other.runs, ...here.runs].map((run) => [run.recording_id, run.recording_name]),
@@ -33,7 +33,7 @@ export function compareSessions(other: Told, here: Told): Part[] {
   ];
 }
 
-/** Of several playbacks of one recording the last that can be compared, or else the last. */
+/** Return the last comparable run of a recording, or else the last run. */
 function lastOf(runs: Run[], recordingId: string): Run | undefined {
   const played = runs.filter((run) => run.recording_id === recordingId);
   return played.findLast((run) => run.comparison) ?? played.at(-1);
@@ -63,7 +63,7 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
   ];
 }
 
-/** Of the motor that did worst, whichever way. */
+/** Return the largest error of all motors, by magnitude. */
 function worst(run: Run, figure: "rmse_deg" | "peak_deg"): number | null {
   const motors = run.comparison?.motors ?? [];
   return motors.length > 0 ? Math.max(...motors.map((motor) => Math.abs(motor[figure]))) : null;

@@ -1,6 +1,6 @@
 import { Table } from "@mantine/core";
 
-/** Names of the columns; all but the first hold figures. */
+/** The column names; all columns but the first hold figures. */
 export function Head({ first, others }: { first: string; others: string[] }) {
   return (
     <Table.Thead>
@@ -16,7 +16,7 @@ export function Head({ first, others }: { first: string; others: string[] }) {
   );
 }
 
-/** What the figures are of, and they. */
+/** A label and its figures. */
 export function Row({ first, others }: { first: string; others: string[] }) {
   return (
     <Table.Tr>

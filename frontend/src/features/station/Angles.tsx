@@ -6,7 +6,7 @@ import { useAlive, useLive, useStation } from "../../lib/live/hooks";
 import { ANGLES } from "./messages";
 import classes from "./station.module.css";
 
-// Drawn by a library of its own, which the numbers need not wait for.
+// Loaded separately: the chart library must not delay the numbers.
 const Strip = lazy(() => import("./AxisSparkline").then((module) => ({ default: module.AxisSparkline })));
 
 const LINE = "━";
@@ -18,7 +18,7 @@ const WHAT = [
   { motor: 5, what: ANGLES.rotation },
 ];
 
-/** The five angles now, against their setpoints, within their ranges. */
+/** The five motor angles with their setpoints and ranges. */
 export function Angles() {
   const alive = useAlive();
   const torque = useLive("torque");

@@ -10,7 +10,7 @@ import { STANDS } from "./messages";
 
 type Side = Schemas["Live"]["side"];
 
-/** Which shoulder the apparatus stands for. Turning it is work for hands; here somebody says that it has been done. */
+/** Shows for which shoulder the apparatus is set up. Turning it is manual work; the user confirms it here. */
 export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
   const operates = useMayOperate();
   const alive = useAlive();

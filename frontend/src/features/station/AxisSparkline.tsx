@@ -8,7 +8,10 @@ import { isAlive, store } from "../../lib/live/store";
 const SECONDS = 15;
 const HEIGHT = 56;
 
-/** The last seconds of one axis. Fed by the store itself, so that ten frames a second never pass through React. */
+/**
+ * A chart of an axis's last seconds. It reads the store directly, so that ten updates per second do not
+ * render React.
+ */
 export function AxisSparkline({ axis, min, max }: { axis: number; min: number; max: number }) {
   const place = useRef<HTMLDivElement>(null);
   const colours = TRACES[useComputedColorScheme()];
@@ -45,7 +48,7 @@ export function AxisSparkline({ axis, min, max }: { axis: number; min: number; m
       if (axes === last) return;
       last = axes;
       const now = performance.now() / 1000;
-      // A gap is a gap: what was not heard is not joined up.
+      // Missing data leaves a gap in the line.
       const shown = isAlive(state) ? axes?.[axis] : undefined;
       times.push(now);
       setpoints.push(shown?.setpoint_deg ?? null);

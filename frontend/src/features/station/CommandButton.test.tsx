@@ -33,7 +33,7 @@ afterEach(() => {
   vi.restoreAllMocks();
 });
 
-it("is disabled, saying why, until the apparatus has confirmed a command and the page shows it", async () => {
+it("is disabled until the command is confirmed and shown", async () => {
   let confirmed = () => {};
   let told = () => {};
   vi.spyOn(store, "waitForFreshState").mockReturnValue(new Promise((resolve) => (told = resolve)));
@@ -50,7 +50,7 @@ it("is disabled, saying why, until the apparatus has confirmed a command and the
   await waitFor(() => expect(button.hasAttribute("disabled")).toBe(false));
 });
 
-it("says beside the button, for touch and for screen readers, why a command is not possible", () => {
+it("explains beside the button why a command is impossible", () => {
   const refusal = { code: "is_idle", message: "No recording is loaded.", next_step: "Load one first." };
   const button = show({ play: refusal }, vi.fn());
   expect(button.hasAttribute("disabled")).toBe(true);
@@ -58,7 +58,7 @@ it("says beside the button, for touch and for screen readers, why a command is n
   expect(about?.textContent).toBe("No recording is loaded. Load one first.");
 });
 
-describe("one that takes a hold", () => {
+describe("a button that needs a hold", () => {
   const send = vi.fn(() => Promise.resolve());
   const wait = (ms: number) => act(() => vi.advanceTimersByTimeAsync(ms));
   const possible = () => shown({}, send, true);
@@ -93,7 +93,7 @@ describe("one that takes a hold", () => {
       () => fireEvent.keyDown(button(), { key: " " }),
       () => fireEvent.blur(button()),
     ],
-  ])("is meant by a %s that stays down for a second, and by none that does not", async (_, down, up) => {
+  ])("reacts to a %s only after one second", async (_, down, up) => {
     render(possible());
     down();
     await wait(HOLD_MS - 1);
@@ -109,7 +109,7 @@ describe("one that takes a hold", () => {
     expect(send).toHaveBeenCalledTimes(1);
   });
 
-  it("does not begin anew while a key repeats, nor by a key that presses nothing", async () => {
+  it("ignores repeated keys and other keys", async () => {
     render(possible());
     fireEvent.keyDown(button(), { key: "Enter" });
     await wait(HOLD_MS / 2);
@@ -121,7 +121,7 @@ describe("one that takes a hold", () => {
     expect(send).toHaveBeenCalledTimes(1);
   });
 
-  it("is not meant when the page hung, and heard only then that the hand had let go", async () => {
+  it("ignores a hold that ended while the page hung", async () => {
     render(possible());
     fireEvent.pointerDown(button(), { button: 0 });
     await wait(HOLD_MS);
@@ -130,7 +130,7 @@ describe("one that takes a hold", () => {
     expect(send).not.toHaveBeenCalled();
   });
 
-  it("does nothing once it has become impossible under the hand", async () => {
+  it("does nothing if the command becomes impossible during the hold", async () => {
     const { rerender } = render(possible());
     fireEvent.pointerDown(button(), { button: 0 });
     await wait(HOLD_MS / 2);
@@ -141,7 +141,7 @@ describe("one that takes a hold", () => {
     expect(send).not.toHaveBeenCalled();
   });
 
-  it("asks whoever cannot hold, by voice or switch, to press a second time soon", async () => {
+  it("accepts a second press from voice or switch control", async () => {
     render(possible());
     fireEvent.click(button(), { detail: 0 });
     expect(screen.getByText(/Press once more/)).toBeTruthy();

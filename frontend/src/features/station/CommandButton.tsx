@@ -15,14 +15,15 @@ type Props = ButtonProps & {
   command: CommandName;
   send: () => Promise<unknown>;
   onDone?: () => void;
-  /** It takes a second's hold, not a press. */
+  /** Needs a one-second hold instead of a press. */
   held?: boolean;
   children: ReactNode;
 };
 
 /**
- * One command to the apparatus. The service says whether it is possible now; the button only repeats why not. Once pressed, it waits
- * until the apparatus has confirmed it and what is shown tells of it.
+ * A button that sends a command to the apparatus. The service decides whether the command is possible; the
+ * button shows its reason. After a press it waits until the apparatus confirms and the page shows the new
+ * state.
  */
 export function CommandButton({ command, send, onDone, held = false, children, disabled, ...look }: Props) {
   const operates = useMayOperate();

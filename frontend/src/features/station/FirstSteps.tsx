@@ -6,13 +6,13 @@ import { useFound } from "../patients/PatientSelect";
 import { FIRST_STEPS, firstStep } from "./firstSteps";
 import { FIRST, FIRST_WORDS } from "./messages";
 
-/** The main job, step by step, on the simulated apparatus: what comes next is told until somebody has seen enough of it. */
+/** Guides a new user through the main tasks on the simulated apparatus, until the user hides it. */
 export function FirstSteps({ patientId }: { patientId: string | null }) {
   const [hidden, setHidden] = useLocalStorage({
     key: "kata.first-steps-hidden",
     defaultValue: false,
     getInitialValueInEffect: false,
-    // Whatever somebody else has written there.
+    // Ignores unknown stored values.
     deserialize: (kept) => kept === "true",
   });
   return hidden ? null : <Told patientId={patientId} onHide={() => setHidden(true)} />;

@@ -10,7 +10,10 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { LEASE } from "./messages";
 
-/** Who operates the apparatus: one person at one browser at a time. Others watch, may take over, and may always stop it. */
+/**
+ * Shows who operates the apparatus: one user in one browser at a time. Others watch, can take over, and can
+ * always stop it.
+ */
 export function LeaseBar() {
   const alive = useAlive();
   const lease = useLive("lease");

@@ -33,12 +33,12 @@ describe("the resistance level", () => {
   it.each([
     [1, "One level lower"],
     [25, "One level higher"],
-  ])("goes no further than %d", (value, name) => {
+  ])("stops at %d", (value, name) => {
     show(value);
     expect(screen.getByRole("button", { name }).hasAttribute("disabled")).toBe(true);
   });
 
-  it("goes no further than the doctor allows, and says so", () => {
+  it("stops at the doctor's limit and says so", () => {
     const onChange = show(12, null, 12);
     expect(screen.getByRole("button", { name: "One level higher" }).hasAttribute("disabled")).toBe(true);
     fireEvent.keyDown(screen.getByRole("slider", { name: "Resistance level" }), { key: "ArrowRight" });
@@ -46,7 +46,7 @@ describe("the resistance level", () => {
     expect(screen.getByText("The doctor’s limits allow 12 at most.")).toBeTruthy();
   });
 
-  it("says when it is the one of last time", () => {
+  it("marks the level of the last run", () => {
     show(8, 8);
     expect(screen.getByTestId("level").textContent).toBe("8 of 25, as last time");
     cleanup();
@@ -55,12 +55,12 @@ describe("the resistance level", () => {
   });
 });
 
-describe("the level of last time", () => {
-  it("is the newest run's that has one", () => {
+describe("the last level", () => {
+  it("is that of the newest run with a level", () => {
     expect(lastLevel([{ load_level: 5 }, { load_level: 8 }, { load_level: null }])).toBe(8);
   });
 
-  it("is none where no run has one", () => {
+  it("is absent if no run has a level", () => {
     expect(lastLevel([{ load_level: null }])).toBeNull();
     expect(lastLevel([])).toBeNull();
   });

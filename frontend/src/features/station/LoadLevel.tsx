@@ -8,19 +8,19 @@ import { LEVEL } from "./playMessages";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS];
 
-/** The level of the newest run that has one. */
+/** Return the level of the newest run that has one. */
 export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
   return runs.findLast((run) => run.load_level !== null)?.load_level ?? null;
 }
 
-/** This patient's newest session: what fitted in one run is not to be forgotten in the next. */
+/** The runs of the patient's newest session, as defaults for the next run. */
 export const useLastRuns = (patientId: string) => useNewestSession(patientId, (newest) => newest?.runs ?? []);
 
-/** How much resistance it takes until the arm is taken back: by finger, mouse or arrow keys. */
+/** Sets the resistance at which the arm is taken back, by finger, mouse or arrow keys. */
 export function LoadLevel(props: {
   value: number | null;
   last: number | null;
-  /** The highest that the doctor allows; null: any. */
+  /** The highest level that the doctor allows; null without a limit. */
   highest: number | null;
   onChange: (level: number) => void;
 }) {

@@ -3,7 +3,7 @@ import type { Schemas } from "../../lib/api/client";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { LOOP } from "./messages";
 
-/** How punctual the control loop is, in one line. */
+/** Describe the timing of the control loop in one line. */
 export function loopWords(loop: Schemas["LoopLive"]): string {
   return [
     LOOP.at(loop.cycle_hz, loop.overruns === 0 ? LOOP.noneMissed : LOOP.missed(loop.overruns)),
@@ -13,7 +13,7 @@ export function loopWords(loop: Schemas["LoopLive"]): string {
   ].join(" · ");
 }
 
-/** For whoever looks after the computer; a therapist need not read it. */
+/** Diagnostics for the technician. */
 export function LoopHealth() {
   const alive = useAlive();
   const loop = useLive("loop");

@@ -27,11 +27,11 @@ import { pathWords, ReversalNotice } from "./ReversalNotice";
 import { PreflightChecklist, useChecklist } from "./visit/PreflightChecklist";
 import { isDone, nextItem } from "./visit/steps";
 
-/** Playback: choose, load, move to the start, play; each a step of its own. */
+/** Playback in separate steps: choose, load, move to the start, play. */
 export function PlayPanel(props: { patientId: string; session: Session | null; wanted: string | null }) {
   const { patientId, session, wanted } = props;
   const run = useLive("run");
-  // Kept here, so that it outlives the run that it was chosen for.
+  // State of this component, so that it survives the run.
   const [level, setLevel] = useState<number | null>(null);
   return (
     <Stack component="section" aria-label={PLAY.title}>
@@ -78,7 +78,8 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       disabled: one.side !== side,
     })),
   ];
-  // What is planned next, or was played last, or is the only one of this shoulder; where that is not clear, it has to be chosen.
+  // Preselect the next planned item, else the recording played last, else the only recording of this side.
+  // Otherwise the user must choose.
   const fitting = recorded.filter((one) => one.side === side);
   const lastPlayed = last.data?.at(-1)?.recording_id;
   const again =
@@ -89,7 +90,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const item = planned.find((one) => `${PLANNED}${one.position}` === value) ?? null;
   const recordingId = item?.recording_id ?? value;
   const shownLevel = level ?? item?.load_level ?? firstLevel(levelOfLast, highest);
-  // By recording: what is slow enough for one motion says nothing about another.
+  // Per recording: a slow speed for one motion says nothing about another.
   const [settings, setSettings] = useState<Record<string, Settings>>({});
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
   const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
@@ -103,7 +104,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       load_level: shownLevel,
       ...shownSettings,
     });
-    // What comes next is the programme's again.
+    // The next item of the programme is preselected again.
     if (item) setChosen(null);
     if (item) onLevel(null);
     void queries.invalidateQueries({ queryKey: ["session"] });
@@ -157,7 +158,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   );
 }
 
-/** What is loaded, and how far along it the arm is. */
+/** The loaded recording and the arm's position on it. */
 export function Loaded({ run }: { run: Schemas["RunLive"] }) {
   const alive = useAlive();
   const mode = useLive("mode");
@@ -262,7 +263,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
   );
 }
 
-/** Where to look at what has just been played. */
+/** A link to the session of the run that just ended. */
 function LastRun({ patientId }: { patientId: string }) {
   const [sessionId, setSessionId] = useState<string | null>(null);
   useEffect(

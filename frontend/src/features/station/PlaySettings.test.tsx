@@ -19,8 +19,8 @@ function show(value: Settings, last: Settings | null = null) {
 
 const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
 
-describe("how a recording is played", () => {
-  it("changes one thing at a time, in steps", () => {
+describe("playback settings", () => {
+  it("change one value at a time in steps", () => {
     const onChange = show({ ...AS_TAUGHT, repetitions: 3 });
     press("Speed: less");
     press("Range: less");
@@ -35,7 +35,7 @@ describe("how a recording is played", () => {
     ]);
   });
 
-  it("goes no further than the service allows", () => {
+  it("stay within the service's limits", () => {
     const onChange = show({ ...AS_TAUGHT, speed_percent: 145, repetitions: 2 });
     press("Speed: more");
     expect(onChange).toHaveBeenCalledWith(expect.objectContaining({ speed_percent: 150 }));
@@ -45,7 +45,7 @@ describe("how a recording is played", () => {
   });
 
   it.each(["35", "9", "10", "150", "151", "200", "0", "-5", "", "abc", "1e3", "20."])(
-    "uses what is shown of %j, or neither",
+    "use exactly the shown value of %j, or refuse it",
     (typed) => {
       function Held() {
         const [value, setValue] = useState(AS_TAUGHT);
@@ -70,12 +70,12 @@ describe("how a recording is played", () => {
     },
   );
 
-  it("has no pause where nothing is repeated", () => {
+  it("have no pause without repetitions", () => {
     show(AS_TAUGHT);
     expect(screen.getByRole("textbox", { name: "Pause at each end" }).hasAttribute("disabled")).toBe(true);
   });
 
-  it("is put into words, and says when it is as last time", () => {
+  it("are described and compared with the last run", () => {
     const value = { ...AS_TAUGHT, speed_percent: 50, range_percent: 80, repetitions: 10, pause_s: 2 };
     show(value, value);
     expect(screen.getByTestId("settings").textContent).toContain(
@@ -86,8 +86,8 @@ describe("how a recording is played", () => {
   });
 });
 
-describe("the way of playing", () => {
-  it("is chosen, and told in words", () => {
+describe("the method", () => {
+  it("is chosen and described", () => {
     const onChange = show(AS_TAUGHT);
     fireEvent.click(screen.getByRole("radio", { name: "Learned" }));
     expect(onChange).toHaveBeenCalledWith({ ...AS_TAUGHT, method: "learned" });
@@ -96,12 +96,12 @@ describe("the way of playing", () => {
     expect(settingsWords({ ...AS_TAUGHT, method: null })).toBeNull();
   });
 
-  it("is smooth where there were no methods yet", () => {
+  it("is smooth for runs from before methods existed", () => {
     expect(lastSettings([{ ...AS_TAUGHT, method: null, recording_id: "a" }], "a")?.method).toBe("smooth");
   });
 });
 
-describe("the settings of last time", () => {
+describe("the last settings", () => {
   const run = (recording_id: string, speed_percent: number) => ({
     ...AS_TAUGHT,
     recording_id,

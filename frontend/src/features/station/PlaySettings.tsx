@@ -5,7 +5,7 @@ import { type Settings, settingsWords } from "./playSettingsModel";
 
 type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 
-/** In the order in which they are most often changed; the bounds are the service's. */
+/** The most changed first. The bounds are the service's. */
 const FIELDS: Field[] = [
   { name: "speed_percent", label: PLAYING.speed, unit: PLAYING.percent, min: 10, max: 150, step: 10 },
   { name: "range_percent", label: PLAYING.range, unit: PLAYING.percent, min: 10, max: 100, step: 5 },
@@ -27,14 +27,14 @@ const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
   },
 ];
 
-/** Whether a recording may be played so: every number that counts is within its bounds. */
+/** True if all numbers that apply are within their bounds. */
 export const arePlayable = (settings: Settings): boolean =>
   FIELDS.every(
     (field) =>
       (field.name === "pause_s" && settings.repetitions === 1) || isWithin(field, settings[field.name]),
   );
 
-/** Speed, range, repetitions, pause and method of the next playback: by finger, or typed. */
+/** Speed, range, repetitions, pause and method of the next playback. */
 export function PlaySettings(props: {
   value: Settings;
   last: Settings | null;

@@ -4,7 +4,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { CHOICE } from "../patients/patientListMessages";
 import { AWAY } from "./messages";
 
-/** While the database is away, in place of all patients: those of this day, whom a session can begin or goes on for here. */
+/** Offers the patients whose sessions this station can start or continue without the database. */
 export function ReadySelect(props: {
   chosen: string | null;
   disabled?: boolean;

@@ -6,7 +6,7 @@ import { STATION } from "./messages";
 
 const SHOWN = 6;
 
-/** What happened on the apparatus lately, newest first. Changes of mode stand in the header already. */
+/** Recent events of the apparatus, newest first. The header already shows the mode. */
 export function RecentEvents() {
   const events = useEvents().filter((event) => event.code !== "mode");
   if (events.length === 0) return null;

@@ -6,14 +6,14 @@ import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PLAY, TAKEN_BACK } from "./messages";
 
-/** What goes on on the recording's path, to be read from two metres. */
+/** Describe the state on the recording's path, readable from two metres. */
 export function pathWords(mode: Live["mode"], run: Schemas["RunLive"]): string {
   if (mode === "playing") return run.reversing ? TAKEN_BACK.reversing : TAKEN_BACK.playing;
   if (run.reversing) return TAKEN_BACK.heldBack;
   return run.at_start ? TAKEN_BACK.atStart : TAKEN_BACK.paused;
 }
 
-/** Where the arm met resistance, how often it was taken back, and what can be done while it waits. */
+/** Shows where the arm met resistance, how often it was taken back, and what the operator can do. */
 export function ReversalNotice({ mode, run }: { mode: Live["mode"]; run: Schemas["RunLive"] }) {
   if (run.reversals === 0) return null;
   const waits = mode === "paused" && run.reversing;

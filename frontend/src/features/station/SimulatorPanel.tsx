@@ -10,7 +10,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { HAND, SIMULATOR, SOURCES } from "./messages";
 import classes from "./station.module.css";
 
-/** Stands in for the therapist's hand and foot and the patient's switch, while the apparatus is a simulated one. */
+/** Simulates the therapist's hand and foot and the emergency stop of a simulated apparatus. */
 export function SimulatorPanel() {
   const queries = useQueryClient();
   const connected = useConnected();

@@ -23,7 +23,9 @@ import { STATION } from "./messages";
 import { ReadySelect } from "./ReadySelect";
 import { RecentEvents } from "./RecentEvents";
 
-/** What is worked with: the first page tells what the apparatus does, and stops it; this comes right behind. Null until then. */
+/**
+ * Load the station's panels after the first page, which already shows the state and Stop. Null until loaded.
+ */
 function useWork() {
   const [work, setWork] = useState<typeof import("./lazyStationPanels") | null>(null);
   useEffect(() => {
@@ -38,7 +40,7 @@ function useWork() {
   return work;
 }
 
-/** Where the therapist works: whom, teach, play, and what the arm does meanwhile. */
+/** The therapist's page: patient, teaching, playback and the live apparatus. */
 export function StationPage() {
   const station = useStation();
   const me = useMe();
@@ -52,7 +54,7 @@ export function StationPage() {
   const navigate = useNavigate({ from: "/" });
   const work = useWork();
   useTitle(station?.name ?? STATION.title);
-  // Whoever is on the apparatus is the one this page is about.
+  // The patient on the apparatus takes precedence over the one in the address.
   const away = useDatabaseUnavailable();
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
   const patientId = onApparatus ?? search.patient ?? null;
@@ -73,7 +75,7 @@ export function StationPage() {
       <RevealWhenLoaded waits={!station || !work} now={run !== null || teaching !== null || stop !== null}>
         <Grid gap="lg">
           <Grid.Col span={{ base: 12, md: 6 }}>
-            {/* Kept, so that nothing that was typed or chosen is lost over a stop. */}
+            {/* Hidden instead of unmounted during a stop, so that input is not lost. */}
             <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
               {work && station?.simulated && reads && operates && <work.FirstSteps patientId={patientId} />}
               <LeaseBar />
@@ -96,7 +98,7 @@ export function StationPage() {
               {reads && !away && patientId && <Contraindications patientId={patientId} />}
               {!away && <ProblemNote error={patient.error} />}
               <ApparatusSideCard wanted={patient.data?.affected_side ?? kept?.side ?? undefined} />
-              {/* What cannot be done now gives its place to what is going on. */}
+              {/* A panel whose action is impossible now is replaced by the current activity. */}
               {work && operates && patientId && !run && (
                 <work.TeachPanel key={`teach ${patientId}`} patientId={patientId} />
               )}
@@ -129,7 +131,7 @@ export function StationPage() {
   );
 }
 
-/** Of the episodes that are open: what must not be done with this patient, before anything is taught or played. */
+/** Contraindications of the open episodes, shown before teaching and playback. */
 function Contraindications({ patientId }: { patientId: string }) {
   const episodes = useEpisodes(patientId);
   const told = (episodes.data?.items ?? []).filter((one) => one.closed_at === null && one.contraindications);

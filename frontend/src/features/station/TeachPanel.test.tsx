@@ -56,7 +56,7 @@ beforeEach(() => {
 afterEach(cleanup);
 
 describe("before teaching", () => {
-  it("one press says that somebody has looked at what is open, and begins", async () => {
+  it("one press confirms the open checks and starts", async () => {
     const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
     fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
     await waitFor(() =>
@@ -71,7 +71,7 @@ describe("before teaching", () => {
     );
   });
 
-  it("asks only for what is open, and names the fixtures all the same", async () => {
+  it("asks only for open checks but always names the fixtures", async () => {
     const [side, fixtures, belt] = LOOKED_AT.map((one) => ({ ...one, given: true }));
     if (!side || !fixtures || !belt) throw new Error("none");
     const teach = show([side, fixtures, belt, PEDAL, ESTOP]);
@@ -82,7 +82,7 @@ describe("before teaching", () => {
     expect(list.queryByText("About the belt.")).toBeNull();
   });
 
-  it("is not pressed away where the apparatus itself has not seen it", async () => {
+  it("cannot confirm what the apparatus must detect", async () => {
     show([...LOOKED_AT, PEDAL, { ...ESTOP, given: false }]);
     expect((await screen.findByTestId("check-estop")).textContent).toContain(
       "Not seen yet. Press the switch",
@@ -91,7 +91,7 @@ describe("before teaching", () => {
     expect(button.hasAttribute("disabled")).toBe(true);
   });
 
-  it("asks for the fixtures that are chosen", async () => {
+  it("asks for the chosen fixtures", async () => {
     const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
     await enabled("Confirm all 3 checks and start teaching");
     fireEvent.click(screen.getByLabelText("Arm fixer 2 and elbow fixer 1 (motion 6)"));

@@ -17,11 +17,11 @@ import { CheckLine, useTeachingChecklist } from "./visit/PreflightChecklist";
 
 type Fixtures = Schemas["TeachRequest"]["fixtures"];
 
-/** Teaching: torque is off, the therapist moves the arm, and what is done with the pedal down is recorded. */
+/** Teaching: torque is off, the therapist moves the arm, and the pedal records the motion. */
 export function TeachPanel({ patientId }: { patientId: string }) {
   const alive = useAlive();
   const teaching = useLive("teaching");
-  // Kept here, so that they outlive the teaching that they were chosen for.
+  // State of this component, so that it survives the teaching.
   const [name, setName] = useState("");
   const [chosen, setChosen] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
@@ -67,8 +67,8 @@ export function TeachPanel({ patientId }: { patientId: string }) {
 }
 
 /**
- * What is to be taught, and what has to be in order before. Teaching moves nothing, so that the press that says that somebody has
- * looked begins it, too; what the apparatus has not seen by itself nobody can press away.
+ * The name, the fixtures and the checks before teaching. Teaching moves nothing, so one press confirms the
+ * checks and starts it. Checks that the apparatus must detect cannot be confirmed by hand.
  */
 function Before(props: {
   patientId: string;
@@ -121,7 +121,7 @@ function Before(props: {
             patient_id: patientId,
             name: name.trim() || TEACH.unnamed,
             taught_by: who,
-            // What was looked at was looked at for this side and these fixtures.
+            // The checks were made for this side and these fixtures.
             side: side === "left" ? "left" : "right",
             fixtures,
             looked_at: toLookAt.map((one) => one.check),
@@ -135,7 +135,7 @@ function Before(props: {
   );
 }
 
-/** To be read from two metres: is it recording or not. */
+/** The recording state, readable from two metres. */
 function Pedal() {
   const pedal = useLive("pedal");
   const teaching = useLive("teaching");
@@ -169,10 +169,10 @@ function Pedal() {
   );
 }
 
-/** The takes of the present or last teaching, as they reach the database. */
+/** The takes of the current or last teaching, as they are saved. */
 function useSavedTakes(patientId: string, teachingId: string | null): Schemas["Recording"][] {
   const [takes, setTakes] = useState<Schemas["Recording"][]>([]);
-  // A new teaching begins a new list.
+  // A new teaching starts a new list.
   useEffect(() => {
     if (teachingId) setTakes([]);
   }, [teachingId]);

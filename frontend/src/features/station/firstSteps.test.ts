@@ -10,12 +10,12 @@ const run = (ended_at: string | null) => [{ ended_at }] as Session["runs"];
 const playing = { ...asked, runs: run(null) };
 const played = { ...asked, runs: run("2026-11-22T08:50:00Z") };
 
-describe("whoever comes to the simulated apparatus for the first time", () => {
+describe("a new user of the simulated apparatus", () => {
   it.each<[FirstStep, number, boolean, number, Parameters<typeof firstStep>[0]["session"]]>([
     ["sign_up", 0, false, 0, null],
     ["choose", 1, false, 0, null],
     ["teach", 1, true, 0, null],
-    // A session can be begun before anything has been taught.
+    // A session can start before any teaching.
     ["teach", 1, true, 0, begun],
     ["begin", 1, true, 1, null],
     ["begin", 1, true, 1, begun],
@@ -24,7 +24,7 @@ describe("whoever comes to the simulated apparatus for the first time", () => {
     ["play", 1, true, 1, playing],
     ["look", 1, true, 1, played],
     ["look", 1, true, 1, { ...played, ended_at: "2026-11-22T09:00:00Z" }],
-    // The next one of the same patient's begins anew.
+    // A patient's next session starts over.
     ["begin", 1, true, 1, { ...asked, ended_at: "2026-11-22T09:00:00Z" }],
   ])(
     "is told %s, with %i patients, chosen: %s, %i recordings",

@@ -4,7 +4,7 @@ import { stepOf } from "./visit/steps";
 export const FIRST_STEPS = ["sign_up", "choose", "teach", "begin", "play", "look"] as const;
 export type FirstStep = (typeof FIRST_STEPS)[number];
 
-/** What is known of the clinic, and of whom this page is about. */
+/** The clinic's data and the chosen patient, as far as the guide needs them. */
 type Known = {
   patients: number;
   chosen: boolean;
@@ -12,7 +12,10 @@ type Known = {
   session: Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs"> | null;
 };
 
-/** What somebody who has just come to the simulated apparatus does next: told from what is there, so that no way round it is wrong. */
+/**
+ * Return the next step for a new user. It depends only on existing data, so that any order of work is
+ * possible.
+ */
 export function firstStep({ patients, chosen, recordings, session }: Known): FirstStep {
   if (patients === 0) return "sign_up";
   if (!chosen) return "choose";

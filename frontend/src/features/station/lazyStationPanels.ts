@@ -1,4 +1,4 @@
-/** What is worked with at the station: no part of the first page, but fetched right behind it. */
+/** The station's panels, loaded right after the first page. */
 export { FirstSteps } from "./FirstSteps";
 export { Loaded } from "./PlayPanel";
 export { SimulatorPanel } from "./SimulatorPanel";

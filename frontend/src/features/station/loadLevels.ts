@@ -1,9 +1,10 @@
-/** Load levels go from 1 to this one. */
+/** Load levels range from 1 to this one. */
 export const LOAD_LEVELS = 25;
 
 /**
- * The level that is offered first: the last one, never more than the doctor allows. Null where there is none: it has to be chosen, because
- * a low level refuses to hold a heavy arm and a high one feels no patient (docs/explanation/decisions/0023-the-therapist-chooses-the-first-resistance-level.md).
+ * Return the preselected level: the last one, up to the doctor's limit. Null without a last level, so that
+ * the user must choose: a low level refuses to hold a heavy arm and a high one does not feel the patient
+ * (docs/explanation/decisions/0023-the-therapist-chooses-the-first-resistance-level.md).
  */
 export function firstLevel(last: number | null, highest: number | null): number | null {
   return last === null ? null : Math.min(last, highest ?? LOAD_LEVELS);

@@ -14,29 +14,29 @@ const loop = {
   memory_locked: true,
 } as Schemas["LoopLive"];
 
-describe("what goes on on the path", () => {
+describe("the state on the path", () => {
   it.each([
     ["playing", {}, "Playing"],
     ["playing", { reversing: true }, "Taking the arm back"],
     ["paused", {}, "Paused, holding"],
     ["paused", { at_start: true }, "At the start, holding"],
     ["paused", { reversing: true }, "Taken back, holding"],
-    // Taken back as far as the start, it has not just been loaded.
+    // The arm was taken back to the start, so the run was not just loaded.
     ["paused", { at_start: true, reversing: true }, "Taken back, holding"],
   ] as const)("%s with %o", (mode, part, words) => {
     expect(pathWords(mode, { ...run, ...part })).toBe(words);
   });
 });
 
-describe("what the apparatus does", () => {
-  it("tells a stop that holds the arm from one that does not", () => {
+describe("the apparatus state", () => {
+  it("distinguishes a stop with the arm held", () => {
     expect(describeMode({ mode: "stopped", stop, run: null })).toBe("Stopped");
     expect(describeMode({ mode: "stopped", stop: { ...stop, arm_held: true }, run })).toBe(
       "Stopped, holding the arm",
     );
   });
 
-  it("tells playing from taking the arm back", () => {
+  it("distinguishes playing from taking the arm back", () => {
     expect(describeMode({ mode: "playing", stop: null, run })).toBe("Playing");
     expect(describeMode({ mode: "playing", stop: null, run: { ...run, reversing: true } })).toBe(
       "Taking the arm back",
@@ -44,14 +44,14 @@ describe("what the apparatus does", () => {
   });
 });
 
-describe("the control loop's health", () => {
+describe("the control loop's timing", () => {
   it("is one line", () => {
     expect(loopWords(loop)).toBe(
       "Control loop at 100 Hz: no cycle missed · 99.9 % began within 0.21 ms · real time granted · memory locked",
     );
   });
 
-  it("says what was not granted, and what was missed", () => {
+  it("names missing grants and missed cycles", () => {
     const words = loopWords({ ...loop, overruns: 1, real_time: false, memory_locked: false });
     expect(words).toContain("1 cycle missed");
     expect(words).toContain("real time not granted · memory not locked");

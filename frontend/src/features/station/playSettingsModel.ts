@@ -2,12 +2,12 @@ import type { Schemas } from "../../lib/api/client";
 import { FORMAT } from "../../lib/messages";
 import { PLAYING } from "./playMessages";
 
-/** How a recording is played. */
+/** The settings of a playback. */
 export type Settings = Pick<
   Schemas["LoadRequest"],
   "speed_percent" | "repetitions" | "pause_s" | "range_percent" | "method"
 >;
-/** As a run has them: one of before there were methods has none. */
+/** The settings in a run. Runs from before methods existed have no method. */
 type Kept = Omit<Settings, "method"> & { method: Settings["method"] | null };
 
 export const AS_TAUGHT: Settings = {
@@ -18,7 +18,7 @@ export const AS_TAUGHT: Settings = {
   method: "smooth",
 };
 
-/** In words, what is not as it was taught; null where everything is. */
+/** Describe what differs from the taught motion, or return null. */
 export function settingsWords(it: Kept): string | null {
   const words: string[] = [];
   if (it.range_percent !== 100) words.push(PLAYING.ofTheRange(it.range_percent));
@@ -30,7 +30,7 @@ export function settingsWords(it: Kept): string | null {
   return words.length > 0 ? FORMAT.list(words) : null;
 }
 
-/** What this recording was last played with; none where none of the runs is one of it. */
+/** Return the settings of the recording's newest run, or null. */
 export function lastSettings(
   runs: (Kept & { recording_id: string })[],
   recordingId: string | null,
@@ -40,7 +40,7 @@ export function lastSettings(
   return settingsOf(last);
 }
 
-/** Only what says how it is played. */
+/** Pick the settings of an item or a run. */
 export function settingsOf(it: Kept): Settings {
   const { speed_percent, repetitions, pause_s, range_percent, method } = it;
   return { speed_percent, repetitions, pause_s, range_percent, method: method ?? "smooth" };

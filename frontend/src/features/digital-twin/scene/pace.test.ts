@@ -15,19 +15,19 @@ function aMinuteOf(drawing_ms: number) {
   return { times, share: drawn_ms / now_ms };
 }
 
-test("the first picture is drawn at once", () => {
+test("draws the first picture at once", () => {
   expect(new Pace().wait_ms(0)).toBe(0);
 });
 
-test("where a drawing takes 2 ms, each of the screen's frames may be drawn", () => {
+test("draws every frame if a drawing takes 2 ms", () => {
   expect(aMinuteOf(2).times).toBeGreaterThan(60 * 60);
 });
 
-test("where drawing is slow, it takes no more than a quarter of the time", () => {
+test("limits slow drawing to a quarter of the time", () => {
   for (const drawing_ms of [20, 100, 300]) expect(aMinuteOf(drawing_ms).share).toBeCloseTo(0.25, 1);
 });
 
-test("however slow it is, no picture waits for more than a second", () => {
+test("delays no picture by more than a second", () => {
   const pace = new Pace();
   pace.drew(0, 5000);
   expect(pace.wait_ms(5000)).toBe(1000);

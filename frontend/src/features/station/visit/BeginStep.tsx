@@ -25,7 +25,7 @@ const keptChoices = ({ programme }: ReadyPatient): Choice[] =>
     ? [{ id: programme.version_id, name: programme.name, number: programme.number, items: programme.items }]
     : [];
 
-/** What is planned, and by whom: begins the session, or changes what is planned in the one that goes on. */
+/** Starts the session with a programme, or changes the programme of the running session. */
 export function BeginStep(props: { patientId: string; session: Session | null; onDone: () => void }) {
   const { patientId, session, onDone } = props;
   const who = useUserName();
@@ -38,7 +38,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   const choices = programmes.data ?? [];
   const planned = session?.programme?.version_id ?? null;
   const [given, setGiven] = useState<string | null>(null);
-  // The newest programme is what a visit is for, unless somebody says otherwise.
+  // The newest programme is preselected.
   const chosen = given ?? planned ?? (session ? NONE : (choices[0]?.id ?? NONE));
   const version = choices.find((one) => one.id === chosen);
   const items = version?.items ?? (chosen === planned ? (session?.programme?.items ?? []) : []);
@@ -66,7 +66,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
           ...(planned && !version && chosen === planned && session?.programme
             ? [{ value: planned, label: VISIT.version(session.programme.name, session.programme.number) }]
             : []),
-          // Without the database only what was fetched with the programme can be played.
+          // Without the database only recordings fetched with the programme can be played.
           ...(away && !session ? [] : [{ value: NONE, label: VISIT.none }]),
         ]}
         value={chosen}

@@ -4,7 +4,7 @@ import { VISIT } from "./messages";
 
 const PAIN = Array.from({ length: 11 }, (_, pain) => pain);
 
-/** Pain from 0 to 10, by one press. */
+/** A pain score from 0 to 10 (numeric rating scale), set by one press. */
 export function NrsScale(props: {
   label: string;
   value: number | null;

@@ -14,7 +14,7 @@ import { CheckPicture } from "./pictures";
 const LOOK_AGAIN_MS = 1000;
 const mark = { size: 34, style: { flex: "none" } };
 
-/** The checklist of a session for what is to be played. It looks again while something is open: some of it happens elsewhere. */
+/** The session's checklist for a recording. Polls while checks are open, because some are made elsewhere. */
 export function useChecklist(sessionId: string | undefined, recordingId: string | null) {
   return useQuery({
     queryKey: ["session", sessionId, "checklist", recordingId],
@@ -24,7 +24,7 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
   });
 }
 
-/** What has to be in order before this patient is taught a motion. It looks again while the apparatus has not seen all that it tells. */
+/** The checklist before teaching. Polls while the apparatus has not detected everything. */
 export function useTeachingChecklist(patientId: string, fixtures: Schemas["TeachRequest"]["fixtures"]) {
   return useQuery({
     queryKey: ["session", "teaching", patientId, fixtures],
@@ -34,12 +34,15 @@ export function useTeachingChecklist(patientId: string, fixtures: Schemas["Teach
   });
 }
 
-/** Each check a line to be read from a distance; those that somebody gives have a button, the others are seen by the apparatus. */
+/**
+ * One line per check, readable from a distance. Manual checks have a button; the apparatus detects the
+ * others.
+ */
 export function PreflightChecklist(props: {
   sessionId: string;
   recordingId: string | null;
   onlyOpen?: boolean;
-  /** The press that gave the last of them. */
+  /** Called after the press that completes the checklist. */
   onComplete?: () => void;
 }) {
   const { sessionId, recordingId, onlyOpen = false, onComplete } = props;
@@ -92,7 +95,7 @@ export function PreflightChecklist(props: {
   );
 }
 
-/** One check: what it looks like when it is in order, in words too, and who has said so. */
+/** One check: its picture, its sentence, and who confirmed it. */
 export function CheckLine({ check, children }: { check: Check; children?: ReactNode }) {
   return (
     <Card withBorder padding="sm" data-testid={`check-${check.check}`}>

@@ -63,7 +63,7 @@ beforeEach(() => {
 afterEach(cleanup);
 
 describe("the checklist", () => {
-  it("has a button for what somebody looks at, and none for what the apparatus sees", async () => {
+  it("has buttons for manual checks only", async () => {
     vi.spyOn(api, "checklist").mockResolvedValue({
       checks: [check("side", true), check("belt", false), check("estop", false, true)],
       complete: false,
@@ -80,7 +80,7 @@ describe("the checklist", () => {
     );
   });
 
-  it("is given with one press by somebody who has looked at all of it, and tells who asked when nothing is open", async () => {
+  it("confirms all checks with one press and reports completion once", async () => {
     const open = [check("side", false), check("fixtures", false), check("belt", false)];
     const seen = check("estop", true, true);
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: [...open, seen], complete: false });
@@ -96,7 +96,7 @@ describe("the checklist", () => {
     expect(tick.mock.calls.map(([, name]) => name)).toEqual(["side", "fixtures", "belt"]);
   });
 
-  it("stops at the one that was refused, and says why", async () => {
+  it("stops at a refused check and shows why", async () => {
     const open = [check("side", false), check("fixtures", false)];
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: open, complete: false });
     const tick = vi
@@ -110,7 +110,7 @@ describe("the checklist", () => {
     expect(onComplete).not.toHaveBeenCalled();
   });
 
-  it("shows only what is still open where that is asked", async () => {
+  it("can show only open checks", async () => {
     vi.spyOn(api, "checklist").mockResolvedValue({
       checks: [check("side", true), check("fixtures", false)],
       complete: false,
@@ -120,7 +120,7 @@ describe("the checklist", () => {
     expect(screen.queryByText("About the side.")).toBeNull();
   });
 
-  it("is not answered by somebody who only reads", async () => {
+  it("is read-only without permission", async () => {
     authStore.signedIn(VIEWER);
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: [check("belt", false)], complete: false });
     show(<PreflightChecklist sessionId="s" recordingId={null} />);
@@ -130,7 +130,7 @@ describe("the checklist", () => {
 });
 
 describe("pain", () => {
-  it("is one press from 0 to 10, and says which it is", () => {
+  it("is one press from 0 to 10", () => {
     const onChange = vi.fn();
     show(<NrsScale label="Pain before" value={4} onChange={onChange} />);
     expect(screen.getAllByRole("button")).toHaveLength(11);
@@ -145,7 +145,7 @@ describe("the note", () => {
     vi.spyOn(api, "draft").mockResolvedValue({ text: "Left shoulder. Done.", end_reason: "completed" });
   });
 
-  it("begins with the draft and ends the session with what was edited", async () => {
+  it("starts with the draft and ends the session", async () => {
     const update = vi.spyOn(api, "updateSession").mockResolvedValue({ ...SESSION, note: "Edited." });
     const end = vi.spyOn(api, "endSession").mockResolvedValue({ ...SESSION, ended_at: "now" });
     show(<NoteCard session={SESSION} />);
@@ -157,7 +157,7 @@ describe("the note", () => {
     expect(update).toHaveBeenCalledWith("s", { note: "Edited.", updated_at: SESSION.updated_at });
   });
 
-  it("is drafted in the language that papers are written in here", async () => {
+  it("is drafted in the language of papers", async () => {
     localStorage.setItem("kata.report-language", '"ja"');
     const draft = vi.spyOn(api, "draft").mockResolvedValue({ text: "左肩。", end_reason: "completed" });
     show(<NoteCard session={SESSION} />);
@@ -166,7 +166,7 @@ describe("the note", () => {
     localStorage.clear();
   });
 
-  it("is saved by itself, so that a reload loses nothing", async () => {
+  it("is saved automatically", async () => {
     const update = vi.spyOn(api, "updateSession").mockResolvedValue(SESSION);
     show(<NoteCard session={SESSION} />);
     await screen.findByDisplayValue("Left shoulder. Done.");
@@ -174,7 +174,7 @@ describe("the note", () => {
     await waitFor(() => expect(update).toHaveBeenCalledTimes(1), { timeout: 3000 });
   });
 
-  it("is signed as it stands, by whoever works here", async () => {
+  it("is signed by the user", async () => {
     const ended = { ...SESSION, note: "Done.", ended_at: "2026-11-21T09:40:00Z" };
     const sign = vi.spyOn(api, "signSession").mockResolvedValue({ ...ended, signed_at: "now" });
     show(<NoteCard session={ended} />);
@@ -188,7 +188,7 @@ describe("the note", () => {
     );
   });
 
-  it("says when somebody else has changed it, and keeps what was typed", async () => {
+  it("reports another user's change and keeps the input", async () => {
     vi.spyOn(api, "updateSession").mockRejectedValue(
       new ProblemError({ detail: "Somebody else has changed this session in the meantime." }),
     );
@@ -200,7 +200,7 @@ describe("the note", () => {
     expect(screen.getByDisplayValue("Mine")).toBeTruthy();
   });
 
-  it("is only read by somebody who may not write", () => {
+  it("is read-only without permission", () => {
     authStore.signedIn(VIEWER);
     show(<NoteCard session={{ ...SESSION, note: "As it stands." }} />);
     expect(screen.getByText("As it stands.")).toBeTruthy();
@@ -208,7 +208,7 @@ describe("the note", () => {
     expect(screen.queryByRole("textbox")).toBeNull();
   });
 
-  it("is not changed any more once it is signed, only added to", async () => {
+  it("accepts only addenda after signing", async () => {
     const signed: Session = {
       ...SESSION,
       note: "As signed.",

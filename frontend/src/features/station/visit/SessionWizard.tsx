@@ -18,18 +18,18 @@ import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps"
 import classes from "./visit.module.css";
 
 /**
- * A session, step by step. Where it stands the service knows; going back is always possible. The press that completes a step goes on to
- * the next one; what the apparatus sees by itself does not.
+ * A session, step by step. The service knows the current step, and going back is always possible. A press
+ * that completes a step opens the next one; detections by the apparatus do not.
  */
 export function SessionWizard({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
-  // The visit that this patient has now: the newest session, unless it is signed and over.
+  // The patient's current session: the newest one, unless it is signed and ended.
   const visit = useNewestSession(patientId);
   const [gone, setGone] = useState<Step | null>(null);
   const [another, setAnother] = useState(false);
   const newest = visit.data ?? null;
   const session = newest && (newest.signed_at || (another && newest.ended_at)) ? null : newest;
-  // What the arm does goes before everything else.
+  // A running playback takes precedence.
   const step = run ? "play" : gone && canGoTo(gone, session) ? gone : stepOf(session);
   const heading = useRef<HTMLHeadingElement>(null);
   const asked = useRef(false);
@@ -38,11 +38,12 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
     setGone(to);
   };
   const known = !visit.isPending;
-  // Where it stood when it came into sight: what is answered there does not take the step away from under the hand.
+  // The step stays as first shown: answers on it must not replace the step under the user's hand.
   useEffect(() => {
     if (known && gone === null) setGone(stepOf(session));
   }, [known, gone, session]);
-  // The button that was pressed has gone with its step: whoever works by keyboard or hears the page goes on from the next one's name.
+  // The pressed button disappears with its step, so keyboard and screen-reader focus moves to the next
+  // heading.
   useEffect(() => {
     if (asked.current && step === gone) {
       asked.current = false;
@@ -129,7 +130,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   );
 }
 
-/** For what is played first: of the programme, or any of the patient's recordings. */
+/** Checks for the next recording of the programme, or for the patient's first recording. */
 function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
   const recordings = useRecordings(session.patient.id);
   const item = nextItem(session.programme?.items ?? [], session.runs);

@@ -5,8 +5,9 @@ import classes from "./visit.module.css";
 type Fixture = Recording["fixtures"][number];
 
 /**
- * What is to be looked at, drawn. The sentence beside it says the same, so that nobody needs to see it. Schematic, after section 3.1.2
- * of the paper: the cuff that motor 5 turns, the fixer in it that the arm lies in, and what holds the elbow.
+ * A picture of a check. The sentence beside it says the same, so the picture is optional. Schematic after
+ * section 3.1.2 of the paper: the cuff that motor 5 turns, the fixer in it that holds the arm, and the
+ * elbow's support.
  */
 export function CheckPicture({ check }: { check: Check }) {
   switch (check.check) {
@@ -38,7 +39,9 @@ const limb = { className: classes.limb ?? "" };
 const cuff = { className: classes.cuff ?? "" };
 const belt = { className: classes.belt ?? "" };
 
-/** What holds the arm: fixer 1 alone; or fixer 2, longer, with what belongs at the elbow in teaching (1) or in playback (2). */
+/**
+ * The fixtures: fixer 1 alone, or the longer fixer 2 with the elbow fixer of teaching (1) or playback (2).
+ */
 export function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
   const has = (one: Fixture) => fixtures.includes(one);
   return (
@@ -60,7 +63,10 @@ export function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
   );
 }
 
-/** The patient from behind, so that left is left: the apparatus stands at that shoulder, its pin in. */
+/**
+ * The patient from behind, so that left is on the left, with the apparatus at that shoulder and its pin
+ * inserted.
+ */
 function SidePicture({ side }: { side: string }) {
   return (
     <Picture>

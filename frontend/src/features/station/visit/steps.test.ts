@@ -8,7 +8,7 @@ const FRESH: Seen = { ended_at: null, checks: [], pain_before: null, pain_after:
 const RUN = { programme_position: 1, outcome: "completed" } as Seen["runs"][number];
 const item = (position: number) => ({ position, recording_id: `r${position}` }) as Item;
 
-describe("where a visit stands", () => {
+describe("the current step", () => {
   it.each<[string, Seen | null, Step]>([
     ["nothing has begun", null, "begin"],
     ["it has just begun", FRESH, "checklist"],
@@ -18,11 +18,11 @@ describe("where a visit stands", () => {
     ["something was played, whatever was left out before", { ...FRESH, runs: [RUN] }, "play"],
     ["pain after is known", { ...FRESH, runs: [RUN], pain_after: 0 }, "note"],
     ["it has ended", { ...FRESH, ended_at: "2026-11-21T09:30:00Z" }, "note"],
-  ])("is told by the record when %s", (_, session, step) => {
+  ])("follows from the record when %s", (_, session, step) => {
     expect(stepOf(session)).toBe(step);
   });
 
-  it("can be gone back from, but not past its beginning or end", () => {
+  it("can go back within the session only", () => {
     expect(canGoTo("play", null)).toBe(false);
     expect(canGoTo("begin", null)).toBe(true);
     expect(canGoTo("checklist", { ...FRESH, runs: [RUN] })).toBe(true);
@@ -31,16 +31,16 @@ describe("where a visit stands", () => {
     expect(canGoTo("note", ended)).toBe(true);
   });
 
-  it("goes on one step after the other", () => {
+  it("advances step by step", () => {
     expect(stepAfter("pain_before")).toBe("play");
     expect(stepAfter("note")).toBe("note");
   });
 });
 
-describe("what is played next", () => {
+describe("the next item", () => {
   const items = [item(1), item(2)];
 
-  it("is the first of what is planned that was not played to its end", () => {
+  it("is the first planned item without a completed run", () => {
     expect(nextItem(items, [])?.position).toBe(1);
     expect(nextItem(items, [RUN])?.position).toBe(2);
     expect(nextItem(items, [{ ...RUN, outcome: "stopped" }])?.position).toBe(1);
@@ -48,7 +48,7 @@ describe("what is played next", () => {
     expect(nextItem([], [RUN])).toBeNull();
   });
 
-  it("does not count what was chosen besides", () => {
+  it("ignores runs outside the programme", () => {
     expect(isDone(item(1), [{ ...RUN, programme_position: null }])).toBe(false);
   });
 });

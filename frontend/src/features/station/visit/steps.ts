@@ -5,7 +5,9 @@ export type Step = (typeof STEPS)[number];
 
 type Seen = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
 
-/** Where a visit stands, by what the service knows of it: so that a reload, or another computer, goes on there. */
+/**
+ * Return the session's current step from its record, so that a reload or another computer continues there.
+ */
 export function stepOf(session: Seen | null): Step {
   if (session === null) return "begin";
   if (session.ended_at) return "note";
@@ -17,7 +19,7 @@ export function stepOf(session: Seen | null): Step {
   return session.pain_before === null ? "pain_before" : "play";
 }
 
-/** Which steps can be gone to: before the session begins only that, after its end only the note. */
+/** True if the step can be opened: before the session only the first, after its end only the note. */
 export function canGoTo(step: Step, session: Seen | null): boolean {
   if (session === null) return step === "begin";
   return session.ended_at ? step === "note" : true;
@@ -29,10 +31,10 @@ export const stepAfter = (step: Step): Step =>
 export type Item = Schemas["SessionItem"];
 type Played = Pick<Schemas["Run"], "programme_position" | "outcome">;
 
-/** Whether an item has been played to its end. */
+/** True if a run completed the item. */
 export const isDone = (item: Pick<Item, "position">, runs: Played[]): boolean =>
   runs.some((run) => run.programme_position === item.position && run.outcome === "completed");
 
-/** What comes next of what is planned; null when all of it is done. */
+/** Return the next planned item, or null if all are done. */
 export const nextItem = (items: Item[], runs: Played[]): Item | null =>
   items.find((item) => !isDone(item, runs)) ?? null;
