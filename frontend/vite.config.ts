@@ -20,7 +20,8 @@ const compressed: Plugin = {
     for (const fileName of Object.keys(bundle).filter((name) => /\.(js|css)$/.test(name))) {
       const written = join(dir, fileName);
       const source = readFileSync(written);
-      if (source.length >= COMPRESS_FROM_BYTES) writeFileSync(`${written}.gz`, gzipSync(source, { level: 9 }));
+      if (source.length >= COMPRESS_FROM_BYTES)
+        writeFileSync(`${written}.gz`, gzipSync(source, { level: 9 }));
     }
   },
 };
