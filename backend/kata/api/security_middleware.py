@@ -46,6 +46,10 @@ _HEADERS: Final = {
 _HSTS: Final = "max-age=31536000; includeSubDomains"
 
 
+DOCUMENTATION_POLICY: Final = _POLICY.format(styles=_NO_STYLES).replace("form-action 'none'", "form-action 'self'")
+"""The Content-Security-Policy of the documentation: its search is a form that leads to its own search page."""
+
+
 def page_policy(nonce: str) -> str:
     """The Content-Security-Policy of the page itself.
 

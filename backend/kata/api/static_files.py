@@ -9,7 +9,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 from starlette.exceptions import HTTPException
 
-from kata.api import texts
+from kata.api import documentation, texts
 from kata.api.security_middleware import page_policy
 
 _IN_PACKAGE: Final = Path(__file__).parent / "page"
@@ -30,6 +30,8 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
         """A file of the page, or the page itself."""
         if path == "api" or path.startswith("api/"):
             raise HTTPException(404, texts.ADDRESS_NOT_FOUND())
+        if documentation.is_documentation(path):
+            return documentation.respond(path, request.headers.get("accept-language", ""))
         file = (folder / path).resolve()
         # What lies compressed beside a file is another form of it, and has no address of its own.
         named = path not in ("", "index.html") and file.suffix != _COMPRESSED
