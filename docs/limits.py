@@ -1,6 +1,7 @@
 """Makes the reference page of limits and timeouts: each value is read from the source file that defines it."""
 
 import ast
+import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -82,7 +83,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("auth/login_session.py", "_FRESH", "A login or reauthentication counts as recent for so long."),
         (
             "auth/auth_cache.py",
-            "Remembered._STOPS_FOR_S",
+            "_STOPS_FOR_S",
             "A user who was authenticated within this time can stop without the database.",
         ),
         ("auth/login.py", "_LOOK_EVERY_S", "Ended login sessions are looked for so often."),
@@ -154,7 +155,28 @@ Values are read from the source. The suffix of a constant is its unit. Fields of
 
 def _row(file: str, constant: str, what: str) -> str:
     folder = _PAGE if file.endswith((".ts", ".tsx")) else _BACKEND
-    return f"| {what} | {_value(folder + file, constant)} | `{constant}` | `{folder}{file}` |"
+    path = folder + file
+    try:
+        value = _value(path, constant)
+    except (KeyError, FileNotFoundError):
+        # The constant has moved: its name still identifies it where only one file defines it.
+        path, value = _found_elsewhere(folder, constant)
+    return f"| {what} | {value} | `{constant}` | `{path}` |"
+
+
+def _found_elsewhere(folder: str, constant: str) -> tuple[str, str]:
+    """Return the only file that defines a constant, and the value.
+
+    :raises KeyError: when no file or more than one file defines it.
+    """
+    found: dict[str, str] = {}
+    for path in sorted(one for kind in ("*.py", "*.ts", "*.tsx") for one in (ROOT / folder).rglob(kind)):
+        name = path.relative_to(ROOT).as_posix()
+        with contextlib.suppress(KeyError):
+            found[name] = _value(name, constant)
+    if len(found) != 1:
+        raise KeyError(f"{constant}: defined in {sorted(found)}")
+    return next(iter(found.items()))
 
 
 def _value(path: str, constant: str) -> str:
@@ -170,8 +192,9 @@ def _value(path: str, constant: str) -> str:
         return _shown(constant, found[1].replace("_", ""))
     body = ast.parse(text).body
     owner, _, name = constant.rpartition(".")
-    if owner:
-        body = next((one.body for one in body if isinstance(one, ast.ClassDef) and one.name == owner), [])
+    for one in list(body):
+        if isinstance(one, ast.ClassDef) and owner in ("", one.name):
+            body = one.body if owner else [*body, *one.body]
     for found_name, value in _assigned(body):
         if found_name == name:
             return _shown(name, value)
