@@ -1,35 +1,65 @@
-"""A whole clinic as `make run` starts it, for a real browser."""
+"""A whole clinic as `make run` starts it, and a real browser."""
 
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
+from xdist.scheduler import LoadFileScheduling
 
 from kata.auth.login_session import COOKIE
-from tests.support.browser_clinic import START_LIMIT_S, Clinic
+from tests.support.browser_clinic import START_LIMIT_S, Clinic, clinic_in
 from tests.support.paths import ROOT
+
+MOVES_ARM: Final = {
+    "test_away",
+    "test_clicks",
+    "test_edit",
+    "test_lease",
+    "test_main_job",
+    "test_programme",
+    "test_visit",
+}
+"""Modules whose tests move the arm. Two moving arms at once on a busy computer have had drives that seemed silent."""
+
+
+class OneArm(LoadFileScheduling):
+    """Gives whole modules to a worker, and all modules that move the arm to the same one."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        module = super()._split_scope(nodeid)
+        return "arm" if Path(module).stem in MOVES_ARM else module
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneArm:
+    """Run the journeys that move the arm one after another."""
+    return OneArm(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Start with the journeys that move the arm: together they take the longest."""
+    items.sort(key=lambda item: item.path.stem not in MOVES_ARM)
 
 
 @pytest.fixture
 def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    started = Clinic(tmp_path)
-    yield started
-    started.close()
+    """Return an empty clinic for one test. Modules whose tests can share one replace this fixture."""
+    with clinic_in(tmp_path) as clinic:
+        yield clinic
 
 
 @pytest.fixture
 def demonstration(tmp_path: Path) -> Iterator[Clinic]:
-    """A dozen invented patients with months of history."""
-    told = [sys.executable, "-m", "kata", "seed", "--data", str(tmp_path)]
-    subprocess.run(told, check=True, capture_output=True)
-    started = Clinic(tmp_path)
-    yield started
-    started.close()
+    """Return a clinic with a dozen invented patients and months of history."""
+    command = [sys.executable, "-m", "kata", "seed", "--data", str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True)
+    with clinic_in(tmp_path) as clinic:
+        yield clinic
 
 
 @pytest.fixture(scope="session")
@@ -39,7 +69,7 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
 
 @pytest.fixture
 def page(page: Page, clinic: Clinic) -> Page:
-    """On the station page, signed in as administrator, the apparatus idle."""
+    """Return the station's page, signed in as an administrator, with an idle apparatus."""
     page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     page.goto(clinic.url)
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
@@ -48,7 +78,7 @@ def page(page: Page, clinic: Clinic) -> Page:
 
 @pytest.fixture
 def artefacts() -> Path:
-    """Where screenshots are kept."""
+    """Return the folder for screenshots."""
     folder = ROOT / "artefacts"
     folder.mkdir(exist_ok=True)
     return folder
@@ -56,7 +86,7 @@ def artefacts() -> Path:
 
 @pytest.fixture
 def taught_name() -> str:
-    """The motion to choose in the simulator's panel: a recorded one where there are any."""
+    """Return the name of the motion to choose in the simulator's panel: a recorded one if there are any."""
     folder = os.environ.get("KATA_TAUGHT")
     recorded = sorted(Path(folder).glob("*.csv"), key=lambda file: file.stat().st_size) if folder else []
     return recorded[0].stem if recorded else "1 Abduction / adduction of the scapula"
@@ -64,7 +94,7 @@ def taught_name() -> str:
 
 @pytest.fixture
 def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
-    """A second browser, at which nobody is signed in."""
+    """Return a second browser without a login."""
     context = browser.new_context(**browser_context_args)
     yield context
     context.close()

@@ -1,4 +1,4 @@
-"""A browser that prefers Japanese: every page speaks it, to eyes and to screen readers, and can be switched back."""
+"""In a browser that prefers Japanese every page is Japanese, for eyes and for screen readers, and can be switched to English."""
 
 import re
 from collections.abc import Iterator
@@ -9,12 +9,8 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, Response, expect
 
 from kata.auth.login_session import COOKIE
-from kata.cli.seed import fill
-from kata.database.base import utc_now
-from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from tests.support.accessibility import addresses, wrong
-from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
+from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic, invented_clinic
 
 IDLE: Final = "待機中・トルク切"
 OURS: Final = frozenset(
@@ -37,7 +33,7 @@ OURS: Final = frozenset(
     }
     | {"PNG", "audit", "verify", "HL7", "TOTP", "kata", "DEMO"}
 )
-"""What is called so in Japanese, too."""
+"""Words that are the same in Japanese."""
 RECORDED: Final = frozenset(
     {"name", "kana", "notes", "note", "text", "diagnosis", "contraindications", "closing_note", "therapist", "station"}
     | {"username", "recording_name", "recording", "made_by", "taught_by", "assessed_by", "signed_by", "limits_by", "by"}
@@ -82,21 +78,19 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
     return {**browser_context_args, "locale": "ja-JP"}
 
 
-@pytest.fixture
-def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    """With invented patients."""
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
-    fill(database, 1, utc_now(), 2)
-    database.close()
-    started = Clinic(tmp_path)
-    yield started
-    started.close()
+@pytest.fixture(scope="module")
+def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
+    """Return one clinic with invented patients for all tests of this module.
+
+    Each test leaves the apparatus idle. The last test changes the account's language.
+    """
+    with invented_clinic(tmp_path_factory.mktemp("kata")) as clinic:
+        yield clinic
 
 
 @pytest.fixture
 def page(context: BrowserContext, clinic: Clinic) -> Page:
-    """On the station page, signed in as administrator, the apparatus idle."""
+    """Return the station's page, signed in as an administrator, with an idle apparatus."""
     page = context.new_page()
     context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     page.goto(clinic.url)
@@ -105,7 +99,7 @@ def page(context: BrowserContext, clinic: Clinic) -> Page:
 
 
 def written(told: Any) -> Iterator[str]:
-    """What somebody has written, anywhere in an answer of the service."""
+    """Return every text in an answer of the service that a user has written."""
     if isinstance(told, dict):
         for name, value in told.items():
             if name in RECORDED and isinstance(value, str):
@@ -117,10 +111,10 @@ def written(told: Any) -> Iterator[str]:
 
 
 def english_on(page: Page, records: set[str]) -> list[str]:
-    """Texts with a word of three Latin letters or more that nobody has written and that is not called so in Japanese."""
+    """Return texts with a word of at least three Latin letters that is neither a user's nor the same in Japanese."""
     found = []
     for text in page.evaluate(SEEN):
-        # A file's place, and what the audit trail keeps as JSON.
+        # Without paths and the JSON of audit entries.
         left = re.sub(r'/[\w./-]+|\w+: \{".*\}', "", text)
         for record in sorted(records, key=len, reverse=True):
             left = left.replace(record, "")
@@ -132,6 +126,8 @@ def english_on(page: Page, records: set[str]) -> list[str]:
 
 @pytest.mark.timeout(900)
 def test_every_page_speaks_japanese(page: Page, clinic: Clinic, artefacts: Path) -> None:
+    # test_accessible.py checks the light scheme.
+    page.emulate_media(color_scheme="dark", reduced_motion="reduce")
     heard: list[Response] = []
     page.on("response", lambda answer: heard.append(answer))
     english: dict[str, list[str]] = {}
@@ -145,8 +141,9 @@ def test_every_page_speaks_japanese(page: Page, clinic: Clinic, artefacts: Path)
         page.wait_for_load_state("networkidle")
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
         expect(page.locator("html")).to_have_attribute("lang", "ja")
+        expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", "dark")
         asked = {one.url for one in heard if one.ok and "json" in one.headers.get("content-type", "")}
-        # Its own name a page hears over its WebSocket.
+        # A page receives the station's name over its WebSocket.
         asked.add(f"{clinic.url}/api/station")
         answers = [page.request.get(url).json() for url in sorted(asked)]
         records = {record for answer in answers for record in written(answer) if len(record) > 2}
@@ -201,7 +198,7 @@ def test_page_uses_the_chosen_language_at_every_login(page: Page, clinic: Clinic
     expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
     expect(page.locator("html")).to_have_attribute("lang", "en")
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
-    # Another browser that prefers Japanese: as soon as it knows who is there, it speaks English, too.
+    # Another browser that prefers Japanese shows English as soon as it knows the user.
     browser = page.context.browser
     assert browser
     other = browser.new_context(locale="ja-JP")
@@ -209,7 +206,7 @@ def test_page_uses_the_chosen_language_at_every_login(page: Page, clinic: Clinic
     elsewhere = other.new_page()
     elsewhere.goto(clinic.url)
     expect(elsewhere.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
-    # Before a sign-in, at the door, it is the browser's alone.
+    # Before login the browser's own choice counts.
     other.clear_cookies(name=COOKIE)
     elsewhere.goto(clinic.url)
     expect(elsewhere.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)

@@ -1,19 +1,31 @@
-"""What is shown is the device's confirmed state, or it does not look alive; in a real browser."""
+"""The page shows the device's confirmed state, or shows that it is not up to date, in a real browser."""
 
 import logging
+import os
 import re
+import signal
 import time
+from collections.abc import Iterator
+from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
 
 log = logging.getLogger(__name__)
 LOST_LIMIT_S = 2.0
 
 
+@pytest.fixture(scope="module")
+def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
+    """Return one clinic for all tests of this module. Each test leaves the apparatus idle."""
+    with clinic_in(tmp_path_factory.mktemp("kata")) as clinic:
+        yield clinic
+
+
 def watch(page: Page) -> None:
-    """The page itself notes when it has said that the connection is lost, and when the values have come alive again."""
+    """Let the page record when it first shows a lost connection, and when its values are live again."""
     page.evaluate(
         """() => {
             window.noted = {};
@@ -45,3 +57,29 @@ def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page
     expect(page.get_by_test_id("lost")).to_be_hidden()
     back_s = page.evaluate("window.noted.back") / 1000 - returned_s
     log.info("alive again %.2f s after the service's return, its device process included", back_s)
+
+
+def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(
+    page: Page, clinic: Clinic, artefacts: Path
+) -> None:
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
+    page.evaluate(
+        """() => new MutationObserver(() => {
+            const mark = document.querySelector('[data-testid=connection]');
+            if (mark?.dataset.connected === 'false' && !window.lostAt) window.lostAt = Date.now();
+        }).observe(document.body, {subtree: true, attributes: true, childList: true})"""
+    )
+    # Like a pulled cable: the connection stays open without data.
+    os.killpg(clinic.process.pid, signal.SIGSTOP)
+    silent_since = time.time()
+    try:
+        expect(page.get_by_test_id("lost")).to_contain_text("Connection lost")
+        assert page.evaluate("window.lostAt") / 1000 - silent_since <= LOST_LIMIT_S
+        expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "false")
+        expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "unknown")
+        expect(page.get_by_test_id("mode")).to_have_text("State unknown")
+        expect(page.get_by_test_id("torque")).to_have_text("Torque not known")
+        page.screenshot(path=artefacts / "connection-lost.png")
+    finally:
+        os.killpg(clinic.process.pid, signal.SIGCONT)
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true", timeout=LONG_MS)

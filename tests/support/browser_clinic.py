@@ -1,4 +1,4 @@
-"""A whole clinic as `make run` starts it, for a real browser."""
+"""A whole clinic as `make run` starts it, for tests in a real browser."""
 
 import os
 import signal
@@ -7,15 +7,20 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
+from kata.cli.seed import fill
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.support.databases import upgraded_file
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
 
-START_LIMIT_S = 60.0
-
-
-LONG_MS = 60_000
+START_LIMIT_S: Final = 60.0
+LONG_MS: Final = 60_000
 """Time-out for a busy computer; not a requirement."""
 
 
@@ -68,3 +73,23 @@ class Clinic:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+
+
+@contextmanager
+def clinic_in(folder: Path) -> Iterator[Clinic]:
+    """Run a clinic on this folder."""
+    clinic = Clinic(folder)
+    try:
+        yield clinic
+    finally:
+        clinic.close()
+
+
+@contextmanager
+def invented_clinic(folder: Path) -> Iterator[Clinic]:
+    """Run a clinic with two invented patients and their history."""
+    database = Database(upgraded_file(folder / "kata.db"))
+    fill(database, 1, utc_now(), patients=2)
+    database.close()
+    with clinic_in(folder) as clinic:
+        yield clinic

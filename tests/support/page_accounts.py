@@ -4,6 +4,8 @@ import re
 
 from playwright.sync_api import Page
 
+from tests.support.browser_clinic import Clinic
+
 PASSWORD = "seven slow swans at dawn"
 
 
@@ -24,3 +26,20 @@ def made(page: Page, name: str, username: str, role: str) -> str:
 def menu(page: Page, item: str) -> None:
     page.get_by_role("button", name=re.compile("^Signed in as")).click()
     page.get_by_role("menuitem", name=item).click()
+
+
+def first_password(page: Page, clinic: Clinic, username: str, code: str, password: str = PASSWORD) -> None:
+    """Set the first password with the one-time code, which also logs in."""
+    page.goto(clinic.url)
+    page.get_by_role("link", name="I have a one-time code").click()
+    page.get_by_label("User name").fill(username)
+    page.get_by_label("One-time code").fill(code)
+    page.get_by_label("New password", exact=True).fill(password)
+    page.get_by_label("New password again").fill(password)
+    page.get_by_role("button", name="Set the password").click()
+
+
+def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:
+    page.get_by_label("User name").fill(username)
+    page.get_by_role("textbox", name="Password").fill(password)
+    page.get_by_role("button", name="Sign in", exact=True).click()

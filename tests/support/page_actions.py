@@ -18,12 +18,12 @@ def click(page: Page, target: Locator) -> None:
     target.click()
 
 
-def sign_up(page: Page, name: str) -> None:
+def sign_up(page: Page, name: str, number: str = "K-0042") -> None:
     page.get_by_role("link", name="Patients").click()
     page.get_by_role("button", name="New patient").click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Name", exact=False).first.fill(name)
-    dialog.get_by_label("Clinic number").fill("K-0042")
+    dialog.get_by_label("Clinic number").fill(number)
     dialog.get_by_text("Left", exact=True).click()
     dialog.get_by_role("button", name="Sign up").click()
     expect(page.get_by_role("heading", name=name)).to_be_visible()

@@ -1,0 +1,31 @@
+"""Two users at one apparatus, in a real browser."""
+
+from pathlib import Path
+
+from playwright.sync_api import BrowserContext, Page, expect
+
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_accounts import first_password, made
+from tests.support.page_actions import sign_up, teach
+
+
+def test_second_user_watches_until_taking_over(
+    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
+) -> None:
+    code = made(page, "Ito Mai", "ito", "Therapist")
+    sign_up(page, "Yamada Hanako")
+    teach(page, "1 Abduction / adduction of the scapula")
+    expect(page.get_by_test_id("lease")).to_contain_text("You operate the apparatus")
+    hers = another.new_page()
+    first_password(hers, clinic, "ito", code)
+    lease = hers.get_by_test_id("lease")
+    expect(lease).to_contain_text("Test administrator operates the apparatus at another browser", timeout=LONG_MS)
+    hers.screenshot(path=artefacts / "watching.png")
+    lease.get_by_role("button", name="Take over").click()
+    hers.get_by_role("dialog").get_by_role("button", name="Take over").click()
+    expect(lease).to_contain_text("You took over from Test administrator")
+    expect(page.get_by_test_id("lease")).to_contain_text("Ito Mai operates the apparatus at another browser")
+    # Whoever watches commands nothing, and may stop it.
+    expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")

@@ -1,0 +1,55 @@
+"""What the page shows on wrong input and unknown addresses, and where Stop is, in a real browser."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.support.browser_clinic import Clinic, clinic_in
+
+
+@pytest.fixture(scope="module")
+def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
+    """Return one clinic for all tests of this module. Each test leaves the apparatus idle."""
+    with clinic_in(tmp_path_factory.mktemp("kata")) as clinic:
+        yield clinic
+
+
+def test_stop_stays_in_reach_above_a_dialog(page: Page) -> None:
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("button", name="New patient").click()
+    expect(page.get_by_role("dialog")).to_be_visible()
+    stop = page.locator("button", has_text="Stop")
+    box = stop.bounding_box()
+    assert box is not None
+    assert min(box["width"], box["height"]) >= 88
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+
+
+def test_bad_input_is_reported_at_its_field_or_line(page: Page, tmp_path: Path) -> None:
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("button", name="New patient").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("button", name="Sign up").click()
+    expect(dialog).to_contain_text("must not be empty")
+    expect(dialog).to_contain_text("Choose left or right.")
+    page.keyboard.press("Escape")
+    expect(dialog).to_be_hidden()
+
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time_s,elbow\n0,1\n")
+    page.get_by_role("link", name="Station", exact=True).click()
+    with page.expect_file_chooser() as choosing:
+        page.get_by_role("button", name="CSV").click()
+    choosing.value.set_files(bad)
+    expect(page.get_by_role("alert")).to_contain_text("missing: scapula_abduction")
+
+
+def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
+    page.goto(f"{clinic.url}/nowhere")
+    expect(page.get_by_role("heading", name="There is no such page")).to_be_visible()
+    expect(page.get_by_role("button", name="Stop")).to_be_enabled()
+    page.goto(f"{clinic.url}/patients/00000000-0000-0000-0000-000000000000")
+    expect(page.get_by_role("alert")).to_contain_text("There is no such patient.")
