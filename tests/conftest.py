@@ -16,7 +16,7 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught, read_csv
-from tests.support.databases import upgraded_file
+from tests.support.databases import emptied_afterwards, upgraded_file
 from tests.support.motions import recorded_motions
 from tests.support.paths import ROOT
 
@@ -36,7 +36,7 @@ def pytest_collection_finish() -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Give each test its own id: pytest-xdist silently runs only one of the tests with the same id.
 
-    Schemathesis puts the operation into a test's name, which pytest leaves out of the id.
+    Schemathesis puts the operation into a test's name, and pytest leaves it out of the id.
     """
     for item in items:
         if not item.nodeid.endswith(f"::{item.name}"):
@@ -69,7 +69,7 @@ def motion() -> Taught:
 
 @pytest.fixture(scope="session")
 def postgresql_url() -> Iterator[str]:
-    """A server of our own."""
+    """Return the URL of a PostgreSQL server for this test run."""
     try:
         with postgresql.serving() as url:
             yield url
@@ -79,16 +79,14 @@ def postgresql_url() -> Iterator[str]:
 
 @pytest.fixture
 def services_url(postgresql_url: str) -> Iterator[str]:
-    """For services that share a database: they upgrade it, and leave nothing."""
-    yield postgresql_url
-    made = Database(postgresql_url)
-    _empty(made)
-    made.close()
+    """Return the URL of an empty database that services share."""
+    with emptied_afterwards(postgresql_url) as url:
+        yield url
 
 
 @pytest.fixture(scope="session")
 def upgraded_on_server(postgresql_url: str) -> Iterator[Engine]:
-    """A connection to the server that has a database of the present schema, to be copied."""
+    """Return a connection to the server after creating a database of the current schema to copy."""
     server = create_engine(postgresql_url, isolation_level="AUTOCOMMIT")
     with server.connect() as connection:
         connection.execute(text("CREATE DATABASE upgraded"))
@@ -101,7 +99,7 @@ def upgraded_on_server(postgresql_url: str) -> Iterator[Engine]:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
-    """On SQLite and, where its programs are on the machine, on PostgreSQL; upgraded, empty."""
+    """Return an empty database of the current schema: SQLite, and PostgreSQL if its programs are installed."""
     if request.param == "sqlite":
         made = Database(upgraded_file(tmp_path / "kata.db"))
         yield made
@@ -115,9 +113,3 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Databas
     made.close()
     with server.connect() as connection:
         connection.execute(text("DROP DATABASE of_a_test WITH (FORCE)"))
-
-
-def _empty(made: Database) -> None:
-    with made.writer.begin() as connection:
-        connection.exec_driver_sql("DROP SCHEMA public CASCADE")
-        connection.exec_driver_sql("CREATE SCHEMA public")

@@ -14,6 +14,7 @@ from kata.actor import Role
 from kata.audit.tables import AuditRow
 from kata.auth import set_up
 from kata.auth.login_session import COOKIE
+from tests.support.databases import emptied_afterwards
 from tests.support.login_service import OTHER, PASSWORD, Clinic, clinic, code
 from tests.support.second_factor import enrol
 from tests.support.service import running
@@ -53,16 +54,21 @@ def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) ->
     assert browser.get("/api/me").json()["enrolling"] is True, "taken away, it is asked for again at once"
 
 
+@pytest.fixture(scope="module")
+def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
+    """Return a service that demands a second factor of everyone."""
+    with running(tmp_path_factory.mktemp("strict"), simulate=False, second_factor="everyone") as client:
+        yield Clinic(client)
+
+
 @pytest.mark.parametrize("role", ["viewer", "technician", "therapist", "administrator"])
-def test_mandatory_second_factor_blocks_everything_before_enrolment(role: Role, tmp_path: Path) -> None:
-    with running(tmp_path, simulate=False, second_factor="everyone") as client:
-        everybody = Clinic(client)
-        browser = everybody.sign_in(everybody.account(role))
-        assert browser.get("/api/me").json()["enrolling"] is True
-        for path in ("/api/station", "/api/patients", "/api/accounts", "/api/events"):
-            assert browser.get(path).status_code == 403, path
-        enrol(browser, everybody.clock.seconds())
-        assert browser.get("/api/station").status_code == 200
+def test_mandatory_second_factor_blocks_everything_before_enrolment(role: Role, strict: Clinic) -> None:
+    browser = strict.sign_in(strict.account(role))
+    assert browser.get("/api/me").json()["enrolling"] is True
+    for path in ("/api/station", "/api/patients", "/api/accounts", "/api/events"):
+        assert browser.get(path).status_code == 403, path
+    enrol(browser, strict.clock.seconds())
+    assert browser.get("/api/station").status_code == 200
 
 
 def test_passer_by_cannot_change_credentials_at_an_open_screen(shared: Clinic) -> None:
@@ -316,34 +322,42 @@ def test_user_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> 
     assert code(browser.post("/api/station/stop"), 401) == "not_signed_in"
 
 
-@pytest.mark.parametrize("how", ["signed out there", "disabled", "another role", "a new password"])
-def test_user_shut_out_by_one_service_is_refused_everywhere(how: str, tmp_path: Path, services_url: str) -> None:
-    """Two stations on one database: within a second, as for sockets, also while no page of theirs listens."""
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory, postgresql_url: str) -> Iterator[tuple[Clinic, Clinic]]:
+    """Return the services of two stations on one database."""
+    folder = tmp_path_factory.mktemp("pair")
     with (
-        running(tmp_path / "1", simulate=False, database_url=services_url) as first,
-        running(tmp_path / "2", simulate=False, database_url=services_url) as second,
+        emptied_afterwards(postgresql_url) as url,
+        running(folder / "1", simulate=False, database_url=url) as first,
+        running(folder / "2", simulate=False, database_url=url) as second,
     ):
-        here, there = Clinic(first), Clinic(second)
-        username = here.account()
-        at_both = here.sign_in(username), there.browser()
-        at_both[1].cookies.update(at_both[0].cookies)
-        stays = there.sign_in(there.account())
-        for browser in (*at_both, stays):
-            assert browser.post("/api/station/stop").status_code in (200, 503)
-        if how == "signed out there":
-            assert at_both[0].post("/api/sign-out").status_code == 204
-        elif how == "a new password":
-            change = {"old_password": PASSWORD, "password": OTHER}
-            other = here.sign_in(username)
-            assert other.post("/api/me/password", json=change).status_code == 204
-        else:
-            path = f"/api/accounts/{here.id_of(username)}"
-            rights: Any = {"disabled": True} if how == "disabled" else {"role": "viewer"}
-            assert here.administrator.patch(path, json=rights).status_code == 200
-        limit = time.monotonic() + LIMIT_S
-        while at_both[1].post("/api/station/stop").status_code != 401:
-            assert time.monotonic() < limit
-        assert stays.post("/api/station/stop").status_code in (200, 503)
+        yield Clinic(first), Clinic(second)
+
+
+@pytest.mark.parametrize("how", ["signed out there", "disabled", "another role", "a new password"])
+def test_user_shut_out_by_one_service_is_refused_everywhere(how: str, pair: tuple[Clinic, Clinic]) -> None:
+    """The other service refuses the user within a second, also while none of its pages listens."""
+    here, there = pair
+    username = here.account()
+    at_both = here.sign_in(username), there.browser()
+    at_both[1].cookies.update(at_both[0].cookies)
+    stays = there.sign_in(there.account())
+    for browser in (*at_both, stays):
+        assert browser.post("/api/station/stop").status_code in (200, 503)
+    if how == "signed out there":
+        assert at_both[0].post("/api/sign-out").status_code == 204
+    elif how == "a new password":
+        change = {"old_password": PASSWORD, "password": OTHER}
+        other = here.sign_in(username)
+        assert other.post("/api/me/password", json=change).status_code == 204
+    else:
+        path = f"/api/accounts/{here.id_of(username)}"
+        rights: Any = {"disabled": True} if how == "disabled" else {"role": "viewer"}
+        assert here.administrator.patch(path, json=rights).status_code == 200
+    limit = time.monotonic() + LIMIT_S
+    while at_both[1].post("/api/station/stop").status_code != 401:
+        assert time.monotonic() < limit
+    assert stays.post("/api/station/stop").status_code in (200, 503)
 
 
 def test_sign_in_is_one_audit_row_and_failures_name_accounts(shared: Clinic) -> None:

@@ -10,6 +10,8 @@ from fastapi.testclient import TestClient
 from tests.support.assessments import FLEXION, found
 from tests.support.responses import problem
 
+pytestmark = pytest.mark.no_apparatus
+
 NOW = datetime.now(UTC)
 ROTATION = FLEXION | {"motion": "external_rotation", "position": "at_side", "angle_deg": 20}
 

@@ -20,6 +20,8 @@ from kata.settings import Settings
 from tests.support.databases import upgraded_file
 from tests.support.login import signed_in
 
+pytestmark = pytest.mark.no_apparatus
+
 TOKYO = ZoneInfo("Asia/Tokyo")
 LIMIT_S = 150.0
 

@@ -17,6 +17,8 @@ from kata.database.engine import Database
 from tests.support.fhir_patient import NAME, treated
 from tests.support.responses import problem
 
+pytestmark = pytest.mark.no_apparatus
+
 
 def number() -> str:
     return f"X-{uuid4().hex[:8]}"

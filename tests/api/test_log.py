@@ -17,6 +17,8 @@ from kata.auth.login_session import COOKIE
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import PatientCreate
 
+pytestmark = pytest.mark.no_apparatus
+
 SECRET = "correct horse battery staple 7391"
 NAME = "Yamada Hanako of the log"
 

@@ -10,6 +10,8 @@ from kata.clinic.recordings.tables import RecordingSamplesRow
 from tests.support.recordings import LASTS_S, lifted, taught
 from tests.support.responses import problem
 
+pytestmark = pytest.mark.no_apparatus
+
 ITEM = {"repetitions": 3, "pause_s": 2.0, "load_level": 8}
 
 

@@ -10,6 +10,8 @@ from kata.clinic.progress.schemas import Progress
 from tests.support.assessments import FLEXION, found
 from tests.support.responses import problem
 
+pytestmark = pytest.mark.no_apparatus
+
 CHARTS = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
 
 

@@ -11,6 +11,8 @@ from pypdf import PdfReader
 from tests.support.responses import problem
 from tests.support.treatment import Treated, treat
 
+pytestmark = pytest.mark.no_apparatus
+
 
 @pytest.fixture(scope="module")
 def treated(client: TestClient) -> Treated:

@@ -15,6 +15,8 @@ from kata.settings import Settings
 from tests.support.paths import ROOT
 from tests.support.responses import problem
 
+pytestmark = pytest.mark.no_apparatus
+
 _BY_KEYWORD = {
     "minLength": {"string_too_short"},
     "maxLength": {"string_too_long"},

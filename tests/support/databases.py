@@ -1,5 +1,7 @@
-"""Empty databases of the current schema, copied from one upgraded file: migrations have their own tests."""
+"""Empty databases of the current schema, copied from one upgraded file. Migrations have their own tests."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +15,17 @@ def upgraded_file(file: Path) -> str:
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(_upgraded())
     return f"sqlite:///{file}"
+
+
+@contextmanager
+def emptied_afterwards(url: str) -> Iterator[str]:
+    """Lend a database on a server to services, which upgrade it. Empty it afterwards."""
+    yield url
+    database = Database(url)
+    with database.writer.begin() as connection:
+        connection.exec_driver_sql("DROP SCHEMA public CASCADE")
+        connection.exec_driver_sql("CREATE SCHEMA public")
+    database.close()
 
 
 @cache
