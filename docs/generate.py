@@ -63,8 +63,8 @@ def faults() -> str:
 
 {_GENERATED}
 The source is `FAULTS` in `backend/kata/device/faults.py`, in order of urgency. Each row is a pure function of the state at the beginning of
-one cycle. `tests/support/fault_matrix.py` lists the expected result for each kind of fault of each signal in each mode, and the tests run
-every cell of it.
+one cycle. `tests/support/fault_matrix.py` lists the expected result for each kind of fault of each signal in each mode. `make test`
+runs the cells of two of the five motors for each kind, `make campaign` those of the other three.
 
 | Code | Stop | What the therapist reads | What to do |
 |---|---|---|---|

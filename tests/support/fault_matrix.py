@@ -1,6 +1,7 @@
 """The fault matrix: the required effect, cause and time limit of each fault kind of each signal in each mode.
 
-Seven kinds, thirty signals, nine modes. This table is the requirement; test_matrix.py runs every cell of it.
+Seven kinds, thirty signals, nine modes. This table is the requirement; test_matrix.py runs its cells: `make test`
+with two of the five motors for each kind of each signal, `make campaign` with the other three.
 """
 
 from dataclasses import dataclass
