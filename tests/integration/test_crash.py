@@ -1,4 +1,4 @@
-"""The device process is killed, its service is killed, its disk is full: in real processes."""
+"""A killed device process, a killed service and a full disk, in real processes."""
 
 import resource
 from contextlib import closing
@@ -40,7 +40,7 @@ def test_service_killed_while_writing_keeps_every_acknowledged_change(tmp_path: 
 
 @pytest.mark.parametrize("room_comes_back", [True, False])
 def test_full_disk_stops_playback_and_keeps_the_measured_samples(tmp_path: Path, room_comes_back: bool) -> None:
-    """Full for this one file: the kernel refuses to let it grow, in the middle of a record."""
+    """The kernel refuses to let the journal grow, in the middle of a record."""
     with closing(KeptClinic(tmp_path)) as clinic:
         with closing(Rig(tmp_path)) as rig:
             run_id = play(rig, clinic, 0.5)
@@ -74,7 +74,7 @@ def test_full_disk_stops_playback_and_keeps_the_measured_samples(tmp_path: Path,
         assert kept.truncated != room_comes_back
         stopping_s = kept.t_ns[kept.phase == journal.PHASE_STOPPING] / 1e9
         if room_comes_back:
-            # From full pace to a stand, by the drives' own clock: a busy computer skips cycles, and the ramp lasts as long.
+            # From full speed to a standstill by the drives' clock. A busy computer skips cycles, which does not shorten the ramp.
             last_played_s = kept.t_ns[kept.phase == journal.PHASE_PLAYING][-1] / 1e9
             assert stopping_s[-1] - last_played_s >= RAMP_S - 2 * CYCLE_S
         else:

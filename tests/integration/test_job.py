@@ -1,4 +1,4 @@
-"""The whole job through the pseudo-terminal, in real time: the device process against the simulated apparatus."""
+"""Teaching, playback and stops in real time: the device process and the simulated apparatus on a pseudo-terminal."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ ESTOP_LIMIT_MS = 20.0
 
 
 def teach(rig: Rig, motion: Taught) -> journal.Journal:
-    """Teach by the simulated hand and pedal."""
+    """Teach a motion with the simulated hand and pedal, and return the journal."""
     rig.until_mode("idle")
     assert rig.send(Teach(teaching_id="teaching")) is None
     rig.hand.guide(motion)
@@ -38,10 +38,10 @@ def recorded(taught: journal.Journal) -> Samples:
 
 
 def apart_deg(taught: Samples, motion: Samples, beat_s: float) -> float:
-    """By how much the extremes of what was recorded differ from the hand's, at the moments that were recorded.
+    """Return the largest difference between the extremes of the recording and of the hand's motion, at the recorded times.
 
-    A motion may turn back within two tenths of a second: cycles that were missed just then hold nothing of it. When the pedal went
-    down is known to one beat of the loop.
+    A motion may turn back within 0.2 s: missed cycles record nothing of it. The time of the pedal is known to one cycle of the
+    loop.
     """
 
     def extremes(angles_deg: Floats) -> Floats:
@@ -62,7 +62,7 @@ def load(
     load_level: int = LOAD_LEVELS,
     until: tuple[str, ...] = ("paused",),
 ) -> None:
-    """Load it, and move to its start."""
+    """Load the recording and move to its start."""
     rig.until_mode("idle")
     command = Load(
         run_id=run_id,
@@ -77,7 +77,7 @@ def load(
 
 
 def play_once(rig: Rig, recording: Samples, run_id: str) -> bool:
-    """Whether it came to the way back, and was not stopped before."""
+    """Return True if the playback reached the way back without a stop."""
     load(rig, recording, run_id, until=("paused", "stopped"))
     if rig.snapshot.mode == "paused":
         assert rig.send(Play()) is None
@@ -102,8 +102,8 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: di
         taught = teach(rig, motion)
 
         assert set(taught.take) == {1}
-        # A busy computer misses cycles, or answers too late to be believed, on a bus with little to spare most of all: never
-        # more samples are missing than the loop owns up to, and those that are there lie on its own beat.
+        # A busy computer misses cycles or answers too late, most of all on a bus with little reserve. No more samples are missing
+        # than the loop reports, and the others lie on its cycle.
         missed = rig.snapshot.loop.overruns + rig.snapshot.loop.bus_errors
         wanted = motion.duration_s * rate_hz
         assert wanted * 0.9 - missed <= len(taught.t_ns) <= wanted * 1.1
@@ -112,7 +112,7 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: di
         assert np.round(beats).sum() == pytest.approx(wanted, rel=0.1)
         assert apart_deg(recorded(taught), known(motion), 1 / rate_hz) <= 1.5
 
-        # Where the simulator itself is kept waiting, its replies come too late, and the device stops as it should: again, then.
+        # A delayed simulator answers too late and the device stops, as required. Then try again.
         for attempt in range(8):
             errors = rig.snapshot.loop.bus_errors
             if play_once(rig, recorded(taught), f"run-{attempt}"):
@@ -137,7 +137,7 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: di
 
 
 def press_and_measure_ms(rig: Rig) -> float:
-    """Press the emergency stop in playback; how long until all five are without torque, by the simulator's own clock."""
+    """Press the emergency stop in playback. Return the time until all five drives are without torque, by the simulator's clock."""
     rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
     rig.hand.estop(pressed=True)
     rig.until_mode("stopped")
@@ -149,7 +149,7 @@ def press_and_measure_ms(rig: Rig) -> float:
 
 
 def release_and_acknowledge(rig: Rig) -> None:
-    """The two acts of a reset; neither starts anything."""
+    """Reset after an emergency stop. Neither of the two actions starts anything."""
     refusal = rig.send(Acknowledge())
     assert refusal is not None
     assert refusal.code == "estop_pressed"
@@ -162,7 +162,7 @@ def release_and_acknowledge(rig: Rig) -> None:
 
 @pytest.mark.parametrize("rate_hz", [10, 100])
 def test_the_emergency_stop_cuts_torque_within_20_ms(tmp_path: Path, rate_hz: int) -> None:
-    """A press during which the computer itself stood still (the loop missed cycles) says nothing, and is repeated."""
+    """Repeat a press during which the loop missed cycles: it measures the computer, not the device."""
     with closing(Rig(tmp_path, rate_hz=rate_hz)) as rig:
         recording = known(built_in_motions()[0])
         for attempt in range(5):
@@ -221,10 +221,10 @@ def test_repeated_resistance_in_one_place_stops_and_holds_the_arm(tmp_path: Path
     flexion = built_in_motions()[4]
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(flexion), load_level=8)
-        # From the start: what is jammed further on cannot be taken back either, and that is another fault.
+        # Jam it from the start: an axis that jams later cannot be taken back either, which is another fault.
         rig.hand.fault("stuck", 4)
         assert rig.send(Play()) is None
-        # A shaft that stays jammed could not be taken back at all.
+        # A shaft that stays jammed cannot be taken back.
         rig.until(lambda: rig.snapshot.run and rig.snapshot.run.reversals == 1)
         rig.hand.clear_faults()
         rig.until_mode("paused")
@@ -297,7 +297,7 @@ def test_unplugged_adapter_stops_playback_and_replugging_starts_nothing(tmp_path
         assert rig.snapshot.stop is not None
         assert rig.snapshot.stop.causes[0].code == "bus_lost"
 
-        # The drives hold the arm, and go on holding it until somebody has said that it is supported.
+        # The drives hold the arm until a user confirms that it is supported.
         assert rig.snapshot.torque == "unknown"
         rig.hand.clear_faults()
         rig.until(lambda: "release_torque" not in rig.snapshot.refusals)

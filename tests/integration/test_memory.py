@@ -1,4 +1,4 @@
-"""Memory that the service needs for a moment only."""
+"""The service returns memory that it needs for a short time only."""
 
 import subprocess
 import sys
@@ -62,7 +62,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the GNU C libra
 
 
 def lines(folder: Path, how: str) -> list[str]:
-    """How many mappings a block adds once a larger one was freed; then the arenas, among other things."""
+    """Return how many mappings a block adds after a larger one was freed, then a list that contains the arenas."""
     command = [sys.executable, "-c", _GIVES_BACK, how, str(folder)]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
 

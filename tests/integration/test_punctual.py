@@ -1,4 +1,4 @@
-"""What keeps the device process punctual, looked at from outside."""
+"""Settings of the operating system that keep the device process punctual, seen from outside."""
 
 import platform
 import re
@@ -45,16 +45,16 @@ main()
 print(open("/proc/self/sched").read())
 """
 _TURNS_HEEDED = (6, 12)
-"""The kernel from which on it is heeded how long a turn was asked for."""
+"""The first Linux version that respects a requested scheduler slice."""
 
 
 def pages_asked_for(pid: int) -> int:
-    """So far."""
+    """Return how many pages the process has asked for."""
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[7])
 
 
 def test_first_recording_needs_little_memory_in_the_device_process(tmp_path: Path, motion: Taught) -> None:
-    """With its memory locked, each page is got at once, and the control thread waits."""
+    """With locked memory the kernel provides each page at once, and the control thread waits for it."""
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         before = pages_asked_for(rig.device.pid)
@@ -77,19 +77,19 @@ def test_commands_and_their_children_have_huge_pages_disabled() -> None:
 def kernel_that_heeds_turns() -> None:
     version = tuple(int(number) for number in platform.release().split(".")[:2])
     if version < _TURNS_HEEDED or not Path("/proc/self/sched").exists():
-        pytest.skip("this kernel gives everybody turns of its own length, or does not tell")
+        pytest.skip("this kernel does not respect scheduler slices, or does not show them")
 
 
 @pytest.mark.usefixtures("kernel_that_heeds_turns")
 def test_only_timed_processes_have_short_scheduler_slices(tmp_path: Path) -> None:
-    """What brings the bus's bytes has turns between the two, and so takes the processor at once from the others."""
+    """Kernel threads that deliver the bus's bytes have slices between the two, and so preempt the processes with long ones at once."""
     assert turn_ns(said(_HELP, "/proc/self/sched")) == scheduling.LONG_NS
     assert turn_ns(said(_SETTLED)) == scheduling.SHORT_NS
     assert turn_ns(said(_SIMULATED, str(tmp_path / "simulator.sock"))) == scheduling.SHORT_NS
 
 
 def said(program: str, *arguments: str) -> str:
-    """What a Python of its own prints, with nothing to read."""
+    """Return the output of a program in a new Python process without input."""
     command = [sys.executable, "-c", program, *arguments]
     return subprocess.run(
         command, cwd=ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
@@ -97,7 +97,7 @@ def said(program: str, *arguments: str) -> str:
 
 
 def turn_ns(sched: str) -> int:
-    """As the kernel tells it."""
+    """Return the scheduler slice from the kernel's text."""
     told = re.search(r"se\.slice +: +(\d+)", sched)
     assert told
     return int(told[1])
