@@ -27,18 +27,18 @@ MOVES_ARM: Final = {
 """Modules whose tests move the arm. Two moving arms at once on a busy computer have had drives that seemed silent."""
 
 
-class OneArm(LoadFileScheduling):
-    """Gives whole modules to a worker, and all modules that move the arm to the same one."""
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give whole modules to a worker, and all modules that move the arm to the same worker."""
+    scheduler = LoadFileScheduling(config, log)
+    module_of = scheduler._split_scope
 
-    def _split_scope(self, nodeid: str) -> str:
-        module = super()._split_scope(nodeid)
+    def group(nodeid: str) -> str:
+        module: str = module_of(nodeid)
         return "arm" if Path(module).stem in MOVES_ARM else module
 
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneArm:
-    """Run the journeys that move the arm one after another."""
-    return OneArm(config, log)
+    scheduler._split_scope = group
+    return scheduler
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
