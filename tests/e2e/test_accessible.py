@@ -15,10 +15,10 @@ from tests.support.accessibility import addresses, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic, invented_clinic
 
 
-@pytest.fixture(scope="module")
-def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
-    """Return one clinic with invented patients for all tests of this module. Each test leaves the apparatus idle."""
-    with invented_clinic(tmp_path_factory.mktemp("kata")) as clinic:
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    """Return a clinic with invented patients."""
+    with invented_clinic(tmp_path) as clinic:
         yield clinic
 
 

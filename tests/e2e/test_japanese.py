@@ -78,13 +78,10 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
     return {**browser_context_args, "locale": "ja-JP"}
 
 
-@pytest.fixture(scope="module")
-def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
-    """Return one clinic with invented patients for all tests of this module.
-
-    Each test leaves the apparatus idle. The last test changes the account's language.
-    """
-    with invented_clinic(tmp_path_factory.mktemp("kata")) as clinic:
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    """Return a clinic with invented patients."""
+    with invented_clinic(tmp_path) as clinic:
         yield clinic
 
 
