@@ -30,7 +30,6 @@ LONG_CLASSES: Final = {
 }
 
 _ROUTE: Final = "a route: its parameters are those of the request, and its dependencies"
-_RUN: Final = "to be split: the settings of a run need an object"
 MANY_PARAMETERS: Final = {
     "kata/audit/router.py list_audit": _ROUTE,
     "kata/clinic/events/router.py list_events": _ROUTE,
@@ -39,11 +38,6 @@ MANY_PARAMETERS: Final = {
     "kata/interop/router.py import_motion": _ROUTE,
     "kata/audit/entries.py note": "to be split",
     "kata/clinic/events/service.py find": "to be split: the filters need an object",
-    "kata/clinic/sessions/offline_cache.py start_run": _RUN,
-    "kata/clinic/sessions/runs.py _allowed": _RUN,
-    "kata/clinic/sessions/runs.py begin": _RUN,
-    "kata/clinic/sessions/runs.py new": _RUN,
-    "kata/clinic/sessions/runs.py to_begin": _RUN,
     "kata/database/delivery.py __init__": "to be split",
     "kata/interop/service.py store_imported_motion": "to be split",
     "kata/plotting/figures.py _line": "to be split",
