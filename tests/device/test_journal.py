@@ -2,6 +2,8 @@
 
 import errno
 import os
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -159,3 +161,24 @@ def test_folder_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
         pass
     with claimed(tmp_path, 0.0):
         pass
+
+
+def test_journal_of_an_earlier_version_is_readable() -> None:
+    """Written byte by byte: the names of classes and modules are no part of the format."""
+
+    def record(kind: int, payload: bytes) -> bytes:
+        framed = struct.pack("<BH", kind, len(payload)) + payload
+        return framed + struct.pack("<I", zlib.crc32(framed, zlib.crc32(header)))
+
+    header = (
+        b'{"format":"kata-journal/2","kind":"run","id":"r","recording_id":"c","station":"S","rate_hz":100,'
+        b'"started_at":"2026-01-02T03:04:05Z","started_ns":7}\n'
+    )
+    sample = struct.pack("<qIBd15f", 8, 0, 7, 0.25, *[1.0] * 5, *[2.0] * 5, *[3.0] * 5)
+    end = b'{"reason":"stopped","cause_code":"drive_garbled","cause_message":"m","cause_key":null}'
+    found = journal.parse(header + record(1, sample) + record(2, end), "old")
+    assert (found.kind, found.id, found.recording_id, found.rate_hz, found.started_ns) == ("run", "r", "c", 100, 7)
+    assert (found.t_ns[0], found.phase[0], found.path_s[0]) == (8, journal.PHASE_REDUCED_RANGE, 0.25)
+    assert (found.setpoint_deg[0, 0], found.measured_deg[0, 0], found.torque_nm[0, 0]) == (1.0, 2.0, 3.0)
+    assert found.end is not None
+    assert (found.end.reason, found.end.cause_code, found.truncated) == ("stopped", "drive_garbled", False)
