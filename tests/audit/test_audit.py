@@ -404,7 +404,7 @@ class TestAnchor:
             connection.execute(delete(AuditRow).where(AuditRow.number > 3))
         with trail_of(database, tmp_path):
             pass
-        assert "does not go on where it was anchored" in caplog.text
+        assert "does not contain its anchored head" in caplog.text
         assert [row.action for row in rows(database)][3] == "audit_broken"
         assert not verified(database, tmp_path).whole
 

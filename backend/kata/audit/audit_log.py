@@ -1,4 +1,8 @@
-"""The service's trail: every change with its row, looks and refusals by way of the disk, and the anchor behind both."""
+"""The audit trail of a service.
+
+Changes: :class:`AuditHook` adds their rows to the transaction that makes them (see :meth:`kata.database.engine.Database.write`). Views and
+refusals change no row: :class:`AuditLog` queues them on disk and delivers them to the database. A thread anchors the chain's head in a file.
+"""
 
 import asyncio
 import contextlib
@@ -32,30 +36,30 @@ ROWS: Final = "kata.audit"
 log = logging.getLogger(__name__)
 _rows = logging.getLogger(ROWS)
 
-_ROOM_AGAIN_S: Final = 0.2
-_LAST_S: Final = 10.0
-"""So long the end of the service waits for a database that is slow."""
-_LOOK_S: Final = 60.0
-"""So often the head is anchored that other services on the same database have come to."""
-_ANCHOR_AGAIN_S: Final = 5.0
+_FULL_POLL_S: Final = 0.2
+_SHUTDOWN_LIMIT_S: Final = 10.0
+"""The service's shutdown waits this long for the database."""
+_FOREIGN_HEAD_PERIOD_S: Final = 60.0
+"""Period of anchoring heads that other services on the same database have written."""
+_ANCHOR_RETRY_S: Final = 5.0
 _CHANGES: Final = "changes"
 _HEAD: Final = "head"
 
 
 class AuditHook:
-    """Has each writing session of a database end with its rows of the trail. Enough for a tool; the service has a :class:`AuditLog`."""
+    """Adds the audit rows of every writing session to its transaction. Tools use it alone; the service uses :class:`AuditLog`."""
 
     def __init__(self, database: Database) -> None:
-        """From now on."""
+        """Register as the database's session hook."""
         database.session_hook = self
         self._anchor_id, self._anchored = "", 0
 
     def began(self, session: Session) -> None:
-        """Look at what it changes."""
+        """Start to collect the session's changes."""
         session.info[_CHANGES] = Changes(session)
 
     def about_to_commit(self, session: Session) -> None:
-        """Write down what was noted; where nothing was, what has changed, as the request's act."""
+        """Append the noted entries. Without a note, append one entry of the changes, under the request's action."""
         entries: list[Entry] = session.info.pop(NOTED, [])
         changes: Changes = session.info.pop(_CHANGES)
         if changes and entries:
@@ -69,48 +73,49 @@ class AuditHook:
             session.info[_HEAD] = chain.append(session, entries, self._anchor_id, self._anchored), entries
 
     def committed(self, session: Session) -> None:
-        """Say at the edge that it stands in the trail."""
+        """Mark the request as audited, and report the new head."""
         noted: tuple[Head, list[Entry]] | None = session.info.pop(_HEAD, None)
         if noted:
             head, entries = noted
             if context := REQUEST_CONTEXT.get():
-                context.told |= {one.outcome for one in entries}
-            self._stands(head)
-            elsewhere(head, entries)
+                context.told |= {item.outcome for item in entries}
+            self._note_head(head)
+            log_rows(head, entries)
 
-    def _stands(self, head: Head) -> None:
-        """The chain has come to ``head``."""
+    def _note_head(self, head: Head) -> None:
+        """Called with the new head of the chain."""
 
 
-class Keeps(Protocol):
-    """Has entries written down, in the order in which it was given them, however long the database is away."""
+class EntrySpool(Protocol):
+    """Queues entries on disk and delivers them to the database in order, also after an outage."""
 
     @property
     def has_room(self) -> bool:
-        """Whether it can take what may wait outside."""
+        """Return whether entries that may wait can be queued."""
 
     def put_entry(self, entry: Entry) -> None:
-        """Returns at once."""
+        """Queue an entry. Returns at once."""
 
     def until_taken(self, limit_s: float) -> bool:
-        """Whether the database has all of them within so many seconds."""
+        """Return whether the database has received all entries within ``limit_s`` seconds."""
 
 
 class AuditLog(AuditHook):
-    """As :class:`AuditHook`; for what no change carries, too, and with a thread for the anchor.
+    """An :class:`AuditHook` that also records entries without a change, and anchors the chain in a file.
 
-    That goes by way of the disk (``keeps``), so that nobody waits for the database, and gets its place in the chain when it arrives.
+    Entries without a change go through a spool on disk, so that no request waits for the database. They get their place in the chain
+    when they arrive there.
     """
 
     def __init__(
-        self, database: Database, anchor: Path, keeps: Keeps, *, clock: Callable[[], float] = time.monotonic
+        self, database: Database, anchor: Path, spool: EntrySpool, *, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Compares the anchor with the chain, notes what is found, and starts the thread.
+        """Compare the anchor with the chain, record the result, and start the thread.
 
         :raises AnchorError: when the anchor cannot be written.
         """
         super().__init__(database)
-        self._database, self._keeps = database, keeps
+        self._database, self._spool = database, spool
         self._anchor = Anchor(anchor)
         self._anchor_id, self._anchored = self._anchor.id, self._anchor.lines
         self._clock = clock
@@ -118,40 +123,40 @@ class AuditLog(AuditHook):
         self._something = threading.Condition()
         self._head: Head | None = None
         self._closing = False
-        self._look_s = clock() + _LOOK_S
+        self._look_s = clock() + _FOREIGN_HEAD_PERIOD_S
         self._begin()
         self._thread = threading.Thread(target=self._run, name="audit trail", daemon=True)
         self._thread.start()
 
-    async def tell(self, one: Entry) -> None:
-        """Have a look or a refusal written down, once a minute; waits, with its answer, while not even the disk takes any."""
-        while not self._keeps.has_room:  # noqa: ASYNC110 - a disk tells nobody that it has room again
-            await asyncio.sleep(_ROOM_AGAIN_S)
+    async def tell(self, entry: Entry) -> None:
+        """Record a view or a refusal; equal entries once a minute. Waits, and so delays the answer, while the disk is full."""
+        while not self._spool.has_room:  # noqa: ASYNC110 - a disk does not signal free space
+            await asyncio.sleep(_FULL_POLL_S)
         with self._something:
-            for entry in self._repeats.take(one, self._clock()):
-                self._keeps.put_entry(entry)
+            for due in self._repeats.take(entry, self._clock()):
+                self._spool.put_entry(due)
             self._something.notify_all()
 
-    def tell_at_once(self, one: Entry) -> None:
-        """Have what the apparatus was told to do, or what the program did by itself, written down. Never waits."""
-        self._keeps.put_entry(one)
+    def tell_at_once(self, entry: Entry) -> None:
+        """Record a command to the apparatus or an act of the program. Never waits."""
+        self._spool.put_entry(entry)
 
     def until_written(self, limit_s: float = 10.0) -> bool:
-        """Whether all that was told so far stands in the database, and in the anchor, within so many seconds."""
+        """Return whether all entries so far are in the database and anchored within ``limit_s`` seconds."""
         until = time.monotonic() + limit_s
-        if not self._keeps.until_taken(limit_s):
+        if not self._spool.until_taken(limit_s):
             return False
         with self._something:
             return self._something.wait_for(lambda: self._head is None, max(0.0, until - time.monotonic()))
 
     def close(self) -> None:
-        """Have the last rows written down, wait for them as long as the database takes any, and end the thread."""
+        """Record the last entries, wait for them while the database answers, and end the thread."""
         with self._something:
             for counted in self._repeats.over(float("inf")):
-                self._keeps.put_entry(counted)
-        self._keeps.put_entry(entry("service_ended", "done"))
-        if self._database.unavailable_since or not self.until_written(_LAST_S):
-            log.warning("the database does not take the last rows of the audit trail; the next start brings them there")
+                self._spool.put_entry(counted)
+        self._spool.put_entry(entry("service_ended", "done"))
+        if self._database.unavailable_since or not self.until_written(_SHUTDOWN_LIMIT_S):
+            log.warning("the last audit entries have not reached the database; the next start delivers them")
         with self._something:
             self._closing = True
             self._something.notify_all()
@@ -160,21 +165,21 @@ class AuditLog(AuditHook):
             log.info("the audit trail ends at %s", named(self._anchor.last.head))
         self._anchor.close()
 
-    def _stands(self, head: Head) -> None:
+    def _note_head(self, head: Head) -> None:
         with self._something:
             if self._head is None or head.number > self._head.number:
                 self._head = head
             self._something.notify_all()
 
     def _begin(self) -> None:
-        """A crash between commit and anchor leaves rows that no line speaks of, and is no harm; the opposite is."""
+        """Compare anchor and chain. Rows after the anchor are harmless (a crash before anchoring); a missing anchored row is not."""
         last = self._anchor.last
         with self._database.read() as session:
             present = chain.head(session)
-            broken = last and not _goes_on(session, last)
+            broken = last and not _continues(session, last)
         if last and broken:
             log.critical(
-                "the audit trail does not go on where it was anchored, at %s: it ends at %s; run kata audit verify",
+                "the audit trail does not contain its anchored head %s: it ends at %s; run kata audit verify",
                 named(last.head),
                 named(present),
             )
@@ -184,9 +189,9 @@ class AuditLog(AuditHook):
                 "anchored": last.head.number,
                 "head": present.number,
             }
-            self._keeps.put_entry(entry("audit_broken", "failed", detail=detail))
+            self._spool.put_entry(entry("audit_broken", "failed", detail=detail))
         not_anchored = {"not_anchored": present.number - last.head.number} if last else None
-        self._keeps.put_entry(entry("service_started", "done", detail=not_anchored))
+        self._spool.put_entry(entry("service_started", "done", detail=not_anchored))
         log.info("the audit trail begins at %s", named(present))
 
     def _run(self) -> None:
@@ -196,16 +201,16 @@ class AuditLog(AuditHook):
                 self._something.wait_for(lambda: self._head or self._closing, max(0.0, wake_s - self._clock()))
                 closing = self._closing
                 for counted in self._repeats.over(self._clock()):
-                    self._keeps.put_entry(counted)
+                    self._spool.put_entry(counted)
             self._anchor_head()
             if closing:
                 return
 
     def _anchor_head(self) -> None:
         if self._clock() >= self._look_s:
-            self._look_s = self._clock() + _LOOK_S
+            self._look_s = self._clock() + _FOREIGN_HEAD_PERIOD_S
             with contextlib.suppress(SQLAlchemyError), self._database.read() as session:
-                self._stands(chain.head(session))
+                self._note_head(chain.head(session))
         with self._something:
             head = self._head
         if head is None:
@@ -215,7 +220,7 @@ class AuditLog(AuditHook):
                 self._anchor.add(head)
         except OSError as error:
             log.critical("the audit trail's anchor cannot be written: %s", error)
-            self._look_s = self._clock() + _ANCHOR_AGAIN_S
+            self._look_s = self._clock() + _ANCHOR_RETRY_S
         self._anchored = self._anchor.lines
         with self._something:
             if self._head == head:
@@ -223,33 +228,34 @@ class AuditLog(AuditHook):
                 self._something.notify_all()
 
 
-def _goes_on(session: Session, last: Line) -> bool:
+def _continues(session: Session, last: Line) -> bool:
+    """Return whether the chain contains the anchored head, or a restored backup explains why not."""
     if last.head == chain.NOTHING:
         return True
-    stands = session.scalar(select(AuditRow.hash).where(AuditRow.number == last.head.number))
-    return stands == last.head.hash or any(gap.holds(last) for gap in restored(session))
+    stored = session.scalar(select(AuditRow.hash).where(AuditRow.number == last.head.number))
+    return stored == last.head.hash or any(gap.holds(last) for gap in restored(session))
 
 
-def elsewhere(head: Head, entries: Sequence[Entry]) -> None:
-    """Tell the log what now stands in the trail up to ``head``: a program that collects it keeps it where this service cannot reach."""
+def log_rows(head: Head, entries: Sequence[Entry]) -> None:
+    """Log the rows up to ``head``, so that a log collector stores them outside this service's reach."""
     if _rows.isEnabledFor(logging.INFO):
-        for number, one in enumerate(entries, head.number - len(entries) + 1):
-            row = {name: value for name, value in asdict(one).items() if value not in ("", None)} | {"number": number}
+        for number, entry in enumerate(entries, head.number - len(entries) + 1):
+            row = {name: value for name, value in asdict(entry).items() if value not in ("", None)} | {"number": number}
             if number == head.number:
                 row["hash"] = head.hash.hex()
-            _rows.info("%s %s", one.action, one.outcome, extra={"audit": row})
+            _rows.info("%s %s", entry.action, entry.outcome, extra={"audit": row})
 
 
 def named(head: Head) -> str:
-    """As it is told to people, who keep it where the program does not reach: ``kata audit verify --head`` takes it."""
+    """Return a head as people store it outside the program's reach; ``kata audit verify --head`` accepts it."""
     return f"{head.number}:{head.hash.hex()}"
 
 
-def _with(one: Entry, changes: Changes) -> Entry:
-    detail = json.loads(one.detail or "{}") | changes.detail()
+def _with(entry: Entry, changes: Changes) -> Entry:
+    detail = json.loads(entry.detail or "{}") | changes.detail()
     return replace(
-        one,
-        patient_id=one.patient_id or changes.patient_id,
-        subject=one.subject or changes.subject,
+        entry,
+        patient_id=entry.patient_id or changes.patient_id,
+        subject=entry.subject or changes.subject,
         detail=written(detail),
     )

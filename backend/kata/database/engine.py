@@ -1,8 +1,7 @@
-"""Connections: many readers and, on SQLite, exactly one writer.
+"""Database connections: many readers and, on SQLite, exactly one writer.
 
-SQLite before 3.51.3 can corrupt a write-ahead log when two connections write and checkpoint at the same time. Here only
-one connection ever writes, and it alone checkpoints: readers are opened read-only, so that they do not even when they
-are the last to close.
+SQLite before 3.51.3 can corrupt a write-ahead log when two connections write and checkpoint at the same time. Here only one connection
+writes and checkpoints. Readers are opened read-only, so they do not checkpoint even when they are the last to close.
 """
 
 import sqlite3
@@ -24,27 +23,27 @@ from kata.database.availability import AvailabilityMonitor
 
 _BUSY_MS: Final = 5000
 _WRITERS_CACHE_KIB: Final = 512
-"""Of pages, on SQLite: it hardly reads what it has written, and would keep the last 2 MB of it."""
+"""SQLite's page cache of the writer. The writer rarely reads what it has written; the default would keep 2 MB of it."""
 _STATEMENTS: Final = 32
-"""So many a connection keeps prepared, on SQLite. A list of ids is another statement for each length of it, of some ten kilobytes; to
-prepare one takes a fraction of a millisecond."""
+"""Prepared statements that a SQLite connection caches. Each length of a list of ids is another statement of some ten kilobytes;
+preparing one takes a fraction of a millisecond."""
 _CONNECT_S: Final = 2
-"""As short as PostgreSQL's client lets it be, for each host that the URL names."""
+"""The shortest limit that PostgreSQL's client accepts; it applies to each host in the URL."""
 SERVICE_ANSWER_S: Final = 4.0
-"""So long a request to the service waits for an answer of the database; then the page says that it is away."""
+"""A request waits this long for the database; then the page shows it as unavailable."""
 _OF_A_SERVICE: Final = {
-    # Of a transaction whose service hangs, so that it keeps no lock from the others for ever.
+    # Ends the transaction of a service that hangs, so that its locks are released.
     "idle_in_transaction_session_timeout": "60s",
-    # Of one whose computer or network is gone.
+    # Detects a service whose computer or network has gone.
     "tcp_keepalives_idle": "10",
     "tcp_keepalives_interval": "5",
     "tcp_keepalives_count": "3",
-    # What is asked for is a page of something: to start processes that help, or to compile the query, takes longer than the answer.
+    # Queries return a page of rows: starting parallel workers or compiling the query takes longer than the answer.
     "max_parallel_workers_per_gather": "0",
     "jit": "off",
 }
 _SERVERS_SHARE: Final = 0.8
-"""Of the time that an answer may take: a server that is only slow says so itself, and what was asked of it is ended there."""
+"""Share of the answer time after which the server itself ends a slow statement."""
 
 
 class DatabaseError(Exception):
@@ -52,32 +51,33 @@ class DatabaseError(Exception):
 
 
 class SessionHook(Protocol):
-    """Sees every writing session, and may add to it what has to be committed with it, or not at all."""
+    """Is called around every writing session, and may add rows to its transaction."""
 
     def began(self, session: Session) -> None:
-        """Nothing has been done in it yet."""
+        """Called before the session's first statement."""
 
     def about_to_commit(self, session: Session) -> None:
-        """All has been done and sent to the database; what is raised here takes all of it back."""
+        """Called after the last statement. An exception rolls the transaction back."""
 
     def committed(self, session: Session) -> None:
-        """It stands. Does not fail, and waits for nothing."""
+        """Called after the commit. Must not fail or wait."""
 
 
 class Database:
-    """The clinic's database. Ask it for a session to read or a session to write; both are short."""
+    """The clinic's database. It opens short sessions to read or to write."""
 
     def __init__(self, url: str, *, answer_s: float | None = None) -> None:
-        """``url`` is SQLAlchemy's; nothing is opened yet. ``answer_s``: so long one answer may take, a connection included; a tool
-        waits for as long as it takes.
+        """``url``: SQLAlchemy's database URL; nothing is opened yet. ``answer_s``: limit of one answer including the connection; None:
+        no limit, for tools.
 
-        :raises DatabaseError: when it is none, or its driver is not installed.
+        :raises DatabaseError: when the URL is invalid or its driver is not installed.
         """
         self.session_hook: SessionHook | None = None
+        """Adds the audit trail's rows to every write: :class:`kata.audit.audit_log.AuditHook` sets itself here."""
         self.monitor: AvailabilityMonitor | None = None
-        """Of a service: whether it answers. Without one, every failure is the caller's."""
+        """Knows whether the database answers. Only a service has one; without it every failure reaches the caller."""
         self.on_waited: Callable[[float], None] = lambda waited_s: None
-        """Called with the seconds that each writing session has waited for its turn; from any thread, never to fail."""
+        """Called with the seconds that each writing session has waited for its turn; from any thread. Must not fail."""
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
@@ -86,7 +86,7 @@ class Database:
             else:
                 self.writer = self.reader = _server(self.url, answer_s)
         except ArgumentError as error:
-            raise DatabaseError(f"KATA_DATABASE_URL names no database that Kata knows: {error}") from error
+            raise DatabaseError(f"KATA_DATABASE_URL is not a database URL that Kata supports: {error}") from error
         except ModuleNotFoundError as error:
             raise DatabaseError(
                 f"the database's driver is not installed ({error}); for PostgreSQL: pip install psycopg[binary], "
@@ -95,48 +95,50 @@ class Database:
 
     @property
     def file(self) -> Path | None:
-        """The SQLite file; None on a server."""
+        """Return the SQLite file; None on a server."""
         is_file = self.url.get_backend_name() == "sqlite" and self.url.database
         return Path(str(self.url.database)) if is_file else None
 
     @property
     def unavailable_since(self) -> datetime | None:
-        """Since when it cannot be written to, UTC; None: it can, as far as is known."""
+        """Return since when the database cannot be written to, UTC; None while it can, as far as is known."""
         return self.monitor.since if self.monitor else None
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """A session that only reads.
+        """Open a session that only reads.
 
-        :raises DatabaseUnavailableError: where there is a watch, and it does not answer; at once when that is known.
+        :raises DatabaseUnavailableError: when there is a monitor and the database does not answer; at once when that is known.
         """
         with self.monitor.asking(self.reader) if self.monitor else nullcontext(), Session(self.reader) as session:
             yield session
 
     @contextmanager
     def write(self) -> Iterator[Session]:
-        """A session that is committed when its block ends well, and rolled back when it does not.
+        """Open a session that is committed when its block ends, and rolled back when the block raises.
 
-        Rows stay readable after the commit.
+        The audit trail is written here: in a service, ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`. It collects the
+        session's changes and adds their audit rows just before the commit, in the same transaction. Rows stay readable after the commit.
 
-        :raises DatabaseUnavailableError: as :meth:`read`. Where that shows in the commit itself, it may stand all the same.
+        :raises DatabaseUnavailableError: as :meth:`read`. When the connection is lost during the commit, the commit may have succeeded.
         """
-        witness = self.session_hook
+        hook = self.session_hook
         asked_s = time.monotonic()
         asking = self.monitor.asking(self.writer) if self.monitor else nullcontext()
         with asking, Session(self.writer, expire_on_commit=False) as session:
             with session.begin():
-                # Here one waits for the one writer, for a connection of the pool, for a server that is slow.
+                # Waits for the single writer, a pooled connection or a slow server.
                 session.connection()
                 self.on_waited(time.monotonic() - asked_s)
-                if witness:
-                    witness.began(session)
+                if hook:
+                    hook.began(session)
                 yield session
-                if witness:
+                if hook:
                     session.flush()
-                    witness.about_to_commit(session)
-            if witness:
-                witness.committed(session)
+                    # AuditHook appends the audit rows of this transaction.
+                    hook.about_to_commit(session)
+            if hook:
+                hook.committed(session)
 
     def close(self) -> None:
         """Close every connection."""
@@ -161,7 +163,7 @@ def _server(url: URL, answer_s: float | None) -> Engine:
 
 
 def _limit(engine: Engine, answer_s: float) -> None:
-    """A server that is stopped ends nothing by itself: what says that it has gone on for too long has to be on this side, too."""
+    """Limit statements on the server, and also on this side, because a stopped server ends nothing."""
     import psycopg
     from psycopg.abc import PQGen
 
@@ -171,7 +173,7 @@ def _limit(engine: Engine, answer_s: float) -> None:
                 return super().wait(gen, interval, timeout or answer_s)
             except psycopg.OperationalError as error:
                 if error.sqlstate is None:
-                    # Whatever it may still answer is the answer to a question that nobody asks any more.
+                    # A late answer would belong to an abandoned statement.
                     self.pgconn.finish()
                 raise
 
@@ -192,10 +194,10 @@ def _limit(engine: Engine, answer_s: float) -> None:
 
 def _sqlite(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
     if not writes:
-        # `query_only` would not do: such a connection checkpoints when it is the last one to close.
+        # `query_only` is not enough: such a connection checkpoints when it is the last one to close.
         file = Path(str(url.database)).absolute()
         url = url.set(database=f"file:{quote(str(file))}", query={"mode": "ro", "uri": "true"})
-    # What is written about a patient, or hashed of a password, is in no error message and so in no log.
+    # Hidden parameters keep patients' data and password hashes out of error messages and logs.
     engine = create_engine(
         url,
         poolclass=QueuePool,
@@ -207,7 +209,7 @@ def _sqlite(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
     )
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
-        # sqlite3's own transaction handling begins too late for us: see `begun`.
+        # sqlite3's own transaction handling begins too late; `begun` begins transactions.
         connection.isolation_level = None
         of_writer = ("journal_mode = WAL", "wal_autocheckpoint = 1000", f"cache_size = -{_WRITERS_CACHE_KIB}")
         for pragma in (
