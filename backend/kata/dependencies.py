@@ -1,4 +1,4 @@
-"""What routes ask for, and how their errors are documented."""
+"""Dependencies of routes, and the documentation of their error answers."""
 
 from typing import Annotated, Any, Final, Protocol
 
@@ -18,13 +18,13 @@ _Second = Annotated[float, Field(ge=0.0, le=_LONGEST_S, allow_inf_nan=False)]
 
 
 class ProblemField(BaseModel):
-    """One field that is wrong."""
+    """One invalid field."""
 
     pointer: str = Field(
         description="JSON pointer into the request's body, or query/path parameter.", examples=["#/name"]
     )
-    field: str = Field(description="What the field is called.", examples=["birth date"])
-    detail: str = Field(description="What is wrong with it.", examples=["must be between 1900 and today"])
+    field: str = Field(description="Name of the field.", examples=["birth date"])
+    detail: str = Field(description="Why it is invalid.", examples=["must be between 1900 and today"])
     field_key: OptionalKey = None
     detail_key: OptionalKey = None
 
@@ -32,36 +32,34 @@ class ProblemField(BaseModel):
 class Problem(BaseModel):
     """A problem document (RFC 9457), media type application/problem+json."""
 
-    type: str = Field("about:blank", description="Always about:blank: ``code`` tells the kind.")
+    type: str = Field("about:blank", description="Always about:blank; ``code`` identifies the kind.")
     title: str = Field(description="The HTTP status in words.", examples=["Conflict"])
     status: int = Field(ge=400, le=599, examples=[409])
-    detail: str = Field(description="What is wrong, in a sentence for the user.", examples=["No recording is loaded."])
-    code: str = Field(description="Stable name of the kind of problem, for programs.", examples=["is_idle"])
+    detail: str = Field(description="The problem in one sentence for the user.", examples=["No recording is loaded."])
+    code: str = Field(description="Stable code of the kind of problem, for programs.", examples=["is_idle"])
     next_step: str = Field("", description="What the user can do.", examples=["Load a recording first."])
     detail_key: OptionalKey = None
     next_step_key: OptionalKey = None
-    errors: list[ProblemField] = Field(
-        default_factory=list, description="Which fields, where the request itself is wrong."
-    )
+    errors: list[ProblemField] = Field(default_factory=list, description="The invalid fields of an invalid request.")
 
 
 class _Problems:
     """Documentation of error answers."""
 
     _SENTENCES: Final = {
-        401: "Nobody is signed in at this browser.",
-        403: "Not from this page, or not for this account.",
-        404: "There is no such thing.",
-        409: "Not now: refused, with cause and next step.",
-        410: "It was there, and can no longer be read.",
-        422: "The request itself is wrong: see its errors.",
-        423: "The screen is locked: give the password first. Stop works all the same.",
-        429: "Too many tries: wait for as many seconds as Retry-After says.",
-        503: "What this takes does not answer: the apparatus' control program, or the database.",
+        401: "No user is signed in at this browser.",
+        403: "Not allowed for this account, or the request came from another site's page.",
+        404: "Not found.",
+        409: "Refused in the present state, with cause and next step.",
+        410: "The data exists but can no longer be read.",
+        422: "The request is invalid; see its errors.",
+        423: "The screen is locked: give the password first. Stop works nevertheless.",
+        429: "Too many attempts: wait for the seconds in Retry-After.",
+        503: "The apparatus' control program or the database does not answer.",
     }
 
     def of(self, *statuses: int) -> dict[int | str, dict[str, Any]]:
-        """For a route's ``responses``."""
+        """Return the value of a route's ``responses``."""
         return {
             status: {
                 "description": self._SENTENCES[status],
@@ -108,7 +106,7 @@ def _figures(request: Request) -> FigureWorker:
 
 
 def _window(
-    start_s: Annotated[_Second | None, Query(description="Begin of a window, seconds on the figure's clock.")] = None,
+    start_s: Annotated[_Second | None, Query(description="Start of a window, seconds on the figure's clock.")] = None,
     end_s: Annotated[_Second | None, Query(description="End of that window, seconds.")] = None,
 ) -> Window | None:
     if start_s is None and end_s is None:
@@ -121,7 +119,7 @@ def _window(
 
 async def _actor() -> Actor:
     actor = CURRENT_ACTOR.get()
-    # Whoever asks for this is asked for by a route that only lets in who has signed in.
+    # Only routes that require a login use this dependency.
     assert actor is not None
     return actor
 

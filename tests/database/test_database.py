@@ -190,8 +190,8 @@ def test_file_that_is_no_database_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("url", "sentence"),
     [
-        ("our database", "names no database"),
-        ("postgresql+nodriver://h/d", "names no database"),
+        ("our database", "is not a database URL that Kata supports"),
+        ("postgresql+nodriver://h/d", "is not a database URL that Kata supports"),
         ("mysql+pymysql://h/d", "driver is not installed"),
     ],
 )

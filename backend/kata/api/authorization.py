@@ -1,7 +1,7 @@
-"""The door: who asks, whether their role may, and whether the record that it is about is for them. Before every route.
+"""Authorize every request before its route: identify the user, check the role's permission, and check access to the record.
 
-One dependency for HTTP and the WebSocket. What a request names, in its path, its query or its body, leads to a patient
-(``clinic/restricted/objects.py``); so a page, a PDF, an export and a command are one check.
+One dependency serves HTTP and WebSockets. The ids in path, query and body lead to a patient (``clinic/restricted/objects.py``), so one
+check covers pages, PDFs, exports and commands.
 """
 
 import asyncio
@@ -35,20 +35,20 @@ from kata.errors import ProblemError
 log = logging.getLogger(__name__)
 
 ACTIVE: Final = "x-kata-active"
-"""The header with which a page says that its user did something, where it only looks something up."""
+"""The header by which a page reports user activity in a request that only reads."""
 _ASKED: Final = "asked"
-"""Of a connection's state: whether it has been asked who is there."""
+"""Name in a connection's state: True once the connection has been authorized."""
 _READING: Final = ("GET", "HEAD")
-_PATIENCE_S: Final = 0.5
-"""So long the database is waited for before it goes by who was there: to pause is not to take longer than that."""
+_CACHED_ACTOR_AFTER_S: Final = 0.5
+"""After this time without an answer of the database a cached user is used, so that Pause does not take longer."""
 _ARRIVES_S: Final = 20.0
-"""So long a request waits, when the database is back, for what was done meanwhile with what it names."""
+"""After an outage, a request waits this long for spooled records of the objects that it names."""
 _SHORTEST_TOKEN: Final = 20
-"""Characters: 100 bits and more by chance."""
+"""Characters: at least 100 random bits."""
 
 
 async def allowed(connection: HTTPConnection) -> None:
-    """Let through, with ACTING and DOING set, whoever may do what is asked for.
+    """Let an allowed request through, with CURRENT_ACTOR and REQUEST_CONTEXT set.
 
     :raises ProblemError: 401, 403 or 423; of a WebSocket, WebSocketException.
     """
@@ -65,7 +65,7 @@ async def allowed(connection: HTTPConnection) -> None:
 
 
 async def allowed_first(request: Request) -> None:
-    """What is wrong with a body is told to whoever may send one: FastAPI reads it before it asks :func:`allowed`.
+    """Authorize before reporting validation errors: FastAPI parses the body before it calls :func:`allowed`.
 
     :raises ProblemError: 401, 403 or 423.
     """
@@ -74,20 +74,20 @@ async def allowed_first(request: Request) -> None:
 
 
 def check_rules(app: FastAPI) -> None:
-    """See to it that there is no route without a rule, and none that is not asked about.
+    """Check that every route has a rule, and that FastAPI authorizes every route that is not public.
 
-    :raises LookupError: when there is.
+    :raises LookupError: when one is missing.
     """
     for found in iter_route_contexts(app.routes):
         rule = RULES.get(found.name or "")
         if rule is None:
             raise LookupError(f"the route {found.name} has no rule: give it one in auth/permissions.py")
         if rule.needs != "public" and not isinstance(found.original_route, APIRoute | APIWebSocketRoute):
-            raise LookupError(f"the route {found.name} is none of FastAPI's: nobody would ask who is there")
+            raise LookupError(f"the route {found.name} is not FastAPI's, so it would not be authorized")
 
 
 def document(described: dict[str, Any]) -> None:
-    """Write into an OpenAPI document how an operation refuses whom it is not for."""
+    """Add the refusals of authorization to the operations of an OpenAPI document."""
     for operations in described["paths"].values():
         for operation in operations.values():
             rule = RULES[operation["operationId"]]
@@ -138,30 +138,30 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
 
 
 def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
-    # That the database does not answer, the log says once.
+    # The log already contains the outage once.
     if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseUnavailableError):
         log.info("who is signed in could not be looked up: %s", error)
 
 
 async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
-    """Whoever the database says it is.
+    """Return the user of the cookie from the database, or from the cache if the database does not answer and the rule allows that.
 
     :raises ProblemError: 401.
-    :raises DatabaseUnavailableError: when it does not answer, and nobody is known here or it takes more than that.
+    :raises DatabaseUnavailableError: when the database does not answer and the cache cannot be used.
     """
     services = services_of(connection)
     auth_cache = services.auth_cache
     known = auth_cache.who_was_here(cookie, services.access.limits.longest.total_seconds()) if rule.away else None
     asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, services.database))
-    # What has begun is not to wait for it, either, until it is known to be away.
-    await asyncio.wait({asking}, timeout=_PATIENCE_S if known else None)
+    # Commands of a running session do not wait until the outage is detected.
+    await asyncio.wait({asking}, timeout=_CACHED_ACTOR_AFTER_S if known else None)
     try:
         actor = asking.result()
     except (DatabaseUnavailableError, asyncio.InvalidStateError):
         if known is None:
             raise
         asking.add_done_callback(_ask_no_more)
-        # Not remembered anew: only the database can say that they are still let in.
+        # Not cached again: only the database can confirm the login session.
         return known
     if actor is None:
         auth_cache.forget(cookie)
@@ -171,7 +171,7 @@ async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
 
 
 def _shows_token(connection: HTTPConnection) -> bool:
-    """Whether a program asks that knows what is in the file; read anew each time, so that a new token needs no restart."""
+    """Return whether the request carries the token of the file. The file is read each time, so a new token needs no restart."""
     file = services_of(connection).settings.metrics_token_file
     scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
     if file is None or scheme.lower() != "bearer":
@@ -179,9 +179,9 @@ def _shows_token(connection: HTTPConnection) -> bool:
     try:
         token = file.read_text().strip()
     except (OSError, UnicodeDecodeError) as error:
-        log.error("the token that /metrics is read by cannot be read: %s", error)
+        log.error("the token file of /metrics cannot be read: %s", error)
         return False
-    # A short one, and that of an empty file above all, is none.
+    # A short token, such as that of an empty file, is invalid.
     return len(token) >= _SHORTEST_TOKEN and secrets.fits(shown.strip(), secrets.hashed(token))
 
 
@@ -190,10 +190,10 @@ def _did_something(database: Database, actor: Actor, now: datetime) -> None:
         with database.write() as session:
             login_session.did_something(session, actor, now)
     except DatabaseUnavailableError:
-        # The log says so once.
+        # The log already contains the outage once.
         return
     except SQLAlchemyError as error:
-        log.warning("that somebody did something is not written down: %s", error)
+        log.warning("user activity could not be stored: %s", error)
 
 
 def _check_sign_in(actor: Actor, rule: Rule) -> None:
@@ -205,7 +205,7 @@ def _check_sign_in(actor: Actor, rule: Rule) -> None:
 
 def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, UUID]]) -> None:
     granted = OF_ROLE[actor.role]
-    # Whoever may not see records may not ask for them by way of something else either.
+    # Without permission to read records, no route may name one.
     if rule.needs not in granted or (named and "read_records" not in granted):
         raise ProblemError(403, "not_allowed", texts.ROLE_NOT_ALLOWED(), texts.ASK_PERMITTED_PERSON())
     if rule.here and actor.stations and station not in actor.stations:
@@ -218,9 +218,9 @@ def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, U
 
 
 def _wait_for_arrival(services: Services, named: list[tuple[str, UUID]]) -> None:
-    """What was done without the database with what is named would be missing in what is found there.
+    """Wait for spooled records of the named objects, so that the route finds them in the database.
 
-    :raises DatabaseUnavailableError: when it is there, and that is not after so many seconds.
+    :raises DatabaseUnavailableError: when the database answers and they have not arrived after the limit.
     """
     database = services.database
     if database.unavailable_since is not None or not services.offline_cache.is_pending(named):
@@ -247,7 +247,7 @@ def _check_records(
 
 
 def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
-    """Every record that the request names, each once."""
+    """Yield every record that the request names, each once."""
     given = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
     seen = set()
     for name, value in given:
@@ -256,7 +256,7 @@ def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
         try:
             one = name, UUID(str(value))
         except ValueError:
-            # The route says what is wrong with it.
+            # The route reports the invalid id.
             continue
         if one not in seen:
             seen.add(one)
@@ -264,7 +264,7 @@ def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
 
 
 def _fields(body: Any) -> Iterator[tuple[str, Any]]:
-    """Every field of a body, however deep."""
+    """Yield every field of a body, at any depth."""
     left = [body]
     while left:
         one = left.pop()
@@ -276,7 +276,7 @@ def _fields(body: Any) -> Iterator[tuple[str, Any]]:
 
 
 async def _body(connection: HTTPConnection) -> Any:
-    """What FastAPI would take for JSON, and more; it has been read already, and is kept."""
+    """Return the JSON body, also with content types that FastAPI would not parse. Starlette caches the bytes for the route."""
     if not isinstance(connection, Request) or "json" not in connection.headers.get("content-type", "").lower():
         return None
     try:

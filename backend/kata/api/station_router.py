@@ -1,4 +1,4 @@
-"""REST for the station: the therapist's commands, each with what the clinic has to write down first."""
+"""Routes for the station: the therapist's commands, each with the records that must be written first."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -59,7 +59,7 @@ _METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[Text, ...]]] = {
     ("learned", False): (texts.PLAYED_LEARNED_NOTHING(),),
     ("learned", True): (texts.PLAYED_LEARNED(),),
 }
-"""Told with what was done to the recording; whether there is a correction makes a difference for one method."""
+"""Texts of the playback method, shown with the changes to the recording. Only one method differs with a correction."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 _GUARDED: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 422, 503)
 
@@ -72,26 +72,26 @@ class StationState(Schema):
 
 
 class SideRequest(Schema):
-    """Which shoulder the apparatus stands for."""
+    """The shoulder that the apparatus is set up for."""
 
     side: Side
 
 
 class Accepted(Schema):
-    """The device process has accepted the command; what comes of it, the live state tells."""
+    """The device process has accepted the command. The live state shows its result."""
 
     accepted: bool = Field(True, description="Always true: a refusal is a problem document.")
 
 
 class SeenState(Schema):
-    """The live state that the sender saw last. A command is refused when a stop has come since, or when the state is over 2 s old."""
+    """The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is over 2 s old."""
 
     stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(description="`live.stops` of that state.", examples=[3])
     seen_at: AwareDatetime = Field(description="`live.at` of that state.", examples=["2026-11-21T09:30:00.125Z"])
 
 
 async def guarded(station: TheStation, seen: SeenState) -> Guard:
-    """Return what a command carries that can start motion, release an arm or reset a stop.
+    """Return the guard of a command that can start motion, release an arm or reset a stop.
 
     :raises ProblemError: 409 when the state is too old or lies in the future.
     """
@@ -112,53 +112,51 @@ TheLiveView = Annotated[LiveStateView, Depends(_live_view)]
 
 
 class TeachRequest(Schema):
-    """Whom to teach a motion."""
+    """The patient and motion to teach."""
 
     patient_id: UUID
     name: Name = Field("Motion", description="What its recordings will be called.", examples=["Flexion"])
     side: Side | None = Field(None, description="The side of the patient's episode unless given.")
-    taught_by: By = Field(
-        "", description="Whose hands guide the arm: yours, unless somebody else is named.", examples=["Sato"]
-    )
+    taught_by: By = Field("", description="Name of the person who guides the arm; empty: you.", examples=["Sato"])
     fixtures: Annotated[Fixtures, Field(min_length=1)]
     looked_at: set[CheckName] = Field(
         default_factory=set,
         max_length=5,
-        description="Of the checklist, what whoever teaches has just looked at and found in order, for this side and these "
-        "fixtures. What the patient's open session knows already is not asked again.",
+        description="Checks that the teaching person has just made for this side and these fixtures. Checks that the "
+        "patient's open session contains need not be repeated.",
         examples=[["side", "fixtures", "belt"]],
     )
 
 
 class Teaching(Schema):
-    """A teaching that has begun; each press of the pedal becomes one recording."""
+    """A teaching that has begun. Each press of the pedal becomes one recording."""
 
     teaching_id: UUID
 
 
 class LoadRequest(PlaybackSettings):
-    """What to play, how, and in which session."""
+    """The recording to play, its settings, and the session."""
 
     session_id: UUID
     recording_id: UUID
     programme_position: int | None = Field(
-        None, ge=1, le=1000, description="Which item of the session's programme this is; none: chosen besides."
+        None, ge=1, le=1000, description="Item of the session's programme; none: chosen outside the programme."
     )
     load_level: LoadLevel
     method: Method = Field(
         "smooth",
-        description="paper: 10 Hz, each sample held, as Sun et al. (2025) did. smooth. learned: smooth, corrected by what "
-        "earlier runs of this recording with these settings have taught on this station.",
+        description="paper: 10 Hz, each sample held, as Sun et al. (2025). smooth: interpolated. learned: smooth, with a "
+        "correction from earlier runs of this recording with these settings on this station.",
     )
 
 
 class LeaseRequest(Schema):
     """Operate the apparatus from this browser."""
 
-    take_over: StrictBool = Field(False, description="Also when somebody operates it at another browser, who is told.")
+    take_over: StrictBool = Field(False, description="Take the lease also from another browser, which is notified.")
 
 
-@router.get("")
+@router.get("", summary="Read the station's state")
 async def get_station(
     station: TheStation,
     database: TheDatabase,
@@ -167,16 +165,17 @@ async def get_station(
     actor: TheActor,
     here: Watching,
 ) -> StationState:
-    """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
+    """Return the station and its newest state; the WebSocket /api/live sends updates. Patients that you may not see are left out."""
     state = await Redaction(actor, database, offline_cache).apply(live_view.state(here))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 
-@router.post("/lease", responses=PROBLEMS.of(409, 422))
+@router.post("/lease", responses=PROBLEMS.of(409, 422), summary="Take the lease of the apparatus")
 async def take_lease(request: Request, station: TheStation, here: Watching, wanted: LeaseRequest) -> LeaseLive:
-    """Operate the apparatus from this browser; the first command does the same while nobody operates it.
+    """Operate the apparatus from this browser. The first command does the same while the lease is free.
 
-    Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+    Others watch, and may stop it. While the operator's browser cannot be reached, playback pauses after 2 s, and the motors release
+    the arm after 30 s.
     """
     before = station.operating.by
     refusal = station.operating.take(here, take_over=wanted.take_over)
@@ -187,22 +186,22 @@ async def take_lease(request: Request, station: TheStation, here: Watching, want
     return station.operating.told(here)
 
 
-@router.delete("/lease", responses=PROBLEMS.of(409))
+@router.delete("/lease", responses=PROBLEMS.of(409), summary="Release the lease of the apparatus")
 async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
-    """Operate the apparatus no more; refused while the motors move or hold the arm, or may do so."""
+    """Stop operating the apparatus. Refused while the motors move or hold the arm, or may do so."""
     refusal = station.operating.release(here, station.torque)
     if refusal:
         raise refused(refusal)
     return station.operating.told(here)
 
 
-@router.post("/side", responses=PROBLEMS.of(409, 422))
+@router.post("/side", responses=PROBLEMS.of(409, 422), summary="Set the side of the apparatus")
 async def set_side(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
-    """Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
+    """Confirm that the apparatus has been turned, with its pin, to a shoulder. A simulated apparatus is turned by this request.
 
-    Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
-    program starts anew, which takes about a second; the emergency stop has to be tested again. Refused while the motors hold an arm,
-    or may hold one; an apparatus that is switched off can be turned.
+    Motions of the other shoulder cannot be taught or played before, because motors 3 and 4 turn in the opposite direction. The control
+    program restarts, which takes about a second, and the emergency stop must be tested again. Refused while the motors hold an arm or
+    may hold one. An apparatus that is switched off can be turned.
     """
 
     async def meanwhile() -> None:
@@ -215,13 +214,13 @@ async def set_side(station: TheStation, simulation: AnySimulation, here: Operato
     return Accepted(accepted=True)
 
 
-@router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
+@router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503), summary="Begin teaching")
 async def teach(
     station: TheStation, database: TheDatabase, event_spool: TheEventSpool, here: Operator, wanted: TeachRequest
 ) -> Teaching:
-    """Begin teaching: torque is off, and samples are recorded while the pedal is down.
+    """Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
 
-    Refused while the checklist is open, in a session as without one. Refused in another mode before anything is looked up.
+    Refused while the checklist is incomplete, with or without a session. In another mode, refused before any lookup.
     """
     _refuse_by_mode(station, "teach")
     there = checks.apparatus_state(station.info.name, station.live())
@@ -237,13 +236,13 @@ async def teach(
     return Teaching(teaching_id=teaching.id)
 
 
-@router.post("/finish-teaching", responses=_COMMAND)
+@router.post("/finish-teaching", responses=_COMMAND, summary="Finish teaching")
 async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
-    """End teaching; its takes are saved."""
+    """End teaching. Its takes are saved."""
     return await _send(station, messages.FinishTeaching(), here)
 
 
-@router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503))
+@router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503), summary="Load a recording for playback")
 async def load(
     station: TheStation,
     database: TheDatabase,
@@ -252,14 +251,14 @@ async def load(
     here: Operator,
     wanted: LoadRequest,
 ) -> Run:
-    """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
+    """Check a recording with its settings against the apparatus' limits and load it as a new run.
 
-    Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
-    what was fetched ahead. Refused in another mode before anything is looked up.
+    Refused while the session's checklist is incomplete. While the database does not answer, this station's running session continues
+    with prefetched data. In another mode, refused before any lookup.
     """
     _refuse_by_mode(station, "load")
     there = checks.apparatus_state(station.info.name, station.live())
-    # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
+    # No database access until the device has answered: if it failed in between, the run would never end.
     try:
         begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, there)
     except DatabaseUnavailableError:
@@ -295,59 +294,60 @@ async def load(
     return run
 
 
-@router.post("/unload", responses=_COMMAND)
+@router.post("/unload", responses=_COMMAND, summary="Unload the recording")
 async def unload(station: TheStation, here: Operator) -> Accepted:
-    """Forget the loaded recording, unplayed."""
+    """Unload the recording without playing it."""
     return await _send(station, messages.Unload(), here)
 
 
-@router.post("/approach", responses=_GUARDED)
+@router.post("/approach", responses=_GUARDED, summary="Move to the start of the recording")
 async def approach(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Torque on, slowly to the recording's start, and hold there."""
+    """Switch torque on, move slowly to the recording's start, and hold there."""
     return await _send(station, messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
-@router.post("/play", responses=_GUARDED)
+@router.post("/play", responses=_GUARDED, summary="Play the recording")
 async def play(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Play on from where the path stands."""
+    """Play from the current position on the path."""
     return await _send(station, messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
-@router.post("/pause", responses=_COMMAND)
+@router.post("/pause", responses=_COMMAND, summary="Pause the playback")
 async def pause(station: TheStation, here: Operator) -> Accepted:
     """Slow down on the path and hold."""
     return await _send(station, messages.Pause(), here)
 
 
-@router.post("/reduce-range", responses=_COMMAND)
+@router.post("/reduce-range", responses=_COMMAND, summary="Reduce the range of motion")
 async def reduce_range(station: TheStation, here: Operator) -> Accepted:
-    """A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition."""
+    """Reduce the range by a tenth, towards its middle, during playback. It grows back slowly, repetition by repetition."""
     return await _send(station, messages.Less(), here)
 
 
-@router.post("/return", responses=_GUARDED)
+@router.post("/return", responses=_GUARDED, summary="Return and release torque")
 async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Slowly back to where the approach began, then torque off."""
+    """Return slowly to where the approach began, then switch torque off."""
     return await _send(station, messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
-@router.post("/stop", responses=_COMMAND)
+@router.post("/stop", responses=_COMMAND, summary="Stop the apparatus")
 async def stop(station: TheStation) -> Accepted:
-    """Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
-    stop: it needs a network.
+    """Ramp down, switch torque off and latch the stop. Accepted at any time from any browser, without waiting.
+
+    It is not an emergency stop, because it needs a network.
     """
     return await _send(station, messages.Stop(), None)
 
 
-@router.post("/release-torque", responses=_GUARDED)
+@router.post("/release-torque", responses=_GUARDED, summary="Release torque found at connection")
 async def release_torque(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Switch off the torque that the drives had when the apparatus was connected: the arm is supported. Only while stopped."""
+    """Switch off torque that the drives had when the apparatus was connected, with the arm supported. Only while stopped."""
     return await _send(station, messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
-@router.post("/acknowledge", responses=_GUARDED)
+@router.post("/acknowledge", responses=_GUARDED, summary="Acknowledge a stop")
 async def acknowledge(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Acknowledge a stop whose causes have cleared. Starts nothing."""
+    """Acknowledge a stop whose causes have cleared. This starts no motion."""
     return await _send(station, messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
@@ -365,7 +365,7 @@ async def _send(station: Station, command: messages.Command, here: Browser | Non
 
 @dataclass(frozen=True)
 class _Begun:
-    """A run that may be played."""
+    """A run that the device may load."""
 
     run: Run
     motion: Motion
@@ -411,9 +411,9 @@ def _begin_teaching(
 def _written(
     database: Database, event_spool: EventSpool, what: Literal["run", "teaching"]
 ) -> Iterator[tuple[Session, list[UUID]]]:
-    """As :meth:`Database.write`; the list takes the id of what begins.
+    """Open a session as :meth:`Database.write` does. The caller appends the id of a new run or teaching to the list.
 
-    Where the database is lost in the commit, it may stand there although the device never heard of it.
+    When the database is lost during the commit, the row may exist although the device never began: then record that it has not begun.
     """
     began: list[UUID] = []
     try:
@@ -434,7 +434,7 @@ def _run_request(wanted: LoadRequest) -> runs.RunRequest:
 def _begin_run(
     database: Database, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
 ) -> _Begun:
-    """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
+    """Check the recording in a read session, which takes seconds for an hour of motion; then write. Other writers do not wait meanwhile."""
     request = _run_request(wanted)
     with database.read() as session:
         prepared = runs.to_begin(session, request, there.station)
@@ -459,7 +459,7 @@ def _begin_run(
                 texts.LIMITS_CHANGED_MEANWHILE(),
                 texts.LOAD_AGAIN(),
             )
-        # Last: nobody is to put a patient in order for what may not be played anyway.
+        # Last: nobody should prepare a patient for a recording that may not be played.
         checks.require(session, wanted.session_id, wanted.recording_id, there)
         patient = sessions.get(session, wanted.session_id).patient
         return _Begun(
@@ -476,12 +476,12 @@ def _begin_run(
 def _begin_without_database(
     offline_cache: OfflineCache, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
 ) -> _Begun | None:
-    """None where it is not known well enough, or cannot be kept."""
+    """Begin a run from the offline cache. Return None when the cache lacks data or the spool cannot store the run."""
     found = offline_cache.start_run(_run_request(wanted), there)
     if found is None:
         return None
-    for told in found.new_answers:
-        event_spool.put_offline_event(told)
+    for event in found.new_answers:
+        event_spool.put_offline_event(event)
     if not event_spool.put_offline_event(found.begun):
         event_spool.put_not_begun("run", found.begun.id)
         offline_cache.finish_run(found.begun.id, None)
@@ -499,9 +499,9 @@ def _begin_without_database(
 
 
 def _forget_run(database: Database, event_spool: EventSpool, offline_cache: OfflineCache, begun: _Begun) -> None:
-    """The device refused: it never began."""
+    """Remove a run that the device refused."""
     if begun.without_database:
-        # Behind what says that it began, which may be on its way still.
+        # Queued behind the record of its beginning, which may not be delivered yet.
         event_spool.put_not_begun("run", begun.run.id)
         offline_cache.finish_run(begun.run.id, None)
         return

@@ -141,7 +141,7 @@ class AuditPage(Schema):
 _Text = Annotated[str | None, Query(max_length=100, pattern=NO_NUL)]
 
 
-@router.get("/api/audit", responses=PROBLEMS.of(422))
+@router.get("/api/audit", responses=PROBLEMS.of(422), summary="Search the audit trail")
 def list_audit(
     request: Request,
     database: TheDatabase,
@@ -155,7 +155,7 @@ def list_audit(
     limit: Limit = 50,
     after: After = None,
 ) -> AuditPage:
-    """The audit trail, newest first; every filter that is given has to fit."""
+    """Return the audit trail, newest first. Every given filter must match."""
     services: AuditServices = request.app.state.services
     services.audit_log.until_written(1.0)
     wanted = (

@@ -86,17 +86,17 @@ class OneTimeCode(Schema):
     until: Moment
 
 
-@router.get("", responses=PROBLEMS.of(401, 403))
+@router.get("", responses=PROBLEMS.of(401, 403), summary="List all accounts")
 def list_accounts(database: TheDatabase, access: TheAccess) -> AccountList:
-    """Every account, disabled ones too."""
+    """Return every account, including disabled ones."""
     with database.read() as session:
         rows = accounts.every(session)
         return AccountList(items=[_told(access, row, accounts.stations_of(session, row.id)) for row in rows])
 
 
-@router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422))
+@router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")
 def create_account(database: TheDatabase, access: TheAccess, given: AccountCreate) -> OneTimeCode:
-    """Make an account; its owner sets a password with the code that is answered."""
+    """Create an account. Its owner sets a password with the returned one-time code."""
     now = access.now()
     with database.write() as session:
         row = accounts.create(session, given.username, given.name, given.role, given.stations, now)
@@ -106,7 +106,7 @@ def create_account(database: TheDatabase, access: TheAccess, given: AccountCreat
         )
 
 
-@router.patch("/{account_id}", responses=PROBLEMS.of(401, 403, 404, 409, 422))
+@router.patch("/{account_id}", responses=PROBLEMS.of(401, 403, 404, 409, 422), summary="Change an account")
 def update_account(
     request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, change: AccountUpdate
 ) -> Account:
@@ -139,7 +139,9 @@ def update_account(
     return told
 
 
-@router.post("/{account_id}/reset", responses=PROBLEMS.of(401, 403, 404, 422))
+@router.post(
+    "/{account_id}/reset", responses=PROBLEMS.of(401, 403, 404, 422), summary="Issue a new one-time code for an account"
+)
 def reset_account(
     request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, given: Reset
 ) -> OneTimeCode:

@@ -1,4 +1,4 @@
-"""Who was let in lately: whoever is remembered may stop the apparatus without a look into the database."""
+"""Cache recently authenticated users, so that they can stop the apparatus without a database query."""
 
 import asyncio
 import time
@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
 
 class AuthCache:
-    """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
+    """Recently authenticated users and their last activity, by the hash of their cookie.
 
-    A Stop is taken from whoever is remembered, so that it waits for no database; and while there is none, what has begun goes on
-    with them. Where there is one, sign-ins that have ended are forgotten within half a second, whichever service on it has ended them (:class:`kata.auth.login.SessionRevocations`).
+    A cached user may stop the apparatus without waiting for the database, and continue a running session while it is unavailable. While
+    it answers, ended login sessions leave the cache within half a second, whichever service on the database ended them
+    (:class:`kata.auth.login.SessionRevocations`).
     """
 
     _MOST: Final = 1000
@@ -30,12 +31,12 @@ class AuthCache:
         self._seen_s: dict[str, float] = {}
         self._told: dict[str, Me] = {}
         self._keys: dict[UUID, str] = {}
-        """Of a sign-in: whoever shows again who they are goes on under another cookie."""
+        """Key of each login session: a reauthentication replaces its cookie."""
         self.writing: set[asyncio.Task[None]] = set()
-        """That somebody did something is being written down: nobody's command waits for that."""
+        """Running writes of user activity. No command waits for them."""
 
     def put(self, cookie: str, actor: Actor) -> None:
-        """Has been let in just now."""
+        """Cache a user who has just been authenticated."""
         key = secrets.hashed(cookie)
         if (before := self._keys.get(actor.sign_in_id, key)) != key:
             self._drop(before)
@@ -45,20 +46,20 @@ class AuthCache:
             self._drop(next(iter(self._actors)))
 
     def forget(self, cookie: str) -> None:
-        """Is not let in any more."""
+        """Remove a cookie."""
         self._drop(secrets.hashed(cookie))
 
     def forget_account(self, account_id: UUID) -> None:
-        """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
+        """Remove an account whose rights have changed or that is disabled, on all its browsers."""
         for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
             self._drop(key)
 
     def sign_ins(self) -> set[UUID]:
-        """Those that are remembered."""
+        """Return the cached login sessions."""
         return {actor.sign_in_id for actor, _ in list(self._actors.values())}
 
     def forget_sign_ins(self, ended: Collection[UUID]) -> None:
-        """These have ended."""
+        """Remove login sessions that have ended."""
         for key in [key for key, (actor, _) in list(self._actors.items()) if actor.sign_in_id in ended]:
             self._drop(key)
 
@@ -70,25 +71,25 @@ class AuthCache:
         self._told.pop(key, None)
 
     def tell(self, cookie: str, told: "Me") -> None:
-        """What the page was told of who they are."""
+        """Cache the answer about the signed-in user."""
         self._told[secrets.hashed(cookie)] = told
 
     def told(self, cookie: str) -> "Me | None":
-        """What it was told last."""
+        """Return the cached answer about the signed-in user."""
         return self._told.get(secrets.hashed(cookie))
 
     def who_was_here(self, cookie: str, longest_s: float) -> Actor | None:
-        """Who this was when the database last answered, no longer ago than a sign-in lasts."""
+        """Return the cookie's user as last confirmed by the database, at most ``longest_s`` seconds ago."""
         actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
         return actor if time.monotonic() - at_s < longest_s else None
 
     def who_may_stop(self, cookie: str) -> Actor | None:
-        """Who this was within the last hour; None: the database has to be asked."""
+        """Return the cookie's user as confirmed within the last hour; None: query the database."""
         actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
         return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
 
     def is_news(self, cookie: str) -> bool:
-        """Whether that its user did something has to be written down: twice a minute is enough."""
+        """Return True if the activity should be persisted (at most every 30 s)."""
         key, now = secrets.hashed(cookie), time.monotonic()
         if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
             return False

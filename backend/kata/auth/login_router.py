@@ -67,7 +67,7 @@ class SetPassword(Schema):
     password: Password
 
 
-@router.post("/api/sign-in", responses=PROBLEMS.of(401, 403, 422, 429))
+@router.post("/api/sign-in", responses=PROBLEMS.of(401, 403, 422, 429), summary="Sign in with a password")
 def sign_in_by_password(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
 ) -> Me:
@@ -110,7 +110,7 @@ def sign_in_by_password(
     return told
 
 
-@router.post("/api/sign-in/link", responses=PROBLEMS.of(401, 422))
+@router.post("/api/sign-in/link", responses=PROBLEMS.of(401, 422), summary="Sign in with a demonstration link")
 def sign_in_by_link(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: LinkSignIn
 ) -> Me:
@@ -124,9 +124,11 @@ def sign_in_by_link(
     return told
 
 
-@router.post("/api/set-up", responses=PROBLEMS.of(401, 422, 429))
+@router.post(
+    "/api/set-up", responses=PROBLEMS.of(401, 422, 429), summary="Create an administrator with the set-up link"
+)
 def set_up_clinic(request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SetUp) -> Me:
-    """Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in."""
+    """Create the first administrator, or a further one for a clinic that is locked out, and sign in."""
     address = f"address {address_of(request)}"
     access.throttle.begin((address, OF_AN_ADDRESS))
     unfit = ProblemError(
@@ -158,9 +160,14 @@ def set_up_clinic(request: Request, response: Response, database: TheDatabase, a
     return told
 
 
-@router.post("/api/set-password", status_code=204, responses=PROBLEMS.of(401, 422, 429))
+@router.post(
+    "/api/set-password",
+    status_code=204,
+    responses=PROBLEMS.of(401, 422, 429),
+    summary="Set a password with a one-time code",
+)
 def set_password_by_code(request: Request, database: TheDatabase, access: TheAccess, given: SetPassword) -> None:
-    """Set a password by the one-time code that an administrator has given; then sign in with it."""
+    """Set a password with the one-time code that an administrator has issued. It can be used to sign in afterwards."""
     # Not the name's tries: who is locked out by somebody else's guessing comes back in by a code, which nobody guesses.
     address = f"address {address_of(request)}"
     access.throttle.begin((address, OF_AN_ADDRESS))
@@ -189,9 +196,9 @@ def set_password_by_code(request: Request, database: TheDatabase, access: TheAcc
     access.revocations.notice()
 
 
-@router.post("/api/sign-out", status_code=204, responses=PROBLEMS.of(403))
+@router.post("/api/sign-out", status_code=204, responses=PROBLEMS.of(403), summary="Sign out")
 def sign_out(request: Request, response: Response, database: TheDatabase, access: TheAccess) -> None:
-    """Nobody is signed in at this browser any more."""
+    """End the login session of this browser."""
     with database.write() as session:
         actor = end_here(request, session, access)
         entries.note(session, "sign_out", actor=actor)
@@ -200,9 +207,9 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
         response.delete_cookie(name, secure=name == login_session.SECURE_COOKIE, httponly=True, samesite="strict")
 
 
-@router.get("/api/me", responses=PROBLEMS.of(401))
+@router.get("/api/me", responses=PROBLEMS.of(401), summary="Read the signed-in user")
 def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
-    """Who is signed in at this browser; while the database does not answer, who it was."""
+    """Return the user of this browser. While the database does not answer, return the last known answer."""
     cookie, auth_cache = cookie_of(request) or "", auth_services(request).auth_cache
     try:
         with database.read() as session:

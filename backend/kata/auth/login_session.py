@@ -1,4 +1,4 @@
-"""Sign-ins: who a browser's cookie belongs to, from when until when."""
+"""Login sessions: which user a browser's cookie belongs to, and for how long."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -16,35 +16,35 @@ from kata.errors import ProblemError
 
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"
-"""Over HTTPS: a browser takes such a name only from this host itself, and only with Secure."""
+"""Used over HTTPS: a browser accepts a cookie of this name only from this host and only with Secure."""
 Method = Literal["password", "totp", "recovery", "oidc", "oidc_two", "link"]
-"""``oidc``: by the clinic's OpenID provider; ``oidc_two``: and by a second factor, its own or ours."""
+"""``oidc``: by the clinic's OpenID provider; ``oidc_two``: also by a second factor, the provider's or Kata's."""
 EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "openid", "no_demonstration"]
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
 _FRESH: Final = timedelta(minutes=10)
 _ON_ITS_WAY: Final = timedelta(seconds=10)
-"""So long a secret is good that was replaced: a browser sends several requests at once, a Stop perhaps among them."""
+"""A replaced secret stays valid this long, because a browser sends several requests at once, possibly a Stop."""
 _SEEN_EVERY: Final = timedelta(seconds=30)
-"""What somebody does is written down no more often than this."""
+"""User activity is stored at most this often."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """For how long a sign-in lasts, and of whom a second factor is asked."""
+    """Limits of a login session, and the roles that need a second factor."""
 
     idle: timedelta = timedelta(minutes=15)
-    """Without anything done by its user, the screen is locked."""
+    """The screen locks after this time without user activity."""
     longest: timedelta = timedelta(hours=12)
-    """Then it is over, whatever is done, but for :attr:`extension`."""
+    """The login session ends after this time, also with activity, except for :attr:`extension`."""
     extension: timedelta = timedelta(hours=1)
-    """How much longer it may last while its user operates an apparatus whose motors move or hold an arm."""
+    """Additional time while the user operates an apparatus whose motors move or hold an arm."""
     second_factor_of: frozenset[Role] = frozenset({"administrator"})
 
 
 def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
-    """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept.
+    """Begin a login session and return the secret for the browser's cookie. Only its hash is stored.
 
-    Whoever lets them in notes it for the audit trail.
+    The caller records the login in the audit trail.
     """
     secret = secrets.fresh()
     session.add(
@@ -68,9 +68,9 @@ def begin(session: Session, account: AccountRow, method: Method, now: datetime, 
 def actor_of(
     session: Session, cookie: str | None, now: datetime, limits: Limits = Limits(), at_the_arm: UUID | None = None
 ) -> Actor | None:
-    """Return who this cookie belongs to; None where that sign-in has ended, or never was.
+    """Return the user of this cookie; None when its login session has ended or never existed.
 
-    :param at_the_arm: the sign-in whose user operates an apparatus with torque.
+    :param at_the_arm: the login session whose user operates an apparatus with torque.
     """
     if not cookie:
         return None
@@ -81,7 +81,7 @@ def actor_of(
 
 
 def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
-    """Who is signed in there; None where that sign-in has ended."""
+    """Return the user of a login session; None when it has ended."""
     return _actor(session, SignInRow.id == sign_in_id, now, limits)
 
 
@@ -98,7 +98,7 @@ def _actor(
     sign_in, account = found
     age = now - sign_in.began_at
     longest = limits.longest + (limits.extension if sign_in.id == at_the_arm else timedelta())
-    # A clock that was set back makes nobody stay for longer.
+    # A clock that was set back does not extend the login session.
     if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
     stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
@@ -112,21 +112,21 @@ def _actor(
         enrolling=(
             account.role in limits.second_factor_of
             and account.totp_confirmed_at is None
-            # The demonstration is nobody's; of the clinic's identity provider only counts what it says in so many words.
+            # Demonstration accounts belong to no person. A provider counts only if it explicitly states a second factor.
             and sign_in.method not in ("link", "oidc_two")
         ),
     )
 
 
 def _is_locked(row: SignInRow, now: datetime, limits: Limits) -> bool:
-    """Not the demonstration's, which has no password to unlock it with."""
+    """Return whether the screen is locked. A demonstration account never is, because it has no password to unlock it."""
     return row.method != "link" and (row.locked_at is not None or now - row.seen_at >= limits.idle)
 
 
 def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
-    """What goes on stays visible and may be stopped; for all else the password has to be given again.
+    """Lock the screen: a running session stays visible and can be stopped; everything else needs the password again.
 
-    :raises ProblemError: 409 for the demonstration's, which has none.
+    :raises ProblemError: 409 for a demonstration account, which has no password.
     """
     row = session.get_one(SignInRow, sign_in_id)
     if row.method == "link":
@@ -135,9 +135,9 @@ def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
 
 
 def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | None = None) -> str:
-    """Its user has given password or second factor again: it is not locked any more, and goes on under a new secret, for the cookie.
+    """Record a reauthentication: unlock the screen, and return a new secret for the cookie.
 
-    ``method``: what it counts as from now on.
+    ``method``: the login session's new method, if it changes.
     """
     row = session.get_one(SignInRow, sign_in_id)
     secret = secrets.fresh()
@@ -149,12 +149,12 @@ def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | N
 
 
 def is_fresh(session: Session, sign_in_id: UUID, now: datetime) -> bool:
-    """Whether its user has shown who they are so short a time ago that nobody else will have come by."""
+    """Return whether the user authenticated within the last ten minutes."""
     return now - session.get_one(SignInRow, sign_in_id).proved_at < _FRESH
 
 
 def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[SignInRow]:
-    """Those of an account that go on, the newest first."""
+    """Return the active login sessions of an account, newest first."""
     of_account = select(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
     return session.scalars(
         of_account.where(SignInRow.began_at > now - limits.longest).order_by(SignInRow.began_at.desc())
@@ -164,7 +164,7 @@ def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -
 def still(
     session: Session, sign_in_ids: Collection[UUID], now: datetime, limits: Limits, at_the_arm: UUID | None = None
 ) -> set[UUID]:
-    """Return those of these that go on; ``at_the_arm`` as in :func:`actor_of`."""
+    """Return the given login sessions that are still active; ``at_the_arm`` as in :func:`actor_of`."""
     began_after = now - limits.longest
     asked = (
         select(SignInRow.id)
@@ -183,7 +183,7 @@ def still(
 
 
 def did_something(session: Session, actor: Actor, now: datetime) -> None:
-    """The user, not the page by itself, did something: the idle time begins anew. A locked screen stays locked."""
+    """Record user activity, which restarts the idle time. A locked screen stays locked."""
     if not actor.locked:
         session.execute(
             update(SignInRow)
@@ -193,7 +193,7 @@ def did_something(session: Session, actor: Actor, now: datetime) -> None:
 
 
 def end(session: Session, sign_in_id: UUID, why: EndReason, now: datetime) -> None:
-    """One browser's."""
+    """End one login session."""
     session.execute(
         update(SignInRow)
         .where(SignInRow.id == sign_in_id, SignInRow.ended_at.is_(None))
@@ -202,7 +202,7 @@ def end(session: Session, sign_in_id: UUID, why: EndReason, now: datetime) -> No
 
 
 def end_all(session: Session, account_id: UUID, why: EndReason, now: datetime, besides: UUID | None = None) -> None:
-    """Every one of an account; ``besides``: but for this one."""
+    """End all login sessions of an account except ``besides``."""
     ending = update(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
     if besides is not None:
         ending = ending.where(SignInRow.id != besides)

@@ -78,15 +78,15 @@ class OpenIdCode(Schema):
     code: Secret = Field(description="Six digits, or a recovery code.", examples=["123456"])
 
 
-@router.get("")
+@router.get("", summary="List the ways to sign in")
 async def get_ways_in(access: TheAccess) -> WaysIn:
-    """How people sign in here."""
+    """Return the ways to sign in to this service."""
     return WaysIn(openid=access.openid.name if access.openid else None)
 
 
-@router.post("/openid/begin", responses=PROBLEMS.of(404, 422, 503))
+@router.post("/openid/begin", responses=PROBLEMS.of(404, 422, 503), summary="Begin a login at the OpenID provider")
 async def begin_openid(request: Request, response: Response, access: TheAccess, given: BeginOpenId) -> Away:
-    """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider: where to send the browser."""
+    """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address to send the browser to."""
     provider, now = _provider(access), access.now()
     redirect = f"{request.url.scheme}://{request.url.netloc}{_BACK}"
     address, begun = await _asked(provider, partial(provider.begin, redirect, given.to, now))
@@ -94,7 +94,9 @@ async def begin_openid(request: Request, response: Response, access: TheAccess, 
     return Away(address=address)
 
 
-@router.post("/openid", responses=PROBLEMS.of(401, 403, 404, 422, 429, 503))
+@router.post(
+    "/openid", responses=PROBLEMS.of(401, 403, 404, 422, 429, 503), summary="Complete a login at the OpenID provider"
+)
 async def sign_in_by_openid(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OidcCallback
 ) -> LoginResult:
@@ -114,7 +116,9 @@ async def sign_in_by_openid(
     return told
 
 
-@router.post("/openid/code", responses=PROBLEMS.of(401, 404, 422, 429))
+@router.post(
+    "/openid/code", responses=PROBLEMS.of(401, 404, 422, 429), summary="Give the second factor after an OpenID login"
+)
 def confirm_openid(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OpenIdCode
 ) -> LoginResult:

@@ -79,23 +79,23 @@ class OwnSignIns(Schema):
     items: list[OwnSignIn]
 
 
-@router.put("/language", responses=PROBLEMS.of(401, 422))
+@router.put("/language", responses=PROBLEMS.of(401, 422), summary="Choose the page's language")
 def choose_language(database: TheDatabase, access: TheAccess, actor: TheActor, given: Speaks) -> Me:
-    """Choose the language that the page speaks with oneself, at whichever browser."""
+    """Choose the page's language for this account, on every browser."""
     with database.write() as session:
         accounts.get(session, actor.account_id).language = given.language
         session.flush()
         return me(session, actor, access)
 
 
-@router.post("/lock", status_code=204, responses=PROBLEMS.of(401, 409))
+@router.post("/lock", status_code=204, responses=PROBLEMS.of(401, 409), summary="Lock the screen")
 def lock_screen(database: TheDatabase, access: TheAccess, actor: TheActor) -> None:
-    """Lock the screen: what goes on stays visible and may be stopped."""
+    """Lock the screen. A running session stays visible and can be stopped."""
     with database.write() as session:
         login_session.lock(session, actor.sign_in_id, access.now())
 
 
-@router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429))
+@router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429), summary="Unlock the screen")
 def unlock_screen(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Unlock
 ) -> Me:
@@ -105,7 +105,7 @@ def unlock_screen(
         return me(session, go_on(request, response, session, access, actor), access)
 
 
-@router.post("/password", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))
+@router.post("/password", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429), summary="Change the own password")
 def change_password(
     request: Request,
     response: Response,
@@ -127,7 +127,9 @@ def change_password(
     access.revocations.notice()
 
 
-@router.post("/second-factor", responses=PROBLEMS.of(401, 403, 409, 422, 429))
+@router.post(
+    "/second-factor", responses=PROBLEMS.of(401, 403, 409, 422, 429), summary="Begin to set up a second factor"
+)
 def begin_second_factor(
     database: TheDatabase, access: TheAccess, actor: TheActor, given: Reauthentication
 ) -> SecondFactorBegun:
@@ -138,7 +140,7 @@ def begin_second_factor(
     return SecondFactorBegun(address=address, picture=second_factor.drawn(address))
 
 
-@router.put("/second-factor", responses=PROBLEMS.of(401, 409, 422, 429))
+@router.put("/second-factor", responses=PROBLEMS.of(401, 409, 422, 429), summary="Confirm the new second factor")
 def confirm_second_factor(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Confirm
 ) -> RecoveryCodes:
@@ -153,7 +155,9 @@ def confirm_second_factor(
     return RecoveryCodes(codes=codes)
 
 
-@router.delete("/second-factor", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))
+@router.delete(
+    "/second-factor", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429), summary="Remove the second factor"
+)
 def remove_second_factor(
     database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[Reauthentication, Body()]
 ) -> None:
@@ -163,15 +167,20 @@ def remove_second_factor(
         second_factor.remove(session, accounts.get(session, actor.account_id))
 
 
-@router.get("/sign-ins", responses=PROBLEMS.of(401))
+@router.get("/sign-ins", responses=PROBLEMS.of(401), summary="List the own login sessions")
 def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor) -> OwnSignIns:
-    """The browsers that one is signed in at."""
+    """Return the browsers at which this account is signed in."""
     with database.read() as session:
         rows = login_session.present(session, actor.account_id, access.now(), access.limits)
         return OwnSignIns(items=[_told(row, actor.sign_in_id) for row in rows])
 
 
-@router.delete("/sign-ins/{sign_in_id}", status_code=204, responses=PROBLEMS.of(401, 403, 404, 422, 429))
+@router.delete(
+    "/sign-ins/{sign_in_id}",
+    status_code=204,
+    responses=PROBLEMS.of(401, 403, 404, 422, 429),
+    summary="End one of the own login sessions",
+)
 def end_own_sign_in(
     database: TheDatabase,
     access: TheAccess,

@@ -1,7 +1,7 @@
-"""Who may do what: one table of roles, and one of everything that the service can be asked for.
+"""Permissions: one table of the roles' permissions, and one of the rule of every route.
 
-A route is named by its operation id; the WebSocket is one of them. What stands in neither table nobody may do: the service does
-not start with a route that has no rule (``api/authorization.py``).
+A route is named by its operation id; WebSockets have one too. The service does not start with a route that has no rule
+(``api/authorization.py``).
 """
 
 from collections.abc import Mapping
@@ -23,11 +23,11 @@ Permission = Literal[
     "write_records",
     "administer",
 ]
-"""``public``: whoever reaches the service. ``own_account``: whoever has signed in. ``diagnose``: the device apart from whoever is
-treated with it, and the simulated hand, pedal and switch. ``see_operation``: how service and device are doing, and nobody treated."""
+"""``public``: everyone who reaches the service. ``own_account``: every signed-in user. ``diagnose``: the device without patient data, and
+the simulated hand, pedal and switch. ``see_operation``: the state of service and device, without patient data."""
 
 _EVERYBODY: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
-"""Whoever sees the apparatus may stop it."""
+"""Every user who sees the apparatus may stop it."""
 _THERAPIST: Final[frozenset[Permission]] = _EVERYBODY | {"read_records", "write_records", "operate", "diagnose"}
 OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
     {
@@ -41,22 +41,22 @@ OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What somebody needs for one route."""
+    """What a user needs for one route."""
 
     needs: Permission
     here: bool = False
-    """It belongs to this service's station: only for accounts that work at it."""
+    """Only for accounts that work at this service's station."""
     restricted: bool = False
-    """A restricted record does not refuse it: how one gets into it, and who is let in."""
+    """Allowed for restricted records too: routes that request or manage access to them."""
     locked: bool = False
-    """Also behind a locked screen."""
+    """Allowed while the screen is locked."""
     enrolling: bool = False
-    """Also while a second factor is still to be set up."""
+    """Allowed before the required second factor is set up."""
     away: bool = False
-    """Also while the database does not answer, for whoever was let in when it last did. A record cannot be looked up then: none may be
-    named but those of this day's patients (:mod:`kata.clinic.sessions.offline_cache`)."""
+    """Allowed while the database does not answer, for users whom it confirmed last. Only records of this day's patients may be named then
+    (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
-    """Also for a program that shows the token of ``KATA_METRICS_TOKEN_FILE``: nobody is signed in there."""
+    """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
 
 
 _PUBLIC: Final = Rule("public")
@@ -101,10 +101,10 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # The page itself, and the description of the interface.
         "page": _PUBLIC,
         "openapi": _PUBLIC,
-        # A watchdog, a proxy and a browser that cannot sign in ask; they are told nothing of anybody.
+        # For watchdogs, proxies and browsers without a login; the answers contain no personal data.
         "get_health_live": _PUBLIC,
         "get_health_ready": _PUBLIC,
-        # Coming in and going out.
+        # Signing in and out.
         "sign_in_by_password": _PUBLIC,
         "sign_in_by_link": _PUBLIC,
         "get_ways_in": _PUBLIC,
@@ -190,7 +190,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "get_run": _READ,
         "get_run_figures": _READ,
         "get_run_motion": _READ,
-        # What goes out and comes in.
+        # Export and import.
         "get_session_report_html": _READ,
         "get_session_report_pdf": _READ,
         "get_episode_report_html": _READ,
@@ -204,7 +204,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "preview_imported_motion": _WRITE,
         "import_motion": _WRITE,
         "import_fhir_patients": _WRITE,
-        # Requests for erasure: noted by whoever is asked, decided by an administrator.
+        # Requests for erasure: recorded by a therapist, decided by an administrator.
         "list_erasures": _READ,
         "list_patient_erasures": _READ,
         "request_erasure": _WRITE,
@@ -212,9 +212,9 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "approve_erasure": _ADMINISTER,
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
-        # The audit trail: who looked at a record has to be found without looking at it.
+        # The audit trail must be searchable for a restricted record without access to that record.
         "list_audit": Rule("administer", restricted=True),
-        # How the service is doing.
+        # The state of the service.
         "list_station_versions": Rule("see_operation"),
         "get_metrics": Rule("see_operation", token=True),
         # The apparatus.

@@ -319,14 +319,14 @@ def _backups(request: Request) -> Backups:
 TheBackups = Annotated[Backups, Depends(_backups)]
 
 
-@router.get("")
+@router.get("", summary="List backups")
 async def list_backups(backups: TheBackups) -> BackupList:
-    """Backups, each with its last restore test, newest first; and when the next one is made."""
+    """Return backups with their last restore test, newest first, and the time of the next backup."""
     return await backups.state()
 
 
-@router.post("", status_code=202, responses=PROBLEMS.of(409))
+@router.post("", status_code=202, responses=PROBLEMS.of(409), summary="Start a backup")
 async def make_backup(backups: TheBackups) -> BackupList:
-    """Begin a backup; it is in the list when it has been made and tried."""
+    """Start a backup. It appears in the list after its restore test."""
     backups.begin("asked")
     return await backups.state()

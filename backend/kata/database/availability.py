@@ -1,6 +1,6 @@
-"""Whether the database answers. While it does not, whoever asks is told so at once; one thread tries it again and again.
+"""Monitor whether the database answers. While it does not, every access fails at once and one thread retries.
 
-So nobody waits for it longer than the first few, no thread of the service is held by it, and it is not run over when it comes back.
+So only the first requests of an outage wait, no thread of the service is blocked, and the returning database is not overloaded.
 """
 
 import logging
@@ -31,11 +31,11 @@ _SQLITE_LOST: Final = frozenset(
     }
 )
 _SLOW: Final = frozenset({"55P03", "57014", "40P01", "40001"})
-"""PostgreSQL's codes: a lock or an answer that took too long, a deadlock, a conflict. It is there, and could not now."""
+"""PostgreSQL's codes of a slow lock or statement, a deadlock or a conflict. The server answers, but this access failed."""
 _LOST: Final = ("08", "53", "57P", "58")
-"""What its codes begin with when it goes down, comes up, or has no room, connection or disk left."""
+"""Prefixes of PostgreSQL's codes when it shuts down, starts up, or lacks memory, connections or disk."""
 _STANDBY: Final = "25006"
-"""It only reads: another server is the one to write to by now."""
+"""The server is read-only, because another server has become the primary."""
 
 
 DATABASE_UNAVAILABLE: Final = "database_away"
@@ -43,7 +43,7 @@ DATABASE_UNAVAILABLE: Final = "database_away"
 
 
 class DatabaseUnavailableError(SQLAlchemyError):
-    """The database does not answer, or cannot be written to; ``since`` when, UTC. Nothing is known to have been changed."""
+    """The database does not answer or cannot be written to, since ``since`` (UTC). No change is known to have been made."""
 
     def __init__(self, since: datetime) -> None:
         super().__init__(f"the database does not answer since {since:%Y-%m-%d %H:%M:%S} UTC")
@@ -51,12 +51,12 @@ class DatabaseUnavailableError(SQLAlchemyError):
 
 
 class AvailabilityMonitor:
-    """Knows, of each way to a database, since when it is lost. A SQLite file may take no writes and be read all the same."""
+    """Knows for each engine since when it is lost. A SQLite file may be readable but not writable."""
 
     def __init__(
         self, writer: Engine, *, again_s: float = _AGAIN_S, on_back: Callable[[datetime], None] = lambda since: None
     ) -> None:
-        """``again_s``: the pause before a lost one is tried again; ``on_back``: told since when it was away, from a thread."""
+        """``again_s``: pause between retries; ``on_back``: called from a thread with the start of an outage that has ended."""
         self._writer = writer
         self._again_s = again_s
         self.on_back = on_back
@@ -68,14 +68,14 @@ class AvailabilityMonitor:
 
     @property
     def since(self) -> datetime | None:
-        """Since when it cannot be written to, UTC; None: it can, as far as is known."""
+        """Return since when the database cannot be written to, UTC; None while it can, as far as is known."""
         return self._lost.get(self._writer)
 
     @contextmanager
     def asking(self, engine: Engine) -> Iterator[None]:
-        """What is asked of the database in this block.
+        """Access the database in this block.
 
-        :raises DatabaseUnavailableError: at once while it is known to be lost, or when that shows.
+        :raises DatabaseUnavailableError: at once while the engine is lost, or when the access finds it lost.
         """
         if since := self._lost.get(engine):
             raise DatabaseUnavailableError(since)
@@ -89,7 +89,7 @@ class AvailabilityMonitor:
             raise
 
     def until_back(self, limit_s: float) -> bool:
-        """Whether it can be written to within so many seconds."""
+        """Return whether the database can be written to within ``limit_s`` seconds."""
         with self._changed:
             return self._changed.wait_for(lambda: self._closing or self._writer not in self._lost, limit_s)
 
@@ -108,7 +108,7 @@ class AvailabilityMonitor:
                 self._changed.notify_all()
             since = self._lost[engine]
         if _code(error) == _STANDBY:
-            # Those that are open are open to the wrong server.
+            # Open connections lead to the wrong server.
             engine.dispose()
         return since
 
@@ -124,7 +124,9 @@ class AvailabilityMonitor:
                     with self._changed:
                         del self._lost[engine]
                         self._changed.notify_all()
-                    log.warning("the database answers again; it was away since %s", since.isoformat(timespec="seconds"))
+                    log.warning(
+                        "the database answers again; it was unavailable since %s", since.isoformat(timespec="seconds")
+                    )
                     if engine is self._writer:
                         self.on_back(since)
 
@@ -133,7 +135,7 @@ class AvailabilityMonitor:
             with engine.begin() as connection:
                 connection.execute(text("SELECT 1"))
                 if engine is self._writer:
-                    # Written to, as a disk that is full can still be read.
+                    # A write, because a full disk can still be read.
                     connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
         except SQLAlchemyError:
             return False
@@ -146,12 +148,12 @@ def _is_lost(error: SQLAlchemyError) -> bool:
     if isinstance(error.orig, sqlite3.OperationalError):
         return (getattr(error.orig, "sqlite_errorcode", 0) & 0xFF) in _SQLITE_LOST
     code = _code(error)
-    # Without a code, no server has said it: there was no connection, or it has been given up.
+    # Without a code the error is the client's: there was no connection, or it was abandoned.
     no_word = code is None and type(error).__name__ in ("OperationalError", "InterfaceError")
     return error.connection_invalidated or no_word or code == _STANDBY or (code or "").startswith(_LOST)
 
 
 def _code(error: SQLAlchemyError) -> str | None:
-    """PostgreSQL's, where it has told one."""
+    """Return PostgreSQL's error code, or None."""
     code: str | None = getattr(getattr(error, "orig", None), "sqlstate", None)
     return code

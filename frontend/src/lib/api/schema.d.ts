@@ -76,14 +76,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Accounts
-         * @description Every account, disabled ones too.
+         * List all accounts
+         * @description Return every account, including disabled ones.
          */
         get: operations["list_accounts"];
         put?: never;
         /**
-         * Create Account
-         * @description Make an account; its owner sets a password with the code that is answered.
+         * Create an account
+         * @description Create an account. Its owner sets a password with the returned one-time code.
          */
         post: operations["create_account"];
         delete?: never;
@@ -106,7 +106,7 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update Account
+         * Change an account
          * @description Change name, role or stations; disable it or open it again. What is signed in with it ends where its rights change.
          */
         patch: operations["update_account"];
@@ -122,7 +122,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reset Account
+         * Issue a new one-time code for an account
          * @description Sign every browser of an account out; its owner sets a new password with the code that is answered.
          */
         post: operations["reset_account"];
@@ -248,14 +248,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Backups
-         * @description Backups, each with its last restore test, newest first; and when the next one is made.
+         * List backups
+         * @description Return backups with their last restore test, newest first, and the time of the next backup.
          */
         get: operations["list_backups"];
         put?: never;
         /**
-         * Make Backup
-         * @description Begin a backup; it is in the list when it has been made and tried.
+         * Start a backup
+         * @description Start a backup. It appears in the list after its restore test.
          */
         post: operations["make_backup"];
         delete?: never;
@@ -272,8 +272,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Audit
-         * @description The audit trail, newest first; every filter that is given has to fit.
+         * Search the audit trail
+         * @description Return the audit trail, newest first. Every given filter must match.
          */
         get: operations["list_audit"];
         put?: never;
@@ -1524,8 +1524,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * Choose Language
-         * @description Choose the language that the page speaks with oneself, at whichever browser.
+         * Choose the page's language
+         * @description Choose the page's language for this account, on every browser.
          */
         put: operations["choose_language"];
         post?: never;
@@ -1545,8 +1545,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Lock Screen
-         * @description Lock the screen: what goes on stays visible and may be stopped.
+         * Lock the screen
+         * @description Lock the screen. A running session stays visible and can be stopped.
          */
         post: operations["lock_screen"];
         delete?: never;
@@ -1565,7 +1565,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Unlock Screen
+         * Unlock the screen
          * @description Unlock the screen with the password.
          */
         post: operations["unlock_screen"];
@@ -1585,7 +1585,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Change Password
+         * Change the own password
          * @description Change one's password; every other browser is signed out.
          */
         post: operations["change_password"];
@@ -1604,17 +1604,17 @@ export interface paths {
         };
         get?: never;
         /**
-         * Confirm Second Factor
+         * Confirm the new second factor
          * @description Confirm the second factor by a code of it; every other browser is signed out.
          */
         put: operations["confirm_second_factor"];
         /**
-         * Begin Second Factor
+         * Begin to set up a second factor
          * @description Begin to set up a second factor; it counts once a code was confirmed.
          */
         post: operations["begin_second_factor"];
         /**
-         * Remove Second Factor
+         * Remove the second factor
          * @description Take the second factor away; who needs one has to set up another at once.
          */
         delete: operations["remove_second_factor"];
@@ -1631,8 +1631,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Own Sign Ins
-         * @description The browsers that one is signed in at.
+         * List the own login sessions
+         * @description Return the browsers at which this account is signed in.
          */
         get: operations["list_own_sign_ins"];
         put?: never;
@@ -1654,7 +1654,7 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * End Own Sign In
+         * End one of the own login sessions
          * @description Sign another of one's own browsers out.
          */
         delete: operations["end_own_sign_in"];
@@ -1671,13 +1671,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Ways In
-         * @description How people sign in here.
+         * List the ways to sign in
+         * @description Return the ways to sign in to this service.
          */
         get: operations["get_ways_in"];
         put?: never;
         /**
-         * Sign In By Password
+         * Sign in with a password
          * @description Sign in with user name and password, and with the second factor where there is one.
          */
         post: operations["sign_in_by_password"];
@@ -1697,8 +1697,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Begin Openid
-         * @description Begin to sign in, or to unlock the screen, at the clinic's OpenID provider: where to send the browser.
+         * Begin a login at the OpenID provider
+         * @description Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address to send the browser to.
          */
         post: operations["begin_openid"];
         delete?: never;
@@ -1717,7 +1717,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sign In By Openid
+         * Complete a login at the OpenID provider
          * @description Sign in, or unlock the screen, with what the provider has sent the browser back with.
          */
         post: operations["sign_in_by_openid"];
@@ -1737,7 +1737,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Confirm Openid
+         * Give the second factor after an OpenID login
          * @description Give the code of the account's second factor, where the provider has asked for none.
          */
         post: operations["confirm_openid"];
@@ -1755,8 +1755,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Station
-         * @description The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out.
+         * Read the station's state
+         * @description Return the station and its newest state; the WebSocket /api/live sends updates. Patients that you may not see are left out.
          */
         get: operations["get_station"];
         put?: never;
@@ -1777,15 +1777,16 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Take Lease
-         * @description Operate the apparatus from this browser; the first command does the same while nobody operates it.
+         * Take the lease of the apparatus
+         * @description Operate the apparatus from this browser. The first command does the same while the lease is free.
          *
-         *     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+         *     Others watch, and may stop it. While the operator's browser cannot be reached, playback pauses after 2 s, and the motors release
+         *     the arm after 30 s.
          */
         post: operations["take_lease"];
         /**
-         * Release Lease
-         * @description Operate the apparatus no more; refused while the motors move or hold the arm, or may do so.
+         * Release the lease of the apparatus
+         * @description Stop operating the apparatus. Refused while the motors move or hold the arm, or may do so.
          */
         delete: operations["release_lease"];
         options?: never;
@@ -1803,12 +1804,12 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Set Side
-         * @description Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
+         * Set the side of the apparatus
+         * @description Confirm that the apparatus has been turned, with its pin, to a shoulder. A simulated apparatus is turned by this request.
          *
-         *     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
-         *     program starts anew, which takes about a second; the emergency stop has to be tested again. Refused while the motors hold an arm,
-         *     or may hold one; an apparatus that is switched off can be turned.
+         *     Motions of the other shoulder cannot be taught or played before, because motors 3 and 4 turn in the opposite direction. The control
+         *     program restarts, which takes about a second, and the emergency stop must be tested again. Refused while the motors hold an arm or
+         *     may hold one. An apparatus that is switched off can be turned.
          */
         post: operations["set_side"];
         delete?: never;
@@ -1827,10 +1828,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Teach
-         * @description Begin teaching: torque is off, and samples are recorded while the pedal is down.
+         * Begin teaching
+         * @description Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
          *
-         *     Refused while the checklist is open, in a session as without one. Refused in another mode before anything is looked up.
+         *     Refused while the checklist is incomplete, with or without a session. In another mode, refused before any lookup.
          */
         post: operations["teach"];
         delete?: never;
@@ -1849,8 +1850,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Finish Teaching
-         * @description End teaching; its takes are saved.
+         * Finish teaching
+         * @description End teaching. Its takes are saved.
          */
         post: operations["finish_teaching"];
         delete?: never;
@@ -1869,11 +1870,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Load
-         * @description Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
+         * Load a recording for playback
+         * @description Check a recording with its settings against the apparatus' limits and load it as a new run.
          *
-         *     Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
-         *     what was fetched ahead. Refused in another mode before anything is looked up.
+         *     Refused while the session's checklist is incomplete. While the database does not answer, this station's running session continues
+         *     with prefetched data. In another mode, refused before any lookup.
          */
         post: operations["load"];
         delete?: never;
@@ -1892,8 +1893,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Unload
-         * @description Forget the loaded recording, unplayed.
+         * Unload the recording
+         * @description Unload the recording without playing it.
          */
         post: operations["unload"];
         delete?: never;
@@ -1912,8 +1913,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Approach
-         * @description Torque on, slowly to the recording's start, and hold there.
+         * Move to the start of the recording
+         * @description Switch torque on, move slowly to the recording's start, and hold there.
          */
         post: operations["approach"];
         delete?: never;
@@ -1932,8 +1933,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Play
-         * @description Play on from where the path stands.
+         * Play the recording
+         * @description Play from the current position on the path.
          */
         post: operations["play"];
         delete?: never;
@@ -1952,7 +1953,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Pause
+         * Pause the playback
          * @description Slow down on the path and hold.
          */
         post: operations["pause"];
@@ -1972,8 +1973,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reduce Range
-         * @description A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition.
+         * Reduce the range of motion
+         * @description Reduce the range by a tenth, towards its middle, during playback. It grows back slowly, repetition by repetition.
          */
         post: operations["reduce_range"];
         delete?: never;
@@ -1992,8 +1993,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Return To Rest
-         * @description Slowly back to where the approach began, then torque off.
+         * Return and release torque
+         * @description Return slowly to where the approach began, then switch torque off.
          */
         post: operations["return_to_rest"];
         delete?: never;
@@ -2012,9 +2013,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Stop
-         * @description Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
-         *     stop: it needs a network.
+         * Stop the apparatus
+         * @description Ramp down, switch torque off and latch the stop. Accepted at any time from any browser, without waiting.
+         *
+         *     It is not an emergency stop, because it needs a network.
          */
         post: operations["stop"];
         delete?: never;
@@ -2033,8 +2035,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Release Torque
-         * @description Switch off the torque that the drives had when the apparatus was connected: the arm is supported. Only while stopped.
+         * Release torque found at connection
+         * @description Switch off torque that the drives had when the apparatus was connected, with the arm supported. Only while stopped.
          */
         post: operations["release_torque"];
         delete?: never;
@@ -2053,8 +2055,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Acknowledge
-         * @description Acknowledge a stop whose causes have cleared. Starts nothing.
+         * Acknowledge a stop
+         * @description Acknowledge a stop whose causes have cleared. This starts no motion.
          */
         post: operations["acknowledge"];
         delete?: never;
@@ -2233,7 +2235,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sign In By Link
+         * Sign in with a demonstration link
          * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
          */
         post: operations["sign_in_by_link"];
@@ -2253,8 +2255,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Set Up Clinic
-         * @description Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in.
+         * Create an administrator with the set-up link
+         * @description Create the first administrator, or a further one for a clinic that is locked out, and sign in.
          */
         post: operations["set_up_clinic"];
         delete?: never;
@@ -2273,8 +2275,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Set Password By Code
-         * @description Set a password by the one-time code that an administrator has given; then sign in with it.
+         * Set a password with a one-time code
+         * @description Set a password with the one-time code that an administrator has issued. It can be used to sign in afterwards.
          */
         post: operations["set_password_by_code"];
         delete?: never;
@@ -2293,8 +2295,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sign Out
-         * @description Nobody is signed in at this browser any more.
+         * Sign out
+         * @description End the login session of this browser.
          */
         post: operations["sign_out"];
         delete?: never;
@@ -2311,8 +2313,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Me
-         * @description Who is signed in at this browser; while the database does not answer, who it was.
+         * Read the signed-in user
+         * @description Return the user of this browser. While the database does not answer, return the last known answer.
          */
         get: operations["get_me"];
         put?: never;
@@ -2390,7 +2392,7 @@ export interface components {
     schemas: {
         /**
          * Accepted
-         * @description The device process has accepted the command; what comes of it, the live state tells.
+         * @description The device process has accepted the command. The live state shows its result.
          */
         Accepted: {
             /**
@@ -4074,7 +4076,7 @@ export interface components {
         LeaseRequest: {
             /**
              * Take Over
-             * @description Also when somebody operates it at another browser, who is told.
+             * @description Take the lease also from another browser, which is notified.
              * @default false
              */
             take_over: boolean;
@@ -4171,7 +4173,7 @@ export interface components {
         };
         /**
          * LoadRequest
-         * @description What to play, how, and in which session.
+         * @description The recording to play, its settings, and the session.
          */
         LoadRequest: {
             /**
@@ -4214,7 +4216,7 @@ export interface components {
             recording_id: string;
             /**
              * Programme Position
-             * @description Which item of the session's programme this is; none: chosen besides.
+             * @description Item of the session's programme; none: chosen outside the programme.
              */
             programme_position?: number | null;
             /**
@@ -4225,7 +4227,7 @@ export interface components {
             load_level: number;
             /**
              * Method
-             * @description paper: 10 Hz, each sample held, as Sun et al. (2025) did. smooth. learned: smooth, corrected by what earlier runs of this recording with these settings have taught on this station.
+             * @description paper: 10 Hz, each sample held, as Sun et al. (2025). smooth: interpolated. learned: smooth, with a correction from earlier runs of this recording with these settings on this station.
              * @default smooth
              * @enum {string}
              */
@@ -6319,7 +6321,7 @@ export interface components {
         };
         /**
          * SeenState
-         * @description The live state that the sender saw last. A command is refused when a stop has come since, or when the state is over 2 s old.
+         * @description The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is over 2 s old.
          */
         SeenState: {
             /**
@@ -6773,7 +6775,7 @@ export interface components {
         };
         /**
          * SideRequest
-         * @description Which shoulder the apparatus stands for.
+         * @description The shoulder that the apparatus is set up for.
          */
         SideRequest: {
             /**
@@ -7306,7 +7308,7 @@ export interface components {
         };
         /**
          * TeachRequest
-         * @description Whom to teach a motion.
+         * @description The patient and motion to teach.
          */
         TeachRequest: {
             /**
@@ -7328,7 +7330,7 @@ export interface components {
             side?: ("left" | "right") | null;
             /**
              * Taught By
-             * @description Whose hands guide the arm: yours, unless somebody else is named.
+             * @description Name of the person who guides the arm; empty: you.
              * @default
              * @example Sato
              */
@@ -7343,7 +7345,7 @@ export interface components {
             fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
             /**
              * Looked At
-             * @description Of the checklist, what whoever teaches has just looked at and found in order, for this side and these fixtures. What the patient's open session knows already is not asked again.
+             * @description Checks that the teaching person has just made for this side and these fixtures. Checks that the patient's open session contains need not be repeated.
              * @example [
              *       "side",
              *       "fixtures",
@@ -7354,7 +7356,7 @@ export interface components {
         };
         /**
          * Teaching
-         * @description A teaching that has begun; each press of the pedal becomes one recording.
+         * @description A teaching that has begun. Each press of the pedal becomes one recording.
          */
         Teaching: {
             /**
@@ -7611,7 +7613,7 @@ export interface components {
         };
         /**
          * ProblemField
-         * @description One field that is wrong.
+         * @description One invalid field.
          */
         ProblemField: {
             /**
@@ -7622,13 +7624,13 @@ export interface components {
             pointer: string;
             /**
              * Field
-             * @description What the field is called.
+             * @description Name of the field.
              * @example birth date
              */
             field: string;
             /**
              * Detail
-             * @description What is wrong with it.
+             * @description Why it is invalid.
              * @example must be between 1900 and today
              */
             detail: string;
@@ -7650,7 +7652,7 @@ export interface components {
         Problem: {
             /**
              * Type
-             * @description Always about:blank: ``code`` tells the kind.
+             * @description Always about:blank; ``code`` identifies the kind.
              * @default about:blank
              */
             type: string;
@@ -7667,13 +7669,13 @@ export interface components {
             status: number;
             /**
              * Detail
-             * @description What is wrong, in a sentence for the user.
+             * @description The problem in one sentence for the user.
              * @example No recording is loaded.
              */
             detail: string;
             /**
              * Code
-             * @description Stable name of the kind of problem, for programs.
+             * @description Stable code of the kind of problem, for programs.
              * @example is_idle
              */
             code: string;
@@ -7696,7 +7698,7 @@ export interface components {
             next_step_key: components["schemas"]["TextKey"] | null;
             /**
              * Errors
-             * @description Which fields, where the request itself is wrong.
+             * @description The invalid fields of an invalid request.
              */
             errors?: components["schemas"]["ProblemField"][];
         };
@@ -7747,7 +7749,7 @@ export interface operations {
                     "application/json": components["schemas"]["Ready"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7776,7 +7778,7 @@ export interface operations {
                     "text/plain": unknown;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -7785,7 +7787,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -7794,7 +7796,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -7803,7 +7805,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7832,7 +7834,7 @@ export interface operations {
                     "application/json": components["schemas"]["AccountList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -7841,7 +7843,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -7850,7 +7852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -7859,7 +7861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7892,7 +7894,7 @@ export interface operations {
                     "application/json": components["schemas"]["OneTimeCode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -7901,7 +7903,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -7910,7 +7912,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -7919,7 +7921,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -7928,7 +7930,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -7937,7 +7939,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7972,7 +7974,7 @@ export interface operations {
                     "application/json": components["schemas"]["Account"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -7981,7 +7983,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -7990,7 +7992,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -7999,7 +8001,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8008,7 +8010,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8017,7 +8019,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8026,7 +8028,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8061,7 +8063,7 @@ export interface operations {
                     "application/json": components["schemas"]["OneTimeCode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8070,7 +8072,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8079,7 +8081,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8088,7 +8090,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8097,7 +8099,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8106,7 +8108,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8135,7 +8137,7 @@ export interface operations {
                     "application/json": components["schemas"]["AssessmentForm"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8144,7 +8146,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8153,7 +8155,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8162,7 +8164,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8198,7 +8200,7 @@ export interface operations {
                     "application/json": components["schemas"]["EpisodeAssessments"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8207,7 +8209,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8216,7 +8218,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8225,7 +8227,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8234,7 +8236,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8243,7 +8245,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8278,7 +8280,7 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8287,7 +8289,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8296,7 +8298,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8305,7 +8307,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8314,7 +8316,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8323,7 +8325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8332,7 +8334,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8368,7 +8370,7 @@ export interface operations {
                     "application/json": components["schemas"]["AssessmentPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8377,7 +8379,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8386,7 +8388,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8395,7 +8397,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8404,7 +8406,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8413,7 +8415,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8444,7 +8446,7 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8453,7 +8455,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8462,7 +8464,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8471,7 +8473,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8480,7 +8482,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8489,7 +8491,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8524,7 +8526,7 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8533,7 +8535,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8542,7 +8544,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8551,7 +8553,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8560,7 +8562,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8569,7 +8571,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8578,7 +8580,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8613,7 +8615,7 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8622,7 +8624,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8631,7 +8633,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8640,7 +8642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8649,7 +8651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8658,7 +8660,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8667,7 +8669,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8696,7 +8698,7 @@ export interface operations {
                     "application/json": components["schemas"]["BackupList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8705,7 +8707,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8714,7 +8716,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8723,7 +8725,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8752,7 +8754,7 @@ export interface operations {
                     "application/json": components["schemas"]["BackupList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8761,7 +8763,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8770,7 +8772,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8779,7 +8781,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8788,7 +8790,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8831,7 +8833,7 @@ export interface operations {
                     "application/json": components["schemas"]["AuditPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8840,7 +8842,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8849,7 +8851,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8858,7 +8860,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8867,7 +8869,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8898,7 +8900,7 @@ export interface operations {
                     "application/json": components["schemas"]["EpisodeList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8907,7 +8909,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8916,7 +8918,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8925,7 +8927,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8934,7 +8936,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -8943,7 +8945,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8978,7 +8980,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8987,7 +8989,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8996,7 +8998,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9005,7 +9007,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9014,7 +9016,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9023,7 +9025,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9032,7 +9034,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9063,7 +9065,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9072,7 +9074,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9081,7 +9083,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9090,7 +9092,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9099,7 +9101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9108,7 +9110,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9143,7 +9145,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9152,7 +9154,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9161,7 +9163,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9170,7 +9172,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9179,7 +9181,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9188,7 +9190,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9197,7 +9199,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9232,7 +9234,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9241,7 +9243,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9250,7 +9252,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9259,7 +9261,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9268,7 +9270,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9277,7 +9279,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9286,7 +9288,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9317,7 +9319,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9326,7 +9328,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9335,7 +9337,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9344,7 +9346,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9353,7 +9355,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9362,7 +9364,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9371,7 +9373,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9406,7 +9408,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9415,7 +9417,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9424,7 +9426,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9433,7 +9435,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9442,7 +9444,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9451,7 +9453,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9460,7 +9462,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9492,7 +9494,7 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9501,7 +9503,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9510,7 +9512,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9519,7 +9521,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9528,7 +9530,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9537,7 +9539,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9546,7 +9548,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9585,7 +9587,7 @@ export interface operations {
                     "application/json": components["schemas"]["DeviceEventPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9594,7 +9596,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9603,7 +9605,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9612,7 +9614,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9621,7 +9623,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9650,7 +9652,7 @@ export interface operations {
                     "application/json": components["schemas"]["ErasureList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9659,7 +9661,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9668,7 +9670,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9677,7 +9679,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9708,7 +9710,7 @@ export interface operations {
                     "application/json": components["schemas"]["ErasureList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9717,7 +9719,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9726,7 +9728,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9735,7 +9737,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9744,7 +9746,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9753,7 +9755,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9788,7 +9790,7 @@ export interface operations {
                     "application/json": components["schemas"]["Erasure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9797,7 +9799,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9806,7 +9808,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9815,7 +9817,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9824,7 +9826,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9833,7 +9835,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9842,7 +9844,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9877,7 +9879,7 @@ export interface operations {
                     "application/json": components["schemas"]["Erasure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9886,7 +9888,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9895,7 +9897,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9904,7 +9906,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9913,7 +9915,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9922,7 +9924,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -9931,7 +9933,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9966,7 +9968,7 @@ export interface operations {
                     "application/json": components["schemas"]["Erasure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9975,7 +9977,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9984,7 +9986,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9993,7 +9995,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10002,7 +10004,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10011,7 +10013,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10020,7 +10022,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10051,7 +10053,7 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10060,7 +10062,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10069,7 +10071,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10078,7 +10080,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -10087,7 +10089,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10096,7 +10098,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10105,7 +10107,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10136,7 +10138,7 @@ export interface operations {
                     "application/vnd.apache.parquet": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10145,7 +10147,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10154,7 +10156,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10163,7 +10165,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -10172,7 +10174,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10181,7 +10183,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10190,7 +10192,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10221,7 +10223,7 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10230,7 +10232,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10239,7 +10241,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10248,7 +10250,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10257,7 +10259,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -10266,7 +10268,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10275,7 +10277,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10284,7 +10286,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10315,7 +10317,7 @@ export interface operations {
                     "application/vnd.apache.parquet": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10324,7 +10326,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10333,7 +10335,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10342,7 +10344,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10351,7 +10353,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -10360,7 +10362,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10369,7 +10371,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10378,7 +10380,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10416,7 +10418,7 @@ export interface operations {
                     "application/json": components["schemas"]["UnderstoodMotion"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10425,7 +10427,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10434,7 +10436,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10443,7 +10445,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10452,7 +10454,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10461,7 +10463,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10503,7 +10505,7 @@ export interface operations {
                     "application/json": components["schemas"]["ImportedMotion"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10512,7 +10514,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10521,7 +10523,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10530,7 +10532,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10539,7 +10541,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10548,7 +10550,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10557,7 +10559,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10588,7 +10590,7 @@ export interface operations {
                     "application/fhir+json": Record<string, never>;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10597,7 +10599,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10606,7 +10608,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10615,7 +10617,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10624,7 +10626,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10633,7 +10635,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10642,7 +10644,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10680,7 +10682,7 @@ export interface operations {
                     "application/json": components["schemas"]["ImportedPatients"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10689,7 +10691,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10698,7 +10700,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10707,7 +10709,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10716,7 +10718,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10725,7 +10727,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10756,7 +10758,7 @@ export interface operations {
                     "application/zip": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10765,7 +10767,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10774,7 +10776,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10783,7 +10785,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10792,7 +10794,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10801,7 +10803,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10810,7 +10812,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10848,7 +10850,7 @@ export interface operations {
                     "application/json": components["schemas"]["PatientPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10857,7 +10859,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10866,7 +10868,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10875,7 +10877,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10884,7 +10886,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10917,7 +10919,7 @@ export interface operations {
                     "application/json": components["schemas"]["Patient"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10926,7 +10928,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10935,7 +10937,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10944,7 +10946,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10953,7 +10955,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -10962,7 +10964,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10993,7 +10995,7 @@ export interface operations {
                     "application/json": components["schemas"]["Patient"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11002,7 +11004,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11011,7 +11013,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11020,7 +11022,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11029,7 +11031,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11038,7 +11040,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11073,7 +11075,7 @@ export interface operations {
                     "application/json": components["schemas"]["Patient"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11082,7 +11084,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11091,7 +11093,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11100,7 +11102,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11109,7 +11111,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11118,7 +11120,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11127,7 +11129,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11158,7 +11160,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11167,7 +11169,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11176,7 +11178,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11185,7 +11187,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11194,7 +11196,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11203,7 +11205,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11238,7 +11240,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11247,7 +11249,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11256,7 +11258,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11265,7 +11267,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11274,7 +11276,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11283,7 +11285,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11292,7 +11294,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11327,7 +11329,7 @@ export interface operations {
                     "application/json": components["schemas"]["Preview"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11336,7 +11338,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11345,7 +11347,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11354,7 +11356,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11363,7 +11365,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11372,7 +11374,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11381,7 +11383,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11412,7 +11414,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11421,7 +11423,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11430,7 +11432,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11439,7 +11441,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11448,7 +11450,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11457,7 +11459,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11492,7 +11494,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11501,7 +11503,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11510,7 +11512,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11519,7 +11521,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11528,7 +11530,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11537,7 +11539,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11546,7 +11548,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11581,7 +11583,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11590,7 +11592,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11599,7 +11601,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11608,7 +11610,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11617,7 +11619,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11626,7 +11628,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11635,7 +11637,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11666,7 +11668,7 @@ export interface operations {
                     "application/json": components["schemas"]["SessionPlan"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11675,7 +11677,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11684,7 +11686,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11693,7 +11695,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11702,7 +11704,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11711,7 +11713,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11745,7 +11747,7 @@ export interface operations {
                     "application/json": components["schemas"]["Adherence"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11754,7 +11756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11763,7 +11765,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11772,7 +11774,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11781,7 +11783,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11790,7 +11792,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11822,7 +11824,7 @@ export interface operations {
                     "application/json": components["schemas"]["Progress"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11831,7 +11833,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11840,7 +11842,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11849,7 +11851,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11858,7 +11860,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11867,7 +11869,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11898,7 +11900,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11907,7 +11909,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11916,7 +11918,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11925,7 +11927,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11934,7 +11936,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -11943,7 +11945,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11974,7 +11976,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11983,7 +11985,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11992,7 +11994,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12001,7 +12003,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12010,7 +12012,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12019,7 +12021,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12054,7 +12056,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12063,7 +12065,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12072,7 +12074,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12081,7 +12083,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12090,7 +12092,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12099,7 +12101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12108,7 +12110,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12143,7 +12145,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12152,7 +12154,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12161,7 +12163,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12170,7 +12172,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -12179,7 +12181,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12188,7 +12190,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12197,7 +12199,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12232,7 +12234,7 @@ export interface operations {
                     "application/json": components["schemas"]["Figure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12241,7 +12243,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12250,7 +12252,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12259,7 +12261,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -12268,7 +12270,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12277,7 +12279,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12286,7 +12288,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12300,7 +12302,7 @@ export interface operations {
     get_recording_figure: {
         parameters: {
             query?: {
-                /** @description Begin of a window, seconds on the figure's clock. */
+                /** @description Start of a window, seconds on the figure's clock. */
                 start_s?: number | null;
                 /** @description End of that window, seconds. */
                 end_s?: number | null;
@@ -12322,7 +12324,7 @@ export interface operations {
                     "application/json": components["schemas"]["Figure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12331,7 +12333,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12340,7 +12342,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12349,7 +12351,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -12358,7 +12360,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12367,7 +12369,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12376,7 +12378,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12407,7 +12409,7 @@ export interface operations {
                     "application/json": components["schemas"]["MotionPreview"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12416,7 +12418,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12425,7 +12427,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12434,7 +12436,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -12443,7 +12445,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12452,7 +12454,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12461,7 +12463,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12495,7 +12497,7 @@ export interface operations {
                     "text/html": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12504,7 +12506,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12513,7 +12515,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12522,7 +12524,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12531,7 +12533,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12540,7 +12542,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12574,7 +12576,7 @@ export interface operations {
                     "application/pdf": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12583,7 +12585,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12592,7 +12594,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12601,7 +12603,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12610,7 +12612,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12619,7 +12621,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12653,7 +12655,7 @@ export interface operations {
                     "text/html": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12662,7 +12664,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12671,7 +12673,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12680,7 +12682,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12689,7 +12691,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12698,7 +12700,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12732,7 +12734,7 @@ export interface operations {
                     "application/pdf": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12741,7 +12743,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12750,7 +12752,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12759,7 +12761,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12768,7 +12770,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12777,7 +12779,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12811,7 +12813,7 @@ export interface operations {
                     "application/json": components["schemas"]["Draft"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12820,7 +12822,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12829,7 +12831,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12838,7 +12840,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12847,7 +12849,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12856,7 +12858,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12887,7 +12889,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordAccess"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12896,7 +12898,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12905,7 +12907,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12914,7 +12916,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12923,7 +12925,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -12932,7 +12934,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12967,7 +12969,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordAccess"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12976,7 +12978,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12985,7 +12987,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12994,7 +12996,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13003,7 +13005,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13012,7 +13014,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13047,7 +13049,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordAccess"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13056,7 +13058,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13065,7 +13067,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13074,7 +13076,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13083,7 +13085,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13092,7 +13094,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13101,7 +13103,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13130,7 +13132,7 @@ export interface operations {
                     "application/json": components["schemas"]["BreakGlassAccessList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13139,7 +13141,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13148,7 +13150,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13157,7 +13159,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13188,7 +13190,7 @@ export interface operations {
                     "application/json": components["schemas"]["BreakGlassAccess"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13197,7 +13199,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13206,7 +13208,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13215,7 +13217,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13224,7 +13226,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13233,7 +13235,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13242,7 +13244,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13286,7 +13288,7 @@ export interface operations {
                     "application/json": components["schemas"]["SessionPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13295,7 +13297,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13304,7 +13306,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13313,7 +13315,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13322,7 +13324,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13355,7 +13357,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13364,7 +13366,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13373,7 +13375,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13382,7 +13384,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13391,7 +13393,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13400,7 +13402,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13409,7 +13411,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13438,7 +13440,7 @@ export interface operations {
                     "application/json": components["schemas"]["SessionFilterOptions"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13447,7 +13449,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13456,7 +13458,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13465,7 +13467,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13474,7 +13476,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13510,7 +13512,7 @@ export interface operations {
                     "application/json": components["schemas"]["SessionPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13519,7 +13521,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13528,7 +13530,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13537,7 +13539,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13546,7 +13548,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13555,7 +13557,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13584,7 +13586,7 @@ export interface operations {
                     "application/json": components["schemas"]["ReadyPatient"][];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13593,7 +13595,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13602,7 +13604,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13611,7 +13613,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13642,7 +13644,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13651,7 +13653,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13660,7 +13662,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13669,7 +13671,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13678,7 +13680,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13687,7 +13689,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13722,7 +13724,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13731,7 +13733,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13740,7 +13742,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13749,7 +13751,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13758,7 +13760,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13767,7 +13769,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13776,7 +13778,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13810,7 +13812,7 @@ export interface operations {
                     "application/json": components["schemas"]["Checklist"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13819,7 +13821,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13828,7 +13830,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13837,7 +13839,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -13846,7 +13848,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13855,7 +13857,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13864,7 +13866,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13900,7 +13902,7 @@ export interface operations {
                     "application/json": components["schemas"]["Checklist"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13909,7 +13911,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13918,7 +13920,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13927,7 +13929,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13936,7 +13938,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -13945,7 +13947,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13954,7 +13956,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -13963,7 +13965,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13999,7 +14001,7 @@ export interface operations {
                     "application/json": components["schemas"]["Checklist"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14008,7 +14010,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14017,7 +14019,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14026,7 +14028,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14035,7 +14037,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14044,7 +14046,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14053,7 +14055,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14088,7 +14090,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14097,7 +14099,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14106,7 +14108,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14115,7 +14117,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14124,7 +14126,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14133,7 +14135,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14142,7 +14144,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14177,7 +14179,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14186,7 +14188,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14195,7 +14197,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14204,7 +14206,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14213,7 +14215,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14222,7 +14224,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14231,7 +14233,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14266,7 +14268,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14275,7 +14277,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14284,7 +14286,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14293,7 +14295,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14302,7 +14304,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14311,7 +14313,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14320,7 +14322,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14351,7 +14353,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14360,7 +14362,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14369,7 +14371,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14378,7 +14380,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14387,7 +14389,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14396,7 +14398,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14427,7 +14429,7 @@ export interface operations {
                     "application/json": components["schemas"]["MotionPreview"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14436,7 +14438,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14445,7 +14447,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14454,7 +14456,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -14463,7 +14465,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14472,7 +14474,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14481,7 +14483,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14495,7 +14497,7 @@ export interface operations {
     get_run_figures: {
         parameters: {
             query?: {
-                /** @description Begin of a window, seconds on the figure's clock. */
+                /** @description Start of a window, seconds on the figure's clock. */
                 start_s?: number | null;
                 /** @description End of that window, seconds. */
                 end_s?: number | null;
@@ -14517,7 +14519,7 @@ export interface operations {
                     "application/json": components["schemas"]["RunFigures"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14526,7 +14528,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14535,7 +14537,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14544,7 +14546,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14553,7 +14555,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -14562,7 +14564,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14571,7 +14573,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14580,7 +14582,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14613,7 +14615,7 @@ export interface operations {
                     "application/json": components["schemas"]["Me"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14622,7 +14624,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14631,7 +14633,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14640,7 +14642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14649,7 +14651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14676,7 +14678,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14685,7 +14687,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14694,7 +14696,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14703,7 +14705,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14736,7 +14738,7 @@ export interface operations {
                     "application/json": components["schemas"]["Me"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14745,7 +14747,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14754,7 +14756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14763,7 +14765,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -14772,7 +14774,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14803,7 +14805,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14812,7 +14814,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14821,7 +14823,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14830,7 +14832,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14839,7 +14841,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -14848,7 +14850,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14881,7 +14883,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecoveryCodes"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14890,7 +14892,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14899,7 +14901,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14908,7 +14910,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14917,7 +14919,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -14926,7 +14928,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -14935,7 +14937,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14968,7 +14970,7 @@ export interface operations {
                     "application/json": components["schemas"]["SecondFactorBegun"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14977,7 +14979,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14986,7 +14988,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14995,7 +14997,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15004,7 +15006,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15013,7 +15015,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -15022,7 +15024,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15053,7 +15055,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15062,7 +15064,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15071,7 +15073,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15080,7 +15082,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15089,7 +15091,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -15098,7 +15100,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15127,7 +15129,7 @@ export interface operations {
                     "application/json": components["schemas"]["OwnSignIns"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15136,7 +15138,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15145,7 +15147,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15154,7 +15156,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15187,7 +15189,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15196,7 +15198,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15205,7 +15207,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15214,7 +15216,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15223,7 +15225,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15232,7 +15234,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -15241,7 +15243,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15294,7 +15296,7 @@ export interface operations {
                     "application/json": components["schemas"]["Me"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15303,7 +15305,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15312,7 +15314,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15321,7 +15323,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -15354,7 +15356,7 @@ export interface operations {
                     "application/json": components["schemas"]["Away"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15363,7 +15365,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15372,7 +15374,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15405,7 +15407,7 @@ export interface operations {
                     "application/json": components["schemas"]["LoginResult"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15414,7 +15416,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15423,7 +15425,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15432,7 +15434,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15441,7 +15443,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -15450,7 +15452,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15483,7 +15485,7 @@ export interface operations {
                     "application/json": components["schemas"]["LoginResult"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15492,7 +15494,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15501,7 +15503,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15510,7 +15512,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -15539,7 +15541,7 @@ export interface operations {
                     "application/json": components["schemas"]["StationState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15548,7 +15550,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15557,7 +15559,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15590,7 +15592,7 @@ export interface operations {
                     "application/json": components["schemas"]["LeaseLive"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15599,7 +15601,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15608,7 +15610,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15617,7 +15619,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15626,7 +15628,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15635,7 +15637,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15664,7 +15666,7 @@ export interface operations {
                     "application/json": components["schemas"]["LeaseLive"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15673,7 +15675,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15682,7 +15684,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15691,7 +15693,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15700,7 +15702,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15733,7 +15735,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15742,7 +15744,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15751,7 +15753,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15760,7 +15762,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15769,7 +15771,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15778,7 +15780,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15811,7 +15813,7 @@ export interface operations {
                     "application/json": components["schemas"]["Teaching"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15820,7 +15822,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15829,7 +15831,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15838,7 +15840,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15847,7 +15849,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15856,7 +15858,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15865,7 +15867,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15894,7 +15896,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15903,7 +15905,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15912,7 +15914,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15921,7 +15923,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -15930,7 +15932,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15963,7 +15965,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15972,7 +15974,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15981,7 +15983,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15990,7 +15992,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15999,7 +16001,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
+            /** @description The data exists but can no longer be read. */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -16008,7 +16010,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16017,7 +16019,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16026,7 +16028,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16055,7 +16057,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16064,7 +16066,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16073,7 +16075,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16082,7 +16084,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16091,7 +16093,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16124,7 +16126,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16133,7 +16135,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16142,7 +16144,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16151,7 +16153,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16160,7 +16162,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16169,7 +16171,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16202,7 +16204,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16211,7 +16213,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16220,7 +16222,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16229,7 +16231,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16238,7 +16240,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16247,7 +16249,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16276,7 +16278,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16285,7 +16287,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16294,7 +16296,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16303,7 +16305,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16312,7 +16314,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16341,7 +16343,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16350,7 +16352,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16359,7 +16361,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16368,7 +16370,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16377,7 +16379,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16410,7 +16412,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16419,7 +16421,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16428,7 +16430,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16437,7 +16439,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16446,7 +16448,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16455,7 +16457,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16484,7 +16486,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16493,7 +16495,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16502,7 +16504,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16511,7 +16513,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16544,7 +16546,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16553,7 +16555,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16562,7 +16564,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16571,7 +16573,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16580,7 +16582,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16589,7 +16591,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16622,7 +16624,7 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16631,7 +16633,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16640,7 +16642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16649,7 +16651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16658,7 +16660,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16667,7 +16669,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16696,7 +16698,7 @@ export interface operations {
                     "application/json": components["schemas"]["StationList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16705,7 +16707,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16714,7 +16716,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16746,7 +16748,7 @@ export interface operations {
                     "application/json": components["schemas"]["StationVersionList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16755,7 +16757,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16764,7 +16766,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16773,7 +16775,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16782,7 +16784,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16791,7 +16793,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16820,7 +16822,7 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16829,7 +16831,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16838,7 +16840,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16847,7 +16849,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16856,7 +16858,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16889,7 +16891,7 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16898,7 +16900,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16907,7 +16909,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16916,7 +16918,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16925,7 +16927,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -16934,7 +16936,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16967,7 +16969,7 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16976,7 +16978,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16985,7 +16987,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16994,7 +16996,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17003,7 +17005,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -17012,7 +17014,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17045,7 +17047,7 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17054,7 +17056,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17063,7 +17065,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -17072,7 +17074,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not now: refused, with cause and next step. */
+            /** @description Refused in the present state, with cause and next step. */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -17081,7 +17083,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17090,7 +17092,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -17099,7 +17101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17128,7 +17130,7 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17137,7 +17139,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17146,7 +17148,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -17155,7 +17157,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -17164,7 +17166,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17200,7 +17202,7 @@ export interface operations {
                     "application/json": components["schemas"]["Motion"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17209,7 +17211,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17218,7 +17220,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is no such thing. */
+            /** @description Not found. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -17227,7 +17229,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17236,7 +17238,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
             423: {
                 headers: {
                     [name: string]: unknown;
@@ -17245,7 +17247,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17278,7 +17280,7 @@ export interface operations {
                     "application/json": components["schemas"]["Me"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17287,7 +17289,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17320,7 +17322,7 @@ export interface operations {
                     "application/json": components["schemas"]["Me"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17329,7 +17331,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17338,7 +17340,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -17369,7 +17371,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17378,7 +17380,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request itself is wrong: see its errors. */
+            /** @description The request is invalid; see its errors. */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17387,7 +17389,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
             429: {
                 headers: {
                     [name: string]: unknown;
@@ -17414,7 +17416,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17443,7 +17445,7 @@ export interface operations {
                     "application/json": components["schemas"]["Me"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
+            /** @description No user is signed in at this browser. */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17452,7 +17454,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
+            /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17461,7 +17463,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            /** @description The apparatus' control program or the database does not answer. */
             503: {
                 headers: {
                     [name: string]: unknown;
