@@ -39,7 +39,8 @@ async def _work(data: Path) -> None:
     ) as visit:
         recording = await visit.teach(built_in.built_in_motions()[0])
         await visit.play(recording)
-        await asyncio.to_thread(subprocess.run, [sys.executable, "-m", "kata", "backup", "--data", data], check=True)
+        backup = [sys.executable, "-m", "kata", "backup", "--data", str(data)]
+        await asyncio.to_thread(lambda: subprocess.run(backup, check=True))
         wanted = commands.LoadRequest(
             session_id=visit._visit_id, recording_id=recording.id, load_level=rehearsal.LOAD_LEVELS
         )
