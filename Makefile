@@ -15,7 +15,7 @@ PAGE := frontend/dist/index.html
 BROWSER := .cache/chromium/chromium
 JUDGES := .cache/judges
 SITE := docs/_build/index.html
-SITE_SOURCES := $(shell find docs -type f -not -path "docs/_build/*" 2>/dev/null)
+SITE_SOURCES := $(shell find docs -type f -not -path "docs/_build/*" -not -name "*.pyc" 2>/dev/null)
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
 .PHONY: help run seed test test-fast dev docs campaign check audit lock clean
