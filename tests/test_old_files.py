@@ -42,7 +42,7 @@ def count(file: Path, table: str, where: str = "TRUE") -> int:
         database.close()
 
 
-def test_old_files_hold_a_run_whose_journal_and_events_are_undelivered(old: Path) -> None:
+def test_old_files_hold_an_undelivered_run(old: Path) -> None:
     assert count(old / "kata.db", "alembic_version", "version_num = '0008'") == 1
     assert (count(old / "kata.db", "runs"), count(old / "kata.db", "runs", "ended_at IS NULL")) == (2, 1)
     assert len(list((old / "journal").glob("run-*.journal"))) == 1

@@ -90,7 +90,7 @@ def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestCli
     assert [one["duration_s"] for one in told["items"]] == [pytest.approx(LASTS_S), None, None]
     assert told["duration_s"] == pytest.approx(LASTS_S)
     assert told["items"][1]["problem"] == "Item 2 cannot be played with these settings: its samples are damaged."
-    assert "of the left shoulder" in told["items"][2]["problem"]
+    assert "for the left shoulder" in told["items"][2]["problem"]
 
 
 def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
@@ -107,7 +107,7 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
     assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
     assert beyond["problem"].startswith("Item 2 cannot be played with these settings: Motion 4 (abduction")
     assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
-    assert "12 is the highest allowed by Dr. Mori" in stronger["problem"]
+    assert "has resistance level 13; Dr. Mori allows at most 12." in stronger["problem"]
 
     told = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")
     assert told["detail"] == beyond["problem"]

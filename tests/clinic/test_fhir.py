@@ -257,7 +257,7 @@ def test_import_names_omitted_elements() -> None:
     ("change", "path", "what"),
     [
         ({"identifier": []}, "Patient.identifier", "must contain the clinic's number"),
-        ({"identifier": [{"value": "1"}, {"value": "2"}]}, "Patient.identifier", "which of these is the clinic's number"),
+        ({"identifier": [{"value": "1"}, {"value": "2"}]}, "Patient.identifier", "several numbers; mark the clinic's number with type MR"),
         ({"identifier": [{"value": 7}]}, "Patient.identifier[0].value", "must be a text"),
         ({"identifier": [{"value": "x" * 33}]}, "Patient.identifier[0].value", "string should have at most 32"),
         ({"identifier": "K-7"}, "Patient.identifier", "must be a list of objects"),
@@ -271,10 +271,10 @@ def test_import_names_omitted_elements() -> None:
         ({"active": False}, "Patient.active", "says that this record is inactive"),
         ({"deceasedBoolean": True}, "Patient.deceasedBoolean", "says that this patient has died"),
         ({"deceasedDateTime": "2026-01-01"}, "Patient.deceasedDateTime", "says that this patient has died"),
-        ({"modifierExtension": []}, "Patient.modifierExtension", "may change the meaning of all the rest"),
-        ({"link": []}, "Patient.link", "says that this is also another patient"),
+        ({"modifierExtension": []}, "Patient.modifierExtension", "may change the meaning of the other elements, and is not supported"),
+        ({"link": []}, "Patient.link", "says that another record of this patient exists; import the valid one"),
         ({"name": [{"use": ["old"], "family": []}]}, "Patient.name[0]", "must consist of texts"),
-        ({"\ud800": 1}, "Patient.?", "is no element of a Patient"),
+        ({"\ud800": 1}, "Patient.?", "is not an element of a Patient in FHIR R4"),
         ({"age": 58}, "Patient.age", "is not an element of a Patient in FHIR R4"),
         ({"resourceType": "Practitioner"}, "resourceType", "must be Patient, or Bundle"),
     ],
@@ -293,5 +293,5 @@ def test_every_bundle_path_is_reported_and_patients_are_required() -> None:
     assert [where for where, _ in caught.value.places] == [
         "Bundle.entry[1].resource.gender", "Bundle.entry[2].resource.birthDate",
     ]  # fmt: skip
-    with pytest.raises(FhirImportError, match=r"Bundle\.entry must hold at least one Patient"):
+    with pytest.raises(FhirImportError, match=r"Bundle\.entry must contain at least one Patient and at most 500"):
         read_patients({"resourceType": "Bundle", "entry": [{"resource": {"resourceType": "Group"}}]}, "left")
