@@ -13,6 +13,7 @@ from playwright.sync_api import Page, expect
 from kata.auth.login_session import COOKIE
 from tests.support.accessibility import addresses, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic, invented_clinic
+from tests.support.page_actions import acknowledge
 
 
 @pytest.fixture
@@ -62,8 +63,7 @@ def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic
     page.get_by_role("button", name="Release the e-stop switch").click()
     expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
     look("released")
-    page.get_by_role("button", name="Acknowledge").click()
-    expect(page.get_by_test_id("stop-banner")).to_be_hidden()
+    acknowledge(page)
     page.context.clear_cookies(name=COOKIE)
     page.goto(clinic.url)
     expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
