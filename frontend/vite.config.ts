@@ -4,6 +4,7 @@ import { gzipSync } from "node:zlib";
 import react from "@vitejs/plugin-react";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
+import { checkCatalogues } from "./catalogues.mjs";
 
 const service = "http://127.0.0.1:8000";
 
@@ -26,8 +27,11 @@ const compressed: Plugin = {
   },
 };
 
+/** A missing or surplus translation fails the build. */
+const catalogues: Plugin = { name: "catalogues", buildStart: checkCatalogues };
+
 export default defineConfig({
-  plugins: [react(), compressed],
+  plugins: [react(), catalogues, compressed],
   server: { proxy: { "/api": { target: service, ws: true } } },
   // The service replaces this by a new nonce in each response (kata/api/static_files.py).
   html: { cspNonce: "KATA-NONCE" },

@@ -1,7 +1,7 @@
 """The page has words for every code that the service can write to the audit trail."""
 
 import ast
-import re
+import json
 from collections.abc import Iterator
 from typing import Final, get_args
 
@@ -13,7 +13,8 @@ from kata.database.base import Base
 from tests.support.paths import ROOT
 
 KATA: Final = ROOT / "backend/kata"
-PAGE: Final = ROOT / "frontend/src/features/administration"
+LOCALES: Final = ROOT / "frontend/src/locales"
+LANGUAGES: Final = ("en", "ja")
 PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 """Position of the action among the arguments of each function that writes an entry."""
 ELSEWHERE: Final = {
@@ -30,10 +31,11 @@ OTHER_NOTES: Final = {"patient_id", "values", "resource"}
 """Functions of the same name that do not write to the audit trail."""
 
 
-def worded(file: str, table: str) -> list[str]:
-    """Return the codes of one table of words, once for each language."""
-    text = (PAGE / file).read_text("utf-8").partition(f"export const {table} = ")[2].partition("\n);")[0]
-    return re.findall(r"^    \"?(\w+)\"?:\s", text, re.MULTILINE)
+def texts(language: str, table: str) -> dict[str, str]:
+    """Return one table of the administration's catalogue: code to text."""
+    catalogue = json.loads((LOCALES / language / "administration.json").read_text("utf-8"))
+    found: dict[str, str] = catalogue[table]
+    return found
 
 
 def actions() -> Iterator[str]:
@@ -55,13 +57,11 @@ def actions() -> Iterator[str]:
 
 
 def test_every_action_has_a_text_in_both_languages() -> None:
-    words = worded("auditActions.ts", "ACTIONS")
-
-    assert {action: words.count(action) for action in actions()} == dict.fromkeys(actions(), 2)
+    for language in LANGUAGES:
+        assert texts(language, "actions").keys() == set(actions())
 
 
 def test_every_record_kind_has_a_text_in_both_languages() -> None:
     kinds = (Base.metadata.tables.keys() - QUIET) | {name.removesuffix("_id") for name in OF_A_PATIENT}
-    words = worded("auditKinds.ts", "KINDS")
-
-    assert {kind: words.count(kind) for kind in kinds} == dict.fromkeys(kinds, 2)
+    for language in LANGUAGES:
+        assert kinds - texts(language, "kinds").keys() == set()

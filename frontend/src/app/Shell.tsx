@@ -2,8 +2,8 @@ import { Box, Group } from "@mantine/core";
 import { Link, Outlet, useRouterState } from "@tanstack/react-router";
 import { AccountMenu } from "../features/auth/AccountMenu";
 import { useHasPermission } from "../features/auth/hooks";
+import { t } from "../lib/i18n";
 import { useSavedRecords } from "../lib/live/hooks";
-import { SHELL } from "../lib/messages";
 import { useRefetchAfterOutage } from "../lib/offline";
 import { StateBar } from "../safety/StateBar";
 import { PageLink } from "../ui/links";
@@ -11,11 +11,11 @@ import { Brand } from "./Brand";
 import classes from "./Shell.module.css";
 
 const PAGES = [
-  { to: "/", label: SHELL.station, needs: "see_station" },
-  { to: "/stations", label: SHELL.stations, needs: "see_station" },
-  { to: "/patients", label: SHELL.patients, needs: "read_records" },
-  { to: "/sessions", label: SHELL.sessions, needs: "read_records" },
-  { to: "/administration", label: SHELL.administration, needs: "administer" },
+  { to: "/", label: t("common:shell.station"), needs: "see_station" },
+  { to: "/stations", label: t("common:shell.stations"), needs: "see_station" },
+  { to: "/patients", label: t("common:shell.patients"), needs: "read_records" },
+  { to: "/sessions", label: t("common:shell.sessions"), needs: "read_records" },
+  { to: "/administration", label: t("common:shell.administration"), needs: "administer" },
 ] as const;
 
 /** The frame of every page: navigation, account menu, apparatus state and Stop. */
@@ -47,7 +47,7 @@ function Top() {
       >
         <Brand />
       </PageLink>
-      <Group component="nav" gap={4} wrap="nowrap" aria-label={SHELL.pages}>
+      <Group component="nav" gap={4} wrap="nowrap" aria-label={t("common:shell.pages")}>
         {PAGES.map((page) => (
           <Tab key={page.to} {...page} />
         ))}

@@ -15,9 +15,9 @@ import { OPENID_PATH } from "../features/auth/openId";
 import { readFilters } from "../features/sessions/sessionFilters";
 import { StationPage } from "../features/station/StationPage";
 import { ProblemError } from "../lib/api/client";
+import { t } from "../lib/i18n";
 import { InlineSlot } from "../ui/InlineSlot";
 import { PageLink } from "../ui/links";
-import { NO_PAGE } from "./messages";
 import { Shell } from "./Shell";
 
 // The first bundle holds only the station page, the state bar and the sign-in pages. Every other page loads
@@ -210,11 +210,11 @@ function NotFound() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        {NO_PAGE.none}
+        {t("app:noPage.none")}
       </Title>
       <Text>
-        <InlineSlot words={NO_PAGE.old}>
-          <PageLink to="/">{NO_PAGE.toStation}</PageLink>
+        <InlineSlot words={(link) => t("app:noPage.old", { link })}>
+          <PageLink to="/">{t("app:noPage.toStation")}</PageLink>
         </InlineSlot>
       </Text>
     </Stack>
@@ -226,9 +226,11 @@ function PageError({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">
       <Title order={1} size="h2">
-        {NO_PAGE.broken}
+        {t("app:noPage.broken")}
       </Title>
-      <Text>{error instanceof ProblemError ? `${error.message} ${error.nextStep}` : NO_PAGE.wrong}</Text>
+      <Text>
+        {error instanceof ProblemError ? `${error.message} ${error.nextStep}` : t("app:noPage.wrong")}
+      </Text>
     </Stack>
   );
 }

@@ -1,5 +1,5 @@
 import { type CSSVariablesResolver, createTheme, localStorageColorSchemeManager } from "@mantine/core";
-import { FIELDS } from "../lib/messages";
+import { t } from "../lib/i18n";
 
 // Red, yellow and cyan are alarm colours (IEC 60601-1-8). Besides alarms, only Stop uses one.
 export const theme = createTheme({
@@ -19,7 +19,9 @@ export const theme = createTheme({
     // A closed list is unmounted. A mounted one is laid out and positioned again at each change of the page.
     Combobox: { defaultProps: { keepMounted: false } },
     // Mantine names this button in English only.
-    PasswordInput: { defaultProps: { visibilityToggleButtonProps: { "aria-label": FIELDS.showPassword } } },
+    PasswordInput: {
+      defaultProps: { visibilityToggleButtonProps: { "aria-label": t("common:fields.showPassword") } },
+    },
     Textarea: { defaultProps: { size: "md" } },
   },
 });

@@ -1,5 +1,5 @@
+import { t } from "./i18n";
 import { LOCALE } from "./language";
-import { FORMAT, SIDES } from "./messages";
 
 const day = new Intl.DateTimeFormat(LOCALE, { year: "numeric", month: "short", day: "numeric" });
 const time = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit" });
@@ -11,7 +11,7 @@ export const formatDay = (iso: string) => day.format(new Date(`${iso}T00:00`));
 export const formatDayOf = (moment: string) => day.format(new Date(moment));
 export const formatMoment = (iso: string) => {
   const moment = new Date(iso);
-  return FORMAT.moment(day.format(moment), time.format(moment));
+  return t("common:format.moment", { day: day.format(moment), time: time.format(moment) });
 };
 /** A moment after another one: only the time if both are on the same day. */
 export const formatAfter = (iso: string, since: string) =>
@@ -26,7 +26,9 @@ export function formatSpan(seconds: number): string {
 
 /** A range of angles, or a dash if it is unknown. */
 export function formatRange(min: number | null, max: number | null): string {
-  return min === null || max === null ? "–" : FORMAT.range(formatDeg(min), formatDeg(max));
+  return min === null || max === null
+    ? "–"
+    : t("common:format.range", { from: formatDeg(min), to: formatDeg(max) });
 }
 
 /** Degrees with a real minus sign, or a dash if unknown. */
@@ -40,4 +42,7 @@ export function formatDeg(value: number | null | undefined, digits = 1): string 
 export const formatDegrees = (value: number | null, digits = 1): string => `${formatDeg(value, digits)}°`;
 
 /** The name of the side, or a dash if unknown. */
-export const sideWord = (side: "left" | "right" | null) => (side === null ? "–" : SIDES[side]);
+export const sideWord = (side: "left" | "right" | null) => (side === null ? "–" : t(`common:sides.${side}`));
+
+/** Return "one, other", as the language lists things. */
+export const formatList = (words: string[]) => t("common:format.list", { words });

@@ -32,9 +32,10 @@ test.each([
 ])("in a %s browser with choice %s shows %s", async (browser, stored, language, locale) => {
   setBrowserLanguage(browser);
   if (stored) localStorage.setItem("kata.language", stored);
-  const { LANGUAGE, LOCALE, say } = await import("./language");
+  const { LANGUAGE, LOCALE } = await import("./language");
+  const { t } = await import("./i18n");
   expect([LANGUAGE, LOCALE, document.documentElement.lang]).toEqual([language, locale, language]);
-  expect(say({ stop: "Stop" }, { stop: "停止" }).stop).toBe(language === "ja" ? "停止" : "Stop");
+  expect(t("common:stop.stop")).toBe(language === "ja" ? "停止" : "Stop");
 });
 
 const stubReload = () => {

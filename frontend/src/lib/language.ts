@@ -42,9 +42,6 @@ export const LOCALE = navigator.language.startsWith(LANGUAGE) ? navigator.langua
 
 document.documentElement.lang = LANGUAGE;
 
-/** The texts of one part of the page. Both languages say the same: what one lacks does not compile. */
-export const say = <Words>(en: Words, ja: NoInfer<Words>): Words => (LANGUAGE === "ja" ? ja : en);
-
 /**
  * From now on the page speaks this: it is loaded anew where it spoke another. Of anything else than a language, nothing; and
  * nothing where the browser keeps nothing, since the page would be loaded again and again.

@@ -7,15 +7,15 @@ import {
 } from "@tabler/icons-react";
 import classes from "../features/alarms/alarms.module.css";
 import type { Live } from "../lib/api/client";
+import { t } from "../lib/i18n";
 import { useAlive, useLive } from "../lib/live/hooks";
-import { ESTOP } from "../lib/messages";
 
 const STATES = {
-  closed: { text: ESTOP.closed, Icon: IconCircleCheck },
-  pressed: { text: ESTOP.pressed, Icon: IconAlertOctagonFilled },
-  released: { text: ESTOP.released, Icon: IconLockExclamation },
-  missing: { text: ESTOP.missing, Icon: IconPlugConnectedX },
-  unknown: { text: ESTOP.unknown, Icon: IconHelpHexagon },
+  closed: { text: t("common:estop.closed"), Icon: IconCircleCheck },
+  pressed: { text: t("common:estop.pressed"), Icon: IconAlertOctagonFilled },
+  released: { text: t("common:estop.released"), Icon: IconLockExclamation },
+  missing: { text: t("common:estop.missing"), Icon: IconPlugConnectedX },
+  unknown: { text: t("common:estop.unknown"), Icon: IconHelpHexagon },
 } as const;
 
 type EstopState = keyof typeof STATES;

@@ -4,8 +4,8 @@ import type { ReactNode } from "react";
 import { Brand } from "../app/Brand";
 import classes from "../app/Shell.module.css";
 import { Alarms } from "../features/alarms/Alarms";
+import { t } from "../lib/i18n";
 import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../lib/live/hooks";
-import { SHELL } from "../lib/messages";
 import { EstopBadge } from "./EstopBadge";
 import { describeMode } from "./modes";
 import { StopBanner } from "./StopBanner";
@@ -63,7 +63,7 @@ function ModeBadge() {
       tt="none"
       data-testid="mode"
     >
-      {alive && mode ? describeMode({ mode, stop, run }) : SHELL.modeUnknown}
+      {alive && mode ? describeMode({ mode, stop, run }) : t("common:shell.modeUnknown")}
     </Badge>
   );
 }
@@ -74,8 +74,12 @@ function ConnectionBadge() {
   const starting = useLive("device") === "starting";
   const station = useStation();
   // Before the first message a missing connection is no alarm.
-  const noConnection = received ? SHELL.lost : SHELL.connecting;
-  const connectedText = starting ? SHELL.starting : station?.simulated ? SHELL.liveSimulated : SHELL.live;
+  const noConnection = received ? t("common:shell.lost") : t("common:shell.connecting");
+  const connectedText = starting
+    ? t("common:shell.starting")
+    : station?.simulated
+      ? t("common:shell.liveSimulated")
+      : t("common:shell.live");
   return (
     <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
@@ -99,4 +103,6 @@ function StateAge() {
 }
 
 const formatAge = (tenths: number) =>
-  tenths < 600 ? SHELL.secondsOld((tenths / 10).toFixed(1)) : SHELL.minutesOld(Math.floor(tenths / 600));
+  tenths < 600
+    ? t("common:shell.secondsOld", { seconds: (tenths / 10).toFixed(1) })
+    : t("common:shell.minutesOld", { minutes: Math.floor(tenths / 600) });

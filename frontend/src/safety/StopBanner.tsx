@@ -3,9 +3,9 @@ import { useMutation } from "@tanstack/react-query";
 import { AlarmFrame, useAlarms } from "../features/alarms/Alarms";
 import { useMayOperate } from "../features/auth/hooks";
 import { api, type Schemas } from "../lib/api/client";
+import { t } from "../lib/i18n";
 import { useAlive, useLive, useRefusal } from "../lib/live/hooks";
 import { store } from "../lib/live/store";
-import { STOPPED } from "../lib/messages";
 import { translateServerText } from "../lib/serverText";
 import { ProblemNote } from "../ui/ProblemNote";
 import hold from "./hold.module.css";
@@ -29,18 +29,22 @@ export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
         <StopTitle fullPage={fullPage} held={held} />
         <Group justify="space-between" align="start" gap="xl">
           <List size={fullPage ? "xl" : "md"} spacing={4} flex="1 1 20rem">
-            {!alive && <List.Item>{STOPPED.notKnownNext}</List.Item>}
+            {!alive && <List.Item>{t("common:stopped.notKnownNext")}</List.Item>}
             {stop.causes.map((cause) => (
               <List.Item key={`${cause.code}-${cause.axis}`}>
                 <Text span inherit fw={600}>
                   {translateServerText(cause.message, cause.message_key)}
                 </Text>{" "}
-                {alive && cause.cleared && !held ? STOPPED.cleared : ""}
+                {alive && cause.cleared && !held ? t("common:stopped.cleared") : ""}
                 {translateServerText(cause.next_step, cause.next_step_key)}
               </List.Item>
             ))}
           </List>
-          {mayOperate ? <Reset fullPage={fullPage} held={held} /> : <Text maw={320}>{STOPPED.byWhom}</Text>}
+          {mayOperate ? (
+            <Reset fullPage={fullPage} held={held} />
+          ) : (
+            <Text maw={320}>{t("common:stopped.byWhom")}</Text>
+          )}
         </Group>
       </div>
     </AlarmFrame>
@@ -50,10 +54,14 @@ export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
 function StopTitle({ fullPage, held }: { fullPage: boolean; held: boolean }) {
   const alive = useAlive();
   const torque = useLive("torque");
-  const known = held ? (torque === "on" ? STOPPED.titleHeld : STOPPED.titleMayHold) : STOPPED.title;
+  const known = held
+    ? torque === "on"
+      ? t("common:stopped.titleHeld")
+      : t("common:stopped.titleMayHold")
+    : t("common:stopped.title");
   return (
     <Title order={2} fz={fullPage ? 36 : 20} mb="xs">
-      {alive ? known : STOPPED.titleNotKnown}
+      {alive ? known : t("common:stopped.titleNotKnown")}
     </Title>
   );
 }
@@ -69,9 +77,9 @@ function Reset({ fullPage, held }: { fullPage: boolean; held: boolean }) {
         held
         send={api.releaseTorque}
         refusal={null}
-        next={STOPPED.releaseTorqueNext}
+        next={t("common:stopped.releaseTorqueNext")}
       >
-        {STOPPED.releaseTorque}
+        {t("common:stopped.releaseTorque")}
       </ResetButton>
     );
   }
@@ -81,9 +89,9 @@ function Reset({ fullPage, held }: { fullPage: boolean; held: boolean }) {
       held={held}
       send={api.acknowledge}
       refusal={refusal}
-      next={held ? STOPPED.letsGo : STOPPED.startsNothing}
+      next={held ? t("common:stopped.letsGo") : t("common:stopped.startsNothing")}
     >
-      {held ? STOPPED.acknowledgeHeld : STOPPED.acknowledge}
+      {held ? t("common:stopped.acknowledgeHeld") : t("common:stopped.acknowledge")}
     </ResetButton>
   );
 }
@@ -103,7 +111,7 @@ function ResetButton({ fullPage, held, send, refusal, next, children }: ResetPro
   const { holding, handlers } = useHold(held && refusal === null && !mutation.isPending, () =>
     mutation.mutate(),
   );
-  const hint = held ? (holding === "again" ? STOPPED.again : STOPPED.hold) : "";
+  const hint = held ? (holding === "again" ? t("common:stopped.again") : t("common:stopped.hold")) : "";
   return (
     <Stack gap={4}>
       <Button

@@ -3,8 +3,8 @@ import { IconHandStop } from "@tabler/icons-react";
 import { useCallback, useEffect, useState } from "react";
 import { api, type Live, ProblemError } from "../lib/api/client";
 import { formatClock } from "../lib/format";
+import { t } from "../lib/i18n";
 import { store } from "../lib/live/store";
-import { STOP } from "../lib/messages";
 import { isMoving } from "./modes";
 
 type StopProgress =
@@ -37,7 +37,10 @@ export function StopButton() {
       await requestStop();
       setProgress({ state: "confirmed", at: Date.now() });
     } catch (error) {
-      setProgress({ state: "failed", reason: error instanceof ProblemError ? error.message : STOP.noAnswer });
+      setProgress({
+        state: "failed",
+        reason: error instanceof ProblemError ? error.message : t("common:stop.noAnswer"),
+      });
     }
   }, []);
 
@@ -65,15 +68,15 @@ export function StopButton() {
         leftSection={<IconHandStop size={32} />}
         onClick={() => void stop()}
         aria-keyshortcuts="Escape"
-        title={STOP.what}
+        title={t("common:stop.what")}
       >
-        {STOP.stop}
+        {t("common:stop.stop")}
       </Button>
       <Text size="xs" h={18} aria-live="assertive" data-testid="stop-answer">
-        {progress?.state === "sending" && STOP.sent}
-        {progress?.state === "confirmed" && STOP.confirmed(formatClock(progress.at))}
-        {progress?.state === "failed" && STOP.failed(progress.reason)}
-        {!progress && STOP.key}
+        {progress?.state === "sending" && t("common:stop.sent")}
+        {progress?.state === "confirmed" && t("common:stop.confirmed", { time: formatClock(progress.at) })}
+        {progress?.state === "failed" && t("common:stop.failed", { why: progress.reason })}
+        {!progress && t("common:stop.key")}
       </Text>
     </Stack>
   );

@@ -1,11 +1,11 @@
 import type { Live } from "../lib/api/client";
-import { MODES } from "../lib/messages";
+import { t } from "../lib/i18n";
 
 /** Describe the apparatus state in the therapist's words. */
 export function describeMode(live: Pick<Live, "mode" | "stop" | "run">): string {
-  if (live.mode === "stopped" && live.stop?.arm_held) return MODES.holding;
-  if (live.mode === "playing" && live.run?.reversing) return MODES.reversing;
-  return MODES[live.mode];
+  if (live.mode === "stopped" && live.stop?.arm_held) return t("common:modes.holding");
+  if (live.mode === "playing" && live.run?.reversing) return t("common:modes.reversing");
+  return t(`common:modes.${live.mode}`);
 }
 
 const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];

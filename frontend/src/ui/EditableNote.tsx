@@ -2,7 +2,7 @@ import { Button, Group, Stack, Textarea } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { useHasPermission } from "../features/auth/hooks";
-import { NOTES } from "../lib/messages";
+import { t } from "../lib/i18n";
 import { ProblemNote } from "./ProblemNote";
 
 /** A note that is saved on request and shows unsaved changes. */
@@ -39,10 +39,10 @@ export function EditableNote(props: {
       {changed && (
         <Group>
           <Button loading={mutation.isPending} onClick={() => mutation.mutate(draft)}>
-            {NOTES.save}
+            {t("common:notes.save")}
           </Button>
           <Button variant="subtle" onClick={() => setDraft(null)}>
-            {NOTES.discard}
+            {t("common:notes.discard")}
           </Button>
         </Group>
       )}

@@ -1,7 +1,7 @@
 import { Table } from "@mantine/core";
 import type { Schemas } from "../lib/api/client";
 import { formatDeg } from "../lib/format";
-import { RANGES } from "../lib/messages";
+import { t } from "../lib/i18n";
 
 /** The range and the highest speed of each motor in a motion. */
 export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
@@ -9,10 +9,10 @@ export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
     <Table maw={640} withTableBorder verticalSpacing="xs">
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>{RANGES.motor}</Table.Th>
-          <Table.Th ta="right">{RANGES.from}</Table.Th>
-          <Table.Th ta="right">{RANGES.to}</Table.Th>
-          <Table.Th ta="right">{RANGES.fastest}</Table.Th>
+          <Table.Th>{t("common:ranges.motor")}</Table.Th>
+          <Table.Th ta="right">{t("common:ranges.from")}</Table.Th>
+          <Table.Th ta="right">{t("common:ranges.to")}</Table.Th>
+          <Table.Th ta="right">{t("common:ranges.fastest")}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>

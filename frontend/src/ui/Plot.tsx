@@ -1,9 +1,9 @@
 import { Button, Group, Skeleton, Text, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../lib/api/client";
+import { t } from "../lib/i18n";
 import { LANGUAGE } from "../lib/language";
 import { translatePlaced } from "../lib/serverText";
-import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./figureMessages";
 import { recolour } from "./plotColours";
 import { type PlotWindow, toWindow } from "./plotWindow";
 
@@ -46,10 +46,11 @@ export function Plot({
     let cancelled = false;
     const draw = async () => {
       const { default: Plotly } = await import("plotly.js-cartesian-dist-min");
-      if (cancelled) return;
       if (LANGUAGE === "ja") {
-        Plotly.register({ moduleType: "locale", name: LANGUAGE, dictionary: PLOTLY, format: PLOTLY_DAYS });
+        const { default: words } = await import("../locales/ja/plotly.json");
+        Plotly.register({ moduleType: "locale", name: LANGUAGE, ...words });
       }
+      if (cancelled) return;
       // Plotly modifies the layout that it gets, so this is a copy.
       const { data, layout } = recolour(translatePlaced(figure), scheme);
       const plot = await Plotly.react(element, data, layout, config);
@@ -75,13 +76,13 @@ export function Plot({
     <div style={{ position: "relative", minHeight: height }}>
       {failed && (
         <Group role="alert">
-          <Text>{FIGURE.failed}</Text>
+          <Text>{t("ui:figure.failed")}</Text>
           <Button variant="default" onClick={() => setAttempt(attempt + 1)}>
-            {FIGURE.again}
+            {t("ui:figure.again")}
           </Button>
         </Group>
       )}
-      {!drawn && !failed && <Skeleton pos="absolute" inset={0} aria-label={FIGURE.drawing} />}
+      {!drawn && !failed && <Skeleton pos="absolute" inset={0} aria-label={t("ui:figure.drawing")} />}
       <figure ref={elementRef} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );

@@ -1,7 +1,7 @@
 import { Alert } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../lib/api/client";
-import { PROBLEMS } from "../lib/messages";
+import { t } from "../lib/i18n";
 
 /** An error with its next step. Empty without an error. */
 export function ProblemNote({ error }: { error: unknown }) {
@@ -10,13 +10,13 @@ export function ProblemNote({ error }: { error: unknown }) {
   if (problem && Object.keys(problem.fields).length > 0) {
     return (
       <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
-        {PROBLEMS.fields}
+        {t("common:problems.fields")}
       </Alert>
     );
   }
   return (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
-      {problem ? problem.message : PROBLEMS.page}
+      {problem ? problem.message : t("common:problems.page")}
       {problem?.nextStep ? ` ${problem.nextStep}` : ""}
     </Alert>
   );

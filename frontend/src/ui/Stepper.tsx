@@ -1,7 +1,7 @@
 import { ActionIcon, Group, NumberInput, Stack, Text } from "@mantine/core";
 import { IconMinus, IconPlus } from "@tabler/icons-react";
 import { useId } from "react";
-import { PLAYING } from "../features/station/playMessages";
+import { t } from "../lib/i18n";
 
 /** A number's label, unit, bounds and step. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };
@@ -35,7 +35,7 @@ export function Stepper(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={PLAYING.less(label)}
+          aria-label={t("station:playing.less", { label })}
           disabled={disabled || value <= min}
           onClick={() => changeTo(value - step)}
         >
@@ -61,7 +61,7 @@ export function Stepper(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={PLAYING.more(label)}
+          aria-label={t("station:playing.more", { label })}
           disabled={disabled || value >= max}
           onClick={() => changeTo(value + step)}
         >
@@ -70,7 +70,7 @@ export function Stepper(props: {
       </Group>
       {!valid && !disabled && (
         <Text size="sm" c="grape.9" role="alert">
-          {PLAYING.outOfRange(min, max, unit)}
+          {t("station:playing.outOfRange", { min, max, unit: unit && ` ${unit}` })}
         </Text>
       )}
     </Stack>

@@ -2,9 +2,9 @@ import { Button, Group, MultiSelect, Radio, Stack, TextInput } from "@mantine/co
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { type Account, api, ProblemError, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { ROLES, type Role } from "../auth/messages";
-import { FORM } from "./messages";
+import type { Role } from "../auth/messages";
 
 type Props =
   | { account: Account; onDone: () => void }
@@ -53,8 +53,8 @@ export function AccountForm(props: Props) {
     <form onSubmit={submit} noValidate>
       <Stack>
         <TextInput
-          label={FORM.name}
-          description={FORM.nameMeans}
+          label={t("administration:form.name")}
+          description={t("administration:form.nameMeans")}
           required
           data-autofocus
           maxLength={100}
@@ -64,8 +64,8 @@ export function AccountForm(props: Props) {
         />
         {!account && (
           <TextInput
-            label={FORM.username}
-            description={FORM.usernameMeans}
+            label={t("administration:form.username")}
+            description={t("administration:form.usernameMeans")}
             required
             maxLength={64}
             autoComplete="off"
@@ -76,16 +76,20 @@ export function AccountForm(props: Props) {
             onChange={(event) => setUsername(event.currentTarget.value)}
           />
         )}
-        <Radio.Group label={FORM.role} value={role} onChange={(chosen) => setRole(chosen as Role)}>
+        <Radio.Group
+          label={t("administration:form.role")}
+          value={role}
+          onChange={(chosen) => setRole(chosen as Role)}
+        >
           <Stack gap="xs" mt="xs">
-            {Object.entries(ROLES).map(([value, words]) => (
+            {Object.entries(t("auth:roles", { returnObjects: true })).map(([value, words]) => (
               <Radio key={value} size="md" value={value} label={words.name} description={words.may} />
             ))}
           </Stack>
         </Radio.Group>
         <MultiSelect
-          label={FORM.stations}
-          description={FORM.stationsMean}
+          label={t("administration:form.stations")}
+          description={t("administration:form.stationsMean")}
           size="md"
           data={choices}
           value={stations}
@@ -93,8 +97,10 @@ export function AccountForm(props: Props) {
         />
         {account && (loginMethods.data?.openid || account.openid) && (
           <TextInput
-            label={FORM.identity(loginMethods.data?.openid ?? FORM.theProvider)}
-            description={FORM.identityMeans}
+            label={t("administration:form.identity", {
+              provider: loginMethods.data?.openid ?? t("administration:form.theProvider"),
+            })}
+            description={t("administration:form.identityMeans")}
             maxLength={255}
             autoComplete="off"
             autoCapitalize="none"
@@ -111,7 +117,7 @@ export function AccountForm(props: Props) {
             loading={save.isPending}
             disabled={name.trim() === "" || username.trim() === ""}
           >
-            {account ? FORM.save : FORM.make}
+            {account ? t("administration:form.save") : t("administration:form.make")}
           </Button>
         </Group>
       </Stack>

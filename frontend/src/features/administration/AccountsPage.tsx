@@ -4,28 +4,27 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { type Account, api, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMe } from "../auth/hooks";
-import { ROLES } from "../auth/messages";
 import { AccountForm } from "./AccountForm";
-import { ACCOUNTS, CODE } from "./messages";
 import { OneTimeCode } from "./OneTimeCode";
 
 /** The accounts with their roles and stations. */
 export function AccountsPage() {
-  useTitle(ACCOUNTS.title);
+  useTitle(t("administration:accounts.title"));
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const [creating, setMaking] = useState(false);
   const [oneTimeCode, setOneTimeCode] = useState<Schemas["OneTimeCode"] | null>(null);
   const items = accounts.data?.items ?? [];
   return (
-    <Stack component="section" aria-label={ACCOUNTS.title}>
+    <Stack component="section" aria-label={t("administration:accounts.title")}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          {ACCOUNTS.title}
+          {t("administration:accounts.title")}
         </Title>
         <Button leftSection={<IconUserPlus size={20} />} onClick={() => setMaking(true)}>
-          {ACCOUNTS.add}
+          {t("administration:accounts.add")}
         </Button>
       </Group>
       <ProblemNote error={accounts.error} />
@@ -34,12 +33,14 @@ export function AccountsPage() {
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>{ACCOUNTS.name}</Table.Th>
-              <Table.Th>{ACCOUNTS.role}</Table.Th>
-              <Table.Th>{ACCOUNTS.stations}</Table.Th>
-              <Table.Th>{ACCOUNTS.signsInWith}</Table.Th>
+              <Table.Th>{t("administration:accounts.name")}</Table.Th>
+              <Table.Th>{t("administration:accounts.role")}</Table.Th>
+              <Table.Th>{t("administration:accounts.stations")}</Table.Th>
+              <Table.Th>{t("administration:accounts.signsInWith")}</Table.Th>
               <Table.Th>
-                <span style={{ position: "absolute", left: -9999 }}>{ACCOUNTS.actions}</span>
+                <span style={{ position: "absolute", left: -9999 }}>
+                  {t("administration:accounts.actions")}
+                </span>
               </Table.Th>
             </Table.Tr>
           </Table.Thead>
@@ -50,7 +51,12 @@ export function AccountsPage() {
           </Table.Tbody>
         </Table>
       )}
-      <Modal opened={creating} onClose={() => setMaking(false)} title={ACCOUNTS.add} size="lg">
+      <Modal
+        opened={creating}
+        onClose={() => setMaking(false)}
+        title={t("administration:accounts.add")}
+        size="lg"
+      >
         <AccountForm
           onDone={(code) => {
             setMaking(false);
@@ -61,7 +67,7 @@ export function AccountsPage() {
       <Modal
         opened={oneTimeCode !== null}
         onClose={() => setOneTimeCode(null)}
-        title={CODE.title}
+        title={t("administration:code.title")}
         size="lg"
         closeOnClickOutside={false}
       >
@@ -96,37 +102,48 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
       <Table.Td>
         <Text fw={600}>{account.name}</Text>
         <Text size="sm">{account.username}</Text>
-        {account.disabled_at && <Badge color="gray">{ACCOUNTS.disabled}</Badge>}
+        {account.disabled_at && <Badge color="gray">{t("administration:accounts.disabled")}</Badge>}
       </Table.Td>
-      <Table.Td>{ROLES[account.role].name}</Table.Td>
-      <Table.Td>{ACCOUNTS.several(account.stations) || ACCOUNTS.all}</Table.Td>
+      <Table.Td>{t(`auth:roles.${account.role}.name`)}</Table.Td>
+      <Table.Td>
+        {t("administration:accounts.several", { ways: account.stations }) || t("administration:accounts.all")}
+      </Table.Td>
       <Table.Td>{signsInWith(account)}</Table.Td>
       <Table.Td>
         <Group justify="end" gap="xs">
           <Button
             variant="default"
             onClick={() => setChanging(true)}
-            aria-label={ACCOUNTS.changeOf(account.name)}
+            aria-label={t("administration:accounts.changeOf", { name: account.name })}
           >
-            {ACCOUNTS.change}
+            {t("administration:accounts.change")}
           </Button>
           {!isOwn && !account.disabled_at && (
             <Button
               variant="default"
               onClick={() => setResetting(true)}
-              aria-label={ACCOUNTS.newCodeFor(account.name)}
+              aria-label={t("administration:accounts.newCodeFor", { name: account.name })}
             >
-              {ACCOUNTS.newCode}
+              {t("administration:accounts.newCode")}
             </Button>
           )}
           {!isOwn && (
             <Button
               variant="default"
               loading={disable.isPending}
-              aria-label={(account.disabled_at ? ACCOUNTS.enableOf : ACCOUNTS.disableOf)(account.name)}
+              aria-label={t(
+                account.disabled_at
+                  ? "administration:accounts.enableOf"
+                  : "administration:accounts.disableOf",
+                {
+                  name: account.name,
+                },
+              )}
               onClick={() => disable.mutate(!account.disabled_at)}
             >
-              {account.disabled_at ? ACCOUNTS.enable : ACCOUNTS.disable}
+              {account.disabled_at
+                ? t("administration:accounts.enable")
+                : t("administration:accounts.disable")}
             </Button>
           )}
         </Group>
@@ -137,14 +154,14 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
         <Modal
           opened={resetting}
           onClose={() => setResetting(false)}
-          title={ACCOUNTS.newCodeFor(account.name)}
+          title={t("administration:accounts.newCodeFor", { name: account.name })}
         >
           <Stack>
-            <Text>{ACCOUNTS.resetting(account.name)}</Text>
+            <Text>{t("administration:accounts.resetting", { name: account.name })}</Text>
             {account.second_factor && (
               <Switch
                 size="md"
-                label={ACCOUNTS.factorLost}
+                label={t("administration:accounts.factorLost")}
                 checked={factorLost}
                 onChange={(event) => setLost(event.currentTarget.checked)}
               />
@@ -152,10 +169,10 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
             <ProblemNote error={reset.error} />
             <Group justify="end">
               <Button variant="default" onClick={() => setResetting(false)}>
-                {ACCOUNTS.leave}
+                {t("administration:accounts.leave")}
               </Button>
               <Button loading={reset.isPending} onClick={() => reset.mutate()}>
-                {ACCOUNTS.reset}
+                {t("administration:accounts.reset")}
               </Button>
             </Group>
           </Stack>
@@ -167,9 +184,11 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
 
 function signsInWith(account: Account): string {
   const methods = [
-    account.openid ? ACCOUNTS.clinicSignIn : [],
-    account.password ? ACCOUNTS.password : [],
+    account.openid ? t("administration:accounts.clinicSignIn") : [],
+    account.password ? t("administration:accounts.password") : [],
   ].flat();
-  if (methods.length === 0) return ACCOUNTS.noPassword;
-  return ACCOUNTS.several(account.second_factor ? [...methods, ACCOUNTS.secondFactor] : methods);
+  if (methods.length === 0) return t("administration:accounts.noPassword");
+  return t("administration:accounts.several", {
+    ways: account.second_factor ? [...methods, t("administration:accounts.secondFactor")] : methods,
+  });
 }

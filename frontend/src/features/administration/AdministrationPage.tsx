@@ -1,14 +1,14 @@
 import { Group, Stack, Title } from "@mantine/core";
 import { Link, Outlet } from "@tanstack/react-router";
 import classes from "../../app/Shell.module.css";
+import { t } from "../../lib/i18n";
 import { useHasPermission } from "../auth/hooks";
-import { ACCOUNTS, ADMINISTRATION, AUDIT, BACKUPS, EMERGENCIES } from "./messages";
 
 const TABS = [
-  { to: "/administration/accounts", label: ACCOUNTS.title },
-  { to: "/administration/audit", label: AUDIT.title },
-  { to: "/administration/emergency-access", label: EMERGENCIES.title },
-  { to: "/administration/backups", label: BACKUPS.title },
+  { to: "/administration/accounts", label: t("administration:accounts.title") },
+  { to: "/administration/audit", label: t("administration:audit.title") },
+  { to: "/administration/emergency-access", label: t("administration:emergencies.title") },
+  { to: "/administration/backups", label: t("administration:backups.title") },
 ] as const;
 
 /** The administrator's pages: accounts, audit trail, emergency access and backups. */
@@ -17,11 +17,11 @@ export function AdministrationPage() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        {ADMINISTRATION.title}
+        {t("administration:administration.title")}
       </Title>
       {administers && (
         <>
-          <Group component="nav" gap={4} aria-label={ADMINISTRATION.parts}>
+          <Group component="nav" gap={4} aria-label={t("administration:administration.parts")}>
             {TABS.map(({ to, label }) => (
               <Link
                 key={to}
@@ -37,7 +37,7 @@ export function AdministrationPage() {
           <Outlet />
         </>
       )}
-      {!administers && <p>{ADMINISTRATION.notForYou}</p>}
+      {!administers && <p>{t("administration:administration.notForYou")}</p>}
     </Stack>
   );
 }

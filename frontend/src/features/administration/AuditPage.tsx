@@ -4,18 +4,17 @@ import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatClock, formatDayOf } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { ROLES } from "../auth/messages";
 import { type AuditFilters, toAuditQuery } from "./auditFilters";
 import { actionChoices, describeAction, describeDetail, describeSubject } from "./describeAuditEntry";
-import { AUDIT, OUTCOMES } from "./messages";
 
 /** The audit trail, newest entry first. The address holds the filters. */
 export function AuditPage() {
-  useTitle(AUDIT.title);
+  useTitle(t("administration:audit.title"));
   const filters = useSearch({ from: "/administration/audit" });
   const navigate = useNavigate({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
@@ -25,27 +24,27 @@ export function AuditPage() {
     void navigate({ search: value ? { ...rest, [name]: value } : rest, replace: true });
   };
   return (
-    <Stack component="section" aria-label={AUDIT.title}>
+    <Stack component="section" aria-label={t("administration:audit.title")}>
       <Title order={2} size="h3">
-        {AUDIT.title}
+        {t("administration:audit.title")}
       </Title>
-      <Text>{AUDIT.means}</Text>
+      <Text>{t("administration:audit.means")}</Text>
       <Group align="end">
         <TextInput
           type="date"
-          label={AUDIT.from}
+          label={t("administration:audit.from")}
           value={filters.from ?? ""}
           onChange={(event) => setFilter("from", event.currentTarget.value)}
         />
         <TextInput
           type="date"
-          label={AUDIT.to}
+          label={t("administration:audit.to")}
           value={filters.to ?? ""}
           onChange={(event) => setFilter("to", event.currentTarget.value)}
         />
         <Select
-          label={AUDIT.who}
-          placeholder={AUDIT.anybody}
+          label={t("administration:audit.who")}
+          placeholder={t("administration:audit.anybody")}
           clearable
           searchable
           data={(accounts.data?.items ?? []).map((account) => ({ value: account.id, label: account.name }))}
@@ -53,16 +52,18 @@ export function AuditPage() {
           onChange={(value) => setFilter("account_id", value)}
         />
         <Select
-          label={AUDIT.outcome}
-          placeholder={AUDIT.any}
+          label={t("administration:audit.outcome")}
+          placeholder={t("administration:audit.any")}
           clearable
-          data={Object.entries(OUTCOMES).map(([value, label]) => ({ value, label }))}
+          data={Object.entries(t("administration:outcomes", { returnObjects: true })).map(
+            ([value, label]) => ({ value, label }),
+          )}
           value={filters.outcome ?? null}
           onChange={(value) => setFilter("outcome", value)}
         />
         <Select
-          label={AUDIT.action}
-          placeholder={AUDIT.any}
+          label={t("administration:audit.action")}
+          placeholder={t("administration:audit.any")}
           clearable
           searchable
           data={actionChoices(filters.action)}
@@ -71,14 +72,14 @@ export function AuditPage() {
         />
         {Object.keys(filters).length > 0 && (
           <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
-            {AUDIT.showAll}
+            {t("administration:audit.showAll")}
           </Button>
         )}
       </Group>
-      {filters.patient_id && <Text>{AUDIT.onePatient}</Text>}
+      {filters.patient_id && <Text>{t("administration:audit.onePatient")}</Text>}
       <ProblemNote error={entries.error ?? accounts.error} />
       {entries.isPending && <Skeleton h={300} />}
-      {entries.items?.length === 0 && <Text>{AUDIT.nothing}</Text>}
+      {entries.items?.length === 0 && <Text>{t("administration:audit.nothing")}</Text>}
       {entries.items && entries.items.length > 0 && (
         <Rows
           items={entries.items}
@@ -97,12 +98,12 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
       <Table verticalSpacing="xs">
         <Table.Thead>
           <Table.Tr>
-            <Table.Th ta="right">{AUDIT.number}</Table.Th>
-            <Table.Th>{AUDIT.when}</Table.Th>
-            <Table.Th>{AUDIT.who}</Table.Th>
-            <Table.Th>{AUDIT.what}</Table.Th>
-            <Table.Th>{AUDIT.of}</Table.Th>
-            <Table.Th>{AUDIT.fromWhere}</Table.Th>
+            <Table.Th ta="right">{t("administration:audit.number")}</Table.Th>
+            <Table.Th>{t("administration:audit.when")}</Table.Th>
+            <Table.Th>{t("administration:audit.who")}</Table.Th>
+            <Table.Th>{t("administration:audit.what")}</Table.Th>
+            <Table.Th>{t("administration:audit.of")}</Table.Th>
+            <Table.Th>{t("administration:audit.fromWhere")}</Table.Th>
           </Table.Tr>
         </Table.Thead>
         <Table.Tbody>
@@ -113,15 +114,20 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
                 {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
               </Table.Td>
               <Table.Td>
-                {entry.who || AUDIT.nobody}
+                {entry.who || t("administration:audit.nobody")}
                 <Text size="sm" c="dimmed">
                   {roleOf(entry.role) ||
-                    (entry.account_id && AUDIT.triedAs(names.get(entry.account_id) ?? AUDIT.anAccount))}
+                    (entry.account_id &&
+                      t("administration:audit.triedAs", {
+                        name: names.get(entry.account_id) ?? t("administration:audit.anAccount"),
+                      }))}
                 </Text>
               </Table.Td>
               <Table.Td>
                 <Text title={entry.action}>{describeAction(entry.action)}</Text>
-                {entry.outcome !== "done" && <Text fw={600}>{OUTCOMES[entry.outcome]}</Text>}
+                {entry.outcome !== "done" && (
+                  <Text fw={600}>{t(`administration:outcomes.${entry.outcome}`)}</Text>
+                )}
                 {describeDetail(entry).map((line) => (
                   <Text key={line} size="sm" c="dimmed">
                     {line}
@@ -132,7 +138,7 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
               <Table.Td>
                 {entry.patient_id && (
                   <PageLink to="/patients/$patientId" params={{ patientId: entry.patient_id }}>
-                    {AUDIT.patient}
+                    {t("administration:audit.patient")}
                   </PageLink>
                 )}
                 <Text size="sm" style={{ overflowWrap: "anywhere" }}>
@@ -159,7 +165,7 @@ function RawEntry({ entry }: { entry: Schemas["AuditEntry"] }) {
   return (
     <details>
       <Text component="summary" size="sm" c="dimmed">
-        {AUDIT.asWritten}
+        {t("administration:audit.asWritten")}
       </Text>
       <Code block style={{ whiteSpace: "pre-wrap", overflowWrap: "anywhere" }}>
         {JSON.stringify({ action, subject, ...detail }, null, 1)}
@@ -169,5 +175,6 @@ function RawEntry({ entry }: { entry: Schemas["AuditEntry"] }) {
 }
 
 function roleOf(code: string): string {
-  return Object.hasOwn(ROLES, code) ? ROLES[code as keyof typeof ROLES].name : code;
+  const roles: Partial<Record<string, { name: string }>> = t("auth:roles", { returnObjects: true });
+  return (Object.hasOwn(roles, code) ? roles[code]?.name : undefined) ?? code;
 }

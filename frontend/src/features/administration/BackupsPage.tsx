@@ -4,15 +4,15 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { BACKUPS, KEYS } from "./messages";
 
 const POLL_WHILE_RUNNING_MS = 2_000;
 
 /** The backups and the results of their test restores. */
 export function BackupsPage() {
-  useTitle(BACKUPS.title);
+  useTitle(t("administration:backups.title"));
   const queries = useQueryClient();
   const backups = useQuery({
     queryKey: ["backups"],
@@ -25,17 +25,17 @@ export function BackupsPage() {
   });
   const list = backups.data;
   return (
-    <Stack component="section" aria-label={BACKUPS.title}>
+    <Stack component="section" aria-label={t("administration:backups.title")}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          {BACKUPS.title}
+          {t("administration:backups.title")}
         </Title>
         <Button
           leftSection={<IconDatabaseExport size={20} />}
           loading={makeBackup.isPending || list?.running === true}
           onClick={() => makeBackup.mutate()}
         >
-          {BACKUPS.make}
+          {t("administration:backups.make")}
         </Button>
       </Group>
       <ProblemNote error={backups.error ?? makeBackup.error} />
@@ -44,7 +44,7 @@ export function BackupsPage() {
         <>
           <LastVerifiedBackup list={list} />
           <BackupSettings list={list} />
-          {list.running && <Text role="status">{BACKUPS.making}</Text>}
+          {list.running && <Text role="status">{t("administration:backups.making")}</Text>}
           {list.items.length > 0 && <Rows items={list.items} />}
         </>
       )}
@@ -57,11 +57,14 @@ function LastVerifiedBackup({ list }: { list: Schemas["BackupList"] }) {
   const lastGood = list.last_good;
   return lastGood?.tested_at ? (
     <Alert color="indigo" variant="light" icon={<IconCircleCheck />} data-testid="last-good">
-      {BACKUPS.lastGood(formatMoment(lastGood.at), formatMoment(lastGood.tested_at))}
+      {t("administration:backups.lastGood", {
+        made: formatMoment(lastGood.at),
+        tried: formatMoment(lastGood.tested_at),
+      })}
     </Alert>
   ) : (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert" data-testid="last-good">
-      {BACKUPS.noneGood}
+      {t("administration:backups.noneGood")}
     </Alert>
   );
 }
@@ -69,16 +72,20 @@ function LastVerifiedBackup({ list }: { list: Schemas["BackupList"] }) {
 function BackupSettings({ list }: { list: Schemas["BackupList"] }) {
   return (
     <List>
-      <List.Item>{list.next_at ? BACKUPS.next(formatMoment(list.next_at)) : BACKUPS.never}</List.Item>
-      <List.Item>{BACKUPS.folder(list.folder)}</List.Item>
+      <List.Item>
+        {list.next_at
+          ? t("administration:backups.next", { moment: formatMoment(list.next_at) })
+          : t("administration:backups.never")}
+      </List.Item>
+      <List.Item>{t("administration:backups.folder", { folder: list.folder })}</List.Item>
       {list.same_disk && (
         <List.Item>
-          <b>{BACKUPS.sameDisk}</b>
+          <b>{t("administration:backups.sameDisk")}</b>
         </List.Item>
       )}
       <List.Item>
-        {KEYS[list.key]}
-        {list.key === "here" && BACKUPS.keyFile(list.key_file)}
+        {t(`administration:keys.${list.key}`)}
+        {list.key === "here" && t("administration:backups.keyFile", { file: list.key_file })}
       </List.Item>
     </List>
   );
@@ -89,10 +96,10 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
     <Table verticalSpacing="sm">
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>{BACKUPS.made}</Table.Th>
-          <Table.Th>{BACKUPS.tried}</Table.Th>
-          <Table.Th ta="right">{BACKUPS.size}</Table.Th>
-          <Table.Th>{BACKUPS.file}</Table.Th>
+          <Table.Th>{t("administration:backups.made")}</Table.Th>
+          <Table.Th>{t("administration:backups.tried")}</Table.Th>
+          <Table.Th ta="right">{t("administration:backups.size")}</Table.Th>
+          <Table.Th>{t("administration:backups.file")}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -101,7 +108,9 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
             <Table.Td>
               {formatMoment(backup.at)}
               <Text size="sm" c="dimmed">
-                {backup.kind === "nightly" ? BACKUPS.byItself : BACKUPS.askedFor}
+                {backup.kind === "nightly"
+                  ? t("administration:backups.byItself")
+                  : t("administration:backups.askedFor")}
               </Text>
             </Table.Td>
             <Table.Td>
@@ -109,8 +118,8 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
               {backup.audit_rows !== null && (
                 <Text size="sm" {...(backup.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
                   {backup.audit_problem
-                    ? BACKUPS.auditBroken(backup.audit_problem)
-                    : BACKUPS.auditWhole(backup.audit_rows)}
+                    ? t("administration:backups.auditBroken", { told: backup.audit_problem })
+                    : t("administration:backups.auditWhole", { rows: backup.audit_rows })}
                 </Text>
               )}
             </Table.Td>
@@ -121,7 +130,7 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
               </Text>
               {backup.file && !backup.there && (
                 <Badge color="gray" tt="none">
-                  {BACKUPS.gone}
+                  {t("administration:backups.gone")}
                 </Badge>
               )}
             </Table.Td>
@@ -133,10 +142,10 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
 }
 
 function verificationText(backup: Schemas["Backup"]): string {
-  if (backup.problem) return BACKUPS.failed(backup.problem);
-  if (backup.test_problem) return BACKUPS.notRestorable(backup.test_problem);
-  if (!backup.tested_at) return BACKUPS.notTried;
-  return BACKUPS.cameBack(formatMoment(backup.tested_at));
+  if (backup.problem) return t("administration:backups.failed", { problem: backup.problem });
+  if (backup.test_problem) return t("administration:backups.notRestorable", { problem: backup.test_problem });
+  if (!backup.tested_at) return t("administration:backups.notTried");
+  return t("administration:backups.cameBack", { moment: formatMoment(backup.tested_at) });
 }
 
 /** 1234567 bytes as 1.2 MB. */

@@ -3,24 +3,24 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMe } from "../auth/hooks";
-import { EMERGENCIES } from "./messages";
 
 /** Emergency accesses to restricted records. Another administrator reviews each one. */
 export function EmergencyAccessPage() {
-  useTitle(EMERGENCIES.title);
+  useTitle(t("administration:emergencies.title"));
   const accesses = useQuery({ queryKey: ["broken-glass"], queryFn: api.breakGlassAccesses });
   return (
-    <Stack component="section" aria-label={EMERGENCIES.title}>
+    <Stack component="section" aria-label={t("administration:emergencies.title")}>
       <Title order={2} size="h3">
-        {EMERGENCIES.title}
+        {t("administration:emergencies.title")}
       </Title>
-      <Text>{EMERGENCIES.means}</Text>
+      <Text>{t("administration:emergencies.means")}</Text>
       <ProblemNote error={accesses.error} />
       {accesses.isPending && <Skeleton h={160} />}
-      {accesses.data?.items.length === 0 && <Text>{EMERGENCIES.none}</Text>}
+      {accesses.data?.items.length === 0 && <Text>{t("administration:emergencies.none")}</Text>}
       {accesses.data?.items.map((access) => (
         <AccessCard key={access.id} access={access} />
       ))}
@@ -39,14 +39,19 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
     <Card withBorder data-testid="opened">
       <Stack gap="xs">
         <Group justify="space-between">
-          <Text fw={600}>{EMERGENCIES.opened(access.name, formatMoment(access.at))}</Text>
+          <Text fw={600}>
+            {t("administration:emergencies.opened", { name: access.name, moment: formatMoment(access.at) })}
+          </Text>
           {access.reviewed_at ? (
             <Badge color="gray" tt="none" size="lg">
-              {EMERGENCIES.reviewed(access.reviewed_by, formatMoment(access.reviewed_at))}
+              {t("administration:emergencies.reviewed", {
+                name: access.reviewed_by,
+                moment: formatMoment(access.reviewed_at),
+              })}
             </Badge>
           ) : (
             <Badge color="grape" tt="none" size="lg">
-              {EMERGENCIES.toReview}
+              {t("administration:emergencies.toReview")}
             </Badge>
           )}
         </Group>
@@ -56,14 +61,16 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
             to="/administration/audit"
             search={{ patient_id: access.patient_id, account_id: access.account_id }}
           >
-            {EMERGENCIES.done}
+            {t("administration:emergencies.done")}
           </PageLink>
           {!access.reviewed_at && access.account_id !== me?.account_id && (
             <Button variant="default" loading={review.isPending} onClick={() => review.mutate()}>
-              {EMERGENCIES.review}
+              {t("administration:emergencies.review")}
             </Button>
           )}
-          {!access.reviewed_at && access.account_id === me?.account_id && <Text>{EMERGENCIES.own}</Text>}
+          {!access.reviewed_at && access.account_id === me?.account_id && (
+            <Text>{t("administration:emergencies.own")}</Text>
+          )}
         </Group>
         <ProblemNote error={review.error} />
       </Stack>

@@ -1,6 +1,6 @@
-import type { AuditQuery } from "../../lib/api/client";
+import type { AuditQuery, Schemas } from "../../lib/api/client";
 import { isDay, midnight } from "../../lib/days";
-import { OUTCOMES } from "./messages";
+import { t } from "../../lib/i18n";
 
 const FILTER_NAMES = ["from", "to", "account_id", "patient_id", "action", "outcome"] as const;
 
@@ -9,7 +9,7 @@ const FILTER_NAMES = ["from", "to", "account_id", "patient_id", "action", "outco
  */
 export type AuditFilters = {
   [name in Exclude<(typeof FILTER_NAMES)[number], "outcome">]?: string;
-} & { outcome?: keyof typeof OUTCOMES };
+} & { outcome?: Schemas["AuditEntry"]["outcome"] };
 
 /** Return the valid filters of an address. */
 export function readAuditFilters(search: Record<string, unknown>): AuditFilters {
@@ -17,7 +17,7 @@ export function readAuditFilters(search: Record<string, unknown>): AuditFilters 
     name === "from" || name === "to"
       ? isDay(value)
       : name === "outcome"
-        ? Object.hasOwn(OUTCOMES, String(value))
+        ? Object.hasOwn(t("administration:outcomes", { returnObjects: true }), String(value))
         : typeof value === "string" && value !== "";
   return Object.fromEntries(
     FILTER_NAMES.filter((name) => isValid(name, search[name])).map((name) => [name, search[name]]),

@@ -1,14 +1,16 @@
 import type { Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ACTIONS } from "./auditActions";
-import { KINDS, REASONS } from "./auditKinds";
-import { AUDIT } from "./messages";
 
 type Entry = Schemas["AuditEntry"];
 
+const KINDS: Partial<Record<string, string>> = t("administration:kinds", { returnObjects: true });
+const REASONS: Partial<Record<string, string>> = t("administration:reasons", { returnObjects: true });
+const wordOf = (words: object, code: string): string =>
+  Object.hasOwn(words, code) ? words[code as keyof typeof words] : code;
+
 /** Return the text of an action. An unknown code from another version is returned unchanged. */
-export function describeAction(code: string): string {
-  return Object.hasOwn(ACTIONS, code) ? ACTIONS[code as keyof typeof ACTIONS] : code;
-}
+export const describeAction = (code: string) => wordOf(ACTIONS, code);
 
 /** Return all actions sorted by text, and `chosen` even if it is unknown. */
 export function actionChoices(chosen: string | undefined): { value: string; label: string }[] {
@@ -26,7 +28,7 @@ export function describeSubject(subject: string): string {
   const words = subject.split(" ");
   const kinds = words.filter((_, n) => n % 2 === 0);
   const known = words.length % 2 === 0 && kinds.every((kind) => Object.hasOwn(KINDS, kind));
-  return known ? AUDIT.several(kinds.map(describeKind)) : subject;
+  return known ? t("administration:audit.several", { kinds: kinds.map(describeKind) }) : subject;
 }
 
 /**
@@ -36,17 +38,19 @@ export function describeSubject(subject: string): string {
 export function describeDetail({ detail }: Entry): string[] {
   const kindsOf = (what: string) => kindsIn(detail[what]);
   return [
-    ...("why" in detail ? [AUDIT.why(describeReason(String(detail.why)))] : []),
-    ...("again" in detail ? [AUDIT.again(Number(detail.again))] : []),
-    ...kindsOf("added").map(AUDIT.added),
-    ...[...kindsOf("changed"), ...kindsOf("changed_many")].map(AUDIT.changed),
-    ...kindsOf("removed").map(AUDIT.removed),
+    ...("why" in detail
+      ? [t("administration:audit.why", { reason: describeReason(String(detail.why)) })]
+      : []),
+    ...("again" in detail ? [t("administration:audit.again", { times: Number(detail.again) })] : []),
+    ...kindsOf("added").map((kinds) => t("administration:audit.added", { kinds })),
+    ...[...kindsOf("changed"), ...kindsOf("changed_many")].map((kinds) =>
+      t("administration:audit.changed", { kinds }),
+    ),
+    ...kindsOf("removed").map((kinds) => t("administration:audit.removed", { kinds })),
   ];
 }
 
-function describeReason(code: string): string {
-  return Object.hasOwn(REASONS, code) ? (REASONS[code] as string) : code;
-}
+const describeReason = (code: string) => wordOf(REASONS, code);
 
 function kindsIn(rows: unknown): string[] {
   const tables = Array.isArray(rows)
@@ -54,9 +58,7 @@ function kindsIn(rows: unknown): string[] {
     : rows && typeof rows === "object"
       ? Object.keys(rows)
       : [];
-  return tables.length > 0 ? [AUDIT.several(tables.map(describeKind))] : [];
+  return tables.length > 0 ? [t("administration:audit.several", { kinds: tables.map(describeKind) })] : [];
 }
 
-function describeKind(code: string): string {
-  return Object.hasOwn(KINDS, code) ? (KINDS[code] as string) : code;
-}
+const describeKind = (code: string) => wordOf(KINDS, code);

@@ -7,10 +7,10 @@ import {
   IconVolumeOff,
 } from "@tabler/icons-react";
 import { type ReactNode, useEffect, useState, useSyncExternalStore } from "react";
+import { t } from "../../lib/i18n";
 import { store } from "../../lib/live/store";
 import { type Alarm, activeAlarms, type Priority } from "./alarms";
 import classes from "./alarms.module.css";
-import { PRIORITY_WORDS, WORDS } from "./messages";
 import { AlarmSounder, SoundPause } from "./sound";
 
 const ICONS = { high: IconAlertOctagonFilled, medium: IconAlertTriangleFilled, low: IconInfoSquareFilled };
@@ -28,7 +28,7 @@ export function AlarmFrame(props: { priority: Priority; testid?: string; childre
   return (
     <div className={classes.alarm} data-priority={props.priority} data-testid={props.testid} role="alert">
       <div className={classes.mark}>
-        <Icon size={40} role="img" aria-label={PRIORITY_WORDS[props.priority]} />
+        <Icon size={40} role="img" aria-label={t(`alarms:priorityWords.${props.priority}`)} />
       </div>
       <div className={classes.told}>{props.children}</div>
     </div>
@@ -94,10 +94,10 @@ function AlarmSound({ alarms }: { alarms: Alarm[] }) {
           setNow(Date.now());
         }}
       >
-        {sounding ? WORDS.pauseSound : WORDS.soundOn}
+        {sounding ? t("alarms:words.pauseSound") : t("alarms:words.soundOn")}
       </Button>
       <Text size="sm" role="status">
-        {pause.paused ? WORDS.soundPaused : sounder.isUnlocked ? "" : WORDS.noSound}
+        {pause.paused ? t("alarms:words.soundPaused") : sounder.isUnlocked ? "" : t("alarms:words.noSound")}
       </Text>
     </Group>
   );

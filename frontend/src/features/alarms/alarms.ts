@@ -1,7 +1,7 @@
 import { formatClock } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { isAlive, type LiveState } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
-import { WORDS } from "./messages";
 
 /** Priorities by IEC 60601-1-8: how soon a response is needed and how bad the harm without one. */
 export type Priority = "high" | "medium" | "low";
@@ -30,13 +30,18 @@ export function activeAlarms(state: LiveState): Alarm[] {
   // Losing sight of motors that may have torque is worse than losing sight of released ones.
   const unseen: Priority = live && live.torque !== "off" ? "high" : "medium";
   if (!connected && heardAt !== null)
-    raise("connection_lost", unseen, WORDS.lost, unseen === "high" ? WORDS.lostHeldNext : WORDS.lostNext);
+    raise(
+      "connection_lost",
+      unseen,
+      t("alarms:words.lost"),
+      unseen === "high" ? t("alarms:words.lostHeldNext") : t("alarms:words.lostNext"),
+    );
   if (connected && !alive && live !== null && live.device !== "starting") {
     raise(
       "device_silent",
       unseen,
-      WORDS.restarting,
-      unseen === "high" ? WORDS.restartingHeldNext : WORDS.restartingNext,
+      t("alarms:words.restarting"),
+      unseen === "high" ? t("alarms:words.restartingHeldNext") : t("alarms:words.restartingNext"),
     );
   }
   const cause = live?.stop?.causes[0];
@@ -44,12 +49,17 @@ export function activeAlarms(state: LiveState): Alarm[] {
     raise(
       "not_kept",
       "medium",
-      WORDS.notKept(formatClock(new Date(live.database.spool_full_since))),
-      WORDS.notKeptNext,
+      t("alarms:words.notKept", { since: formatClock(new Date(live.database.spool_full_since)) }),
+      t("alarms:words.notKeptNext"),
     );
   } else if (connected && live?.database.unavailable_since) {
     const since = formatClock(new Date(live.database.unavailable_since));
-    raise("database_away", "low", WORDS.databaseAway(since), WORDS.databaseAwayNext);
+    raise(
+      "database_away",
+      "low",
+      t("alarms:words.databaseAway", { since }),
+      t("alarms:words.databaseAwayNext"),
+    );
   }
   if (live?.stop && cause) {
     const causePresent = live.stop.causes.some((stopCause) => !stopCause.cleared);
@@ -63,21 +73,21 @@ export function activeAlarms(state: LiveState): Alarm[] {
   }
   if (alive && live !== null) {
     if (live.estop === "unknown" && !live.stop) {
-      raise("estop_missing", "high", WORDS.estopMissing, WORDS.estopMissingNext);
+      raise("estop_missing", "high", t("alarms:words.estopMissing"), t("alarms:words.estopMissingNext"));
     }
     if (live.lease?.unreachable_since && live.torque !== "off")
-      raise("holder_away", "medium", WORDS.away, WORDS.awayNext);
+      raise("holder_away", "medium", t("alarms:words.away"), t("alarms:words.awayNext"));
     if (live.teaching && live.pedal === "unknown") {
-      raise("pedal_unknown", "low", WORDS.pedal, WORDS.pedalNext);
+      raise("pedal_unknown", "low", t("alarms:words.pedal"), t("alarms:words.pedalNext"));
     }
     if (live.run?.reversing && !live.stop) {
       raise(
         "reversing",
         "low",
         live.run.resistance === null
-          ? WORDS.reversing
+          ? t("alarms:words.reversing")
           : translateServerText(live.run.resistance, live.run.resistance_key),
-        WORDS.reversingNext,
+        t("alarms:words.reversingNext"),
       );
     }
   }

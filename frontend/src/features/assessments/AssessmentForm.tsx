@@ -3,10 +3,10 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { type Assessment, api, ProblemError, type Schemas } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useUserName } from "../auth/hooks";
 import { angleProblem, emptyDraft, PAIN_NAMES, type Side, toDraft, toRequest } from "./draft";
-import { FORM, PAINS } from "./messages";
 import { NumberPicker } from "./NumberPicker";
 import { RomGrid } from "./RomGrid";
 import { SpadiFields } from "./SpadiFields";
@@ -65,15 +65,20 @@ export function AssessmentForm(props: {
     save.mutate();
   };
   return (
-    <Paper withBorder p="md" component="section" aria-label={assessment ? FORM.change : FORM.add}>
+    <Paper
+      withBorder
+      p="md"
+      component="section"
+      aria-label={assessment ? t("assessments:form.change") : t("assessments:form.add")}
+    >
       <form onSubmit={submit} noValidate>
         <Stack>
           <Title order={3} size="h4">
-            {assessment ? FORM.change : FORM.add}
+            {assessment ? t("assessments:form.change") : t("assessments:form.add")}
           </Title>
           <Group align="start">
             <TextInput
-              label={FORM.when}
+              label={t("assessments:form.when")}
               type="datetime-local"
               required
               value={draft.at}
@@ -81,7 +86,7 @@ export function AssessmentForm(props: {
               onChange={(event) => change({ at: event.currentTarget.value })}
             />
             <TextInput
-              label={FORM.by}
+              label={t("assessments:form.by")}
               required
               value={draft.by}
               error={fields.assessed_by}
@@ -92,9 +97,9 @@ export function AssessmentForm(props: {
             <Tabs.List mb="md">
               {(
                 [
-                  ["rom", FORM.rom],
-                  ["pain", FORM.pain],
-                  ["spadi", FORM.spadi],
+                  ["rom", t("assessments:form.rom")],
+                  ["pain", t("assessments:form.pain")],
+                  ["spadi", t("assessments:form.spadi")],
                 ] as const
               ).map(([value, label]) => (
                 <Tabs.Tab key={value} value={value} h={48} fz="md">
@@ -113,11 +118,11 @@ export function AssessmentForm(props: {
             </Tabs.Panel>
             <Tabs.Panel value="pain">
               <Stack>
-                <Text size="sm">{FORM.painScale}</Text>
+                <Text size="sm">{t("assessments:form.painScale")}</Text>
                 {PAIN_NAMES.map((name) => (
                   <NumberPicker
                     key={name}
-                    label={PAINS[name]}
+                    label={t(`assessments:pains.${name}`)}
                     value={draft.pains[name]}
                     onChange={(pain) => change({ pains: { ...draft.pains, [name]: pain } })}
                   />
@@ -129,7 +134,7 @@ export function AssessmentForm(props: {
             </Tabs.Panel>
           </Tabs>
           <Textarea
-            label={FORM.note}
+            label={t("assessments:form.note")}
             autosize
             minRows={2}
             value={draft.note}
@@ -139,10 +144,10 @@ export function AssessmentForm(props: {
           <ProblemNote error={save.error} />
           <Group justify="end">
             <Button variant="default" onClick={done}>
-              {FORM.discard}
+              {t("assessments:form.discard")}
             </Button>
             <Button type="submit" loading={save.isPending} disabled={implausible || !draft.at}>
-              {FORM.save}
+              {t("assessments:form.save")}
             </Button>
           </Group>
         </Stack>

@@ -3,9 +3,10 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { type Assessment, api } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
-import { ASSESSMENTS, formatScore } from "./messages";
+import { formatScore } from "./messages";
 
 /** All assessments, newest first, including withdrawn ones. */
 export function AssessmentTable(props: {
@@ -26,14 +27,14 @@ export function AssessmentTable(props: {
   return (
     <>
       <ProblemNote error={withdraw.error} />
-      <Table verticalSpacing="xs" aria-label={ASSESSMENTS.title}>
+      <Table verticalSpacing="xs" aria-label={t("assessments:assessments.title")}>
         <Table.Thead>
           <Table.Tr>
-            <Table.Th>{ASSESSMENTS.when}</Table.Th>
-            <Table.Th>{ASSESSMENTS.by}</Table.Th>
-            <Table.Th ta="right">{ASSESSMENTS.angles}</Table.Th>
-            <Table.Th ta="right">{ASSESSMENTS.averagePain}</Table.Th>
-            <Table.Th ta="right">{ASSESSMENTS.spadi}</Table.Th>
+            <Table.Th>{t("assessments:assessments.when")}</Table.Th>
+            <Table.Th>{t("assessments:assessments.by")}</Table.Th>
+            <Table.Th ta="right">{t("assessments:assessments.angles")}</Table.Th>
+            <Table.Th ta="right">{t("assessments:assessments.averagePain")}</Table.Th>
+            <Table.Th ta="right">{t("assessments:assessments.spadi")}</Table.Th>
             <Table.Th />
           </Table.Tr>
         </Table.Thead>
@@ -49,24 +50,24 @@ export function AssessmentTable(props: {
               <Table.Td ta="right">{formatScore(assessment.spadi_score?.total)}</Table.Td>
               <Table.Td>
                 {assessment.withdrawn_at ? (
-                  <Text size="sm">{ASSESSMENTS.withdrawn}</Text>
+                  <Text size="sm">{t("assessments:assessments.withdrawn")}</Text>
                 ) : confirming === assessment.id ? (
                   <Group gap="xs" justify="end">
                     <Button variant="default" onClick={() => setConfirming(null)}>
-                      {ASSESSMENTS.keep}
+                      {t("assessments:assessments.keep")}
                     </Button>
                     <Button loading={withdraw.isPending} onClick={() => withdraw.mutate(assessment)}>
-                      {ASSESSMENTS.withdrawSurely}
+                      {t("assessments:assessments.withdrawSurely")}
                     </Button>
                   </Group>
                 ) : (
                   <RequirePermission permission="write_records">
                     <Group gap="xs" justify="end">
                       <Button variant="default" onClick={() => props.onEdit(assessment)}>
-                        {ASSESSMENTS.change}
+                        {t("assessments:assessments.change")}
                       </Button>
                       <Button variant="subtle" onClick={() => setConfirming(assessment.id)}>
-                        {ASSESSMENTS.withdraw}
+                        {t("assessments:assessments.withdraw")}
                       </Button>
                     </Group>
                   </RequirePermission>

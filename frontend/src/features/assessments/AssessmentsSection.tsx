@@ -4,6 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { type Assessment, api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ButtonLink } from "../../ui/links";
@@ -13,7 +14,6 @@ import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
 import type { Side } from "./draft";
 import { describePain, describeRom, describeSpadi } from "./findings";
-import { ASSESSMENTS } from "./messages";
 
 /**
  * The newest findings compared with the first ones, with actions to enter, change and withdraw assessments.
@@ -41,10 +41,10 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
   const baseline = assessments.data?.pages[0]?.baseline ?? null;
   const newest = items?.find((assessment) => !assessment.withdrawn_at) ?? null;
   return (
-    <Stack gap="xs" component="section" aria-label={ASSESSMENTS.title}>
+    <Stack gap="xs" component="section" aria-label={t("assessments:assessments.title")}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          {ASSESSMENTS.title}
+          {t("assessments:assessments.title")}
         </Title>
         <Group>
           <ButtonLink
@@ -54,7 +54,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
             search={{ patient: patientId }}
             leftSection={<IconChartLine size={20} />}
           >
-            {ASSESSMENTS.progress}
+            {t("assessments:assessments.progress")}
           </ButtonLink>
           {writes && editing !== "new" && (
             <Button
@@ -62,7 +62,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
               disabled={!form.data}
               onClick={() => setEditing("new")}
             >
-              {ASSESSMENTS.add}
+              {t("assessments:assessments.add")}
             </Button>
           )}
         </Group>
@@ -80,7 +80,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
           {...(editing !== "new" && { assessment: editing })}
         />
       )}
-      {items && !newest && !editing && <Text>{ASSESSMENTS.none}</Text>}
+      {items && !newest && !editing && <Text>{t("assessments:assessments.none")}</Text>}
       {items && newest && form.data && (
         <NewestFindings assessment={newest} baseline={baseline} form={form.data} affected={affected} />
       )}
@@ -88,7 +88,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
         <>
           <Group>
             <Button variant="default" aria-expanded={showAll} onClick={() => setShowAll(!showAll)}>
-              {showAll ? ASSESSMENTS.hide : ASSESSMENTS.all}
+              {showAll ? t("assessments:assessments.hide") : t("assessments:assessments.all")}
             </Button>
           </Group>
           {showAll && <AssessmentTable episodeId={episodeId} items={items} onEdit={setEditing} />}
@@ -118,8 +118,12 @@ function NewestFindings(props: {
     <Stack gap={4} data-testid="newest-assessment">
       <Text fw={600}>
         {baseline
-          ? ASSESSMENTS.foundSince(moment, assessment.assessed_by, formatMoment(baseline.assessed_at))
-          : ASSESSMENTS.found(moment, assessment.assessed_by)}
+          ? t("assessments:assessments.foundSince", {
+              moment,
+              by: assessment.assessed_by,
+              first: formatMoment(baseline.assessed_at),
+            })
+          : t("assessments:assessments.found", { moment, by: assessment.assessed_by })}
       </Text>
       <List>
         {describeRom(assessment, baseline, form.rom, affected).map((words) => (
@@ -129,7 +133,11 @@ function NewestFindings(props: {
           <List.Item key={words}>{words}</List.Item>
         ))}
         {otherFindings.length > 0 && (
-          <List.Item>{ASSESSMENTS.otherShoulder(otherSide, otherFindings)}</List.Item>
+          <List.Item>
+            {t(`assessments:assessments.otherShoulder.${otherSide}`, {
+              findings: otherFindings.join(t("common:format.separator")),
+            })}
+          </List.Item>
         )}
       </List>
       {assessment.note && <Text style={{ whiteSpace: "pre-wrap" }}>{assessment.note}</Text>}

@@ -1,8 +1,9 @@
 import { Button, Table, Text, TextInput } from "@mantine/core";
 import { type KeyboardEvent, useState } from "react";
 import type { Assessment, Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { angleKey, angleProblem, type Kind, type Side } from "./draft";
-import { KINDS, measureName, ROM } from "./messages";
+import { measureName } from "./messages";
 
 type Measure = Schemas["RomMeasure"];
 
@@ -44,22 +45,24 @@ export function RomGrid(props: {
   };
   return (
     <>
-      <Table aria-label={ROM.title} verticalSpacing={4} horizontalSpacing={6} w="auto">
+      <Table aria-label={t("assessments:rom.title")} verticalSpacing={4} horizontalSpacing={6} w="auto">
         <Table.Thead>
           <Table.Tr>
-            <Table.Th rowSpan={2}>{ROM.degrees}</Table.Th>
+            <Table.Th rowSpan={2}>{t("assessments:rom.degrees")}</Table.Th>
             {sides.map((side) => (
               <Table.Th key={side} colSpan={2}>
-                {side === affected ? ROM.affected(side) : ROM.side(side)}
+                {side === affected
+                  ? t(`assessments:rom.affected.${side}`)
+                  : t(`assessments:rom.side.${side}`)}
               </Table.Th>
             ))}
             <Table.Th rowSpan={2} ta="right">
-              {ROM.reference}
+              {t("assessments:rom.reference")}
             </Table.Th>
           </Table.Tr>
           <Table.Tr>
             {columns.map(({ side, kind }) => (
-              <Table.Th key={side + kind}>{KINDS[kind]}</Table.Th>
+              <Table.Th key={side + kind}>{t(`assessments:kinds.${kind}`)}</Table.Th>
             ))}
           </Table.Tr>
         </Table.Thead>
@@ -80,7 +83,9 @@ export function RomGrid(props: {
                       autoComplete="off"
                       data-row={row}
                       data-column={column}
-                      aria-label={ROM.cell(measureName(measure), side, kind)}
+                      aria-label={t(`assessments:rom.cell.${side}.${kind}`, {
+                        measure: measureName(measure),
+                      })}
                       placeholder={lastAngles.get(key)?.toString() ?? ""}
                       value={value}
                       error={angleProblem(measure, value) !== null}
@@ -106,7 +111,7 @@ export function RomGrid(props: {
       )}
       {!showAll && (
         <Button variant="subtle" onClick={() => setShowAll(true)}>
-          {ROM.more}
+          {t("assessments:rom.more")}
         </Button>
       )}
     </>

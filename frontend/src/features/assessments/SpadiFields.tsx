@@ -1,6 +1,7 @@
 import { Paper, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
-import { formatScore, itemName, SPADI } from "./messages";
+import { t } from "../../lib/i18n";
+import { formatScore, itemName } from "./messages";
 import { NumberPicker } from "./NumberPicker";
 import { type Answers, spadiScore } from "./spadi";
 
@@ -17,12 +18,12 @@ export function SpadiFields(props: {
   const unanswered = answers.filter((answer) => answer === null).length;
   return (
     <Stack>
-      <Text size="sm">{SPADI.short}</Text>
+      <Text size="sm">{t("assessments:spadi.short")}</Text>
       <SimpleGrid cols={{ base: 1, lg: 2 }} spacing="xl">
         {SUBSCALES.map((subscale) => (
           <Stack key={subscale} gap="sm">
             <Title order={3} size="h4">
-              {SPADI[subscale]}
+              {t(`assessments:spadi.${subscale}`)}
             </Title>
             {items.map(
               (item, index) =>
@@ -42,9 +43,17 @@ export function SpadiFields(props: {
       </SimpleGrid>
       <Paper withBorder p="sm" pos="sticky" bottom={0} role="status">
         <Text fw={600}>
-          {SPADI.soFar(formatScore(score.total), formatScore(score.pain), formatScore(score.disability))}
+          {t("assessments:spadi.soFar", {
+            total: formatScore(score.total),
+            pain: formatScore(score.pain),
+            disability: formatScore(score.disability),
+          })}
         </Text>
-        <Text size="sm">{unanswered === 0 ? SPADI.allAnswered : SPADI.unanswered(unanswered)}</Text>
+        <Text size="sm">
+          {unanswered === 0
+            ? t("assessments:spadi.allAnswered")
+            : t("assessments:spadi.unanswered", { number: unanswered })}
+        </Text>
       </Paper>
     </Stack>
   );

@@ -1,6 +1,7 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
 import { formatDeg } from "../../lib/format";
-import { measureName, ROM } from "./messages";
+import { t } from "../../lib/i18n";
+import { measureName } from "./messages";
 import type { Answers } from "./spadi";
 
 type Measure = Schemas["RomMeasure"];
@@ -66,7 +67,7 @@ export function angleProblem(measure: Measure, text: string): string | null {
   if (angle === null) return null;
   if (angle !== undefined && angle >= measure.lowest_deg && angle <= measure.highest_deg) return null;
   const [lowest, highest] = [formatDeg(measure.lowest_deg, 0), formatDeg(measure.highest_deg, 0)];
-  return ROM.implausible(measureName(measure), lowest, highest);
+  return t("assessments:rom.implausible", { measure: measureName(measure), lowest, highest });
 }
 
 /** Return the request for the service. */

@@ -1,14 +1,17 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
 import { formatDeg } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES } from "./draft";
-import { FOUND, formatScore, measureName } from "./messages";
+import { formatScore, measureName } from "./messages";
 
 /** 3 as "3 more", -3 as "3 less"; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined): string {
   if (first === null || first === undefined) return "";
   const change = Math.round(value - first);
-  if (change === 0) return FOUND.asAtFirst;
-  return change > 0 ? FOUND.more(change) : FOUND.less(-change);
+  if (change === 0) return t("assessments:found.asAtFirst");
+  return change > 0
+    ? t("assessments:found.more", { by: change })
+    : t("assessments:found.less", { by: -change });
 }
 
 /** Describe one shoulder's angles motion by motion, with the change since the baseline. */
@@ -27,18 +30,24 @@ export function describeRom(
       );
       if (!entry) return [];
       const change = formatChange(entry.angle_deg, first.get(angleKey(entry)));
-      return [FOUND.angle(formatDeg(entry.angle_deg, 0), kind, change)];
+      return [
+        t(`assessments:found.angle.${kind}`, { angle: formatDeg(entry.angle_deg, 0), changed: change }),
+      ];
     });
-    return parts.length > 0 ? [FOUND.angles(measureName(measure), parts)] : [];
+    return parts.length > 0
+      ? [t("assessments:found.angles", { measure: measureName(measure), angles: parts })]
+      : [];
   });
 }
 
 export function describePain(assessment: Assessment, baseline: Assessment | null): string | null {
   const parts = PAIN_NAMES.flatMap((name) => {
     const pain = assessment[name];
-    return pain === null ? [] : [FOUND.pain(name, pain, formatChange(pain, baseline?.[name]))];
+    return pain === null
+      ? []
+      : [t(`assessments:found.pain.${name}`, { value: pain, changed: formatChange(pain, baseline?.[name]) })];
   });
-  return parts.length > 0 ? FOUND.pains(parts) : null;
+  return parts.length > 0 ? t("assessments:found.pains", { pains: parts }) : null;
 }
 
 export function describeSpadi(
@@ -48,25 +57,27 @@ export function describeSpadi(
 ): string | null {
   if (!assessment.spadi_score) return null;
   const { total } = assessment.spadi_score;
-  if (total === null) return FOUND.spadiUnanswered;
+  if (total === null) return t("assessments:found.spadiUnanswered");
   const totalText = formatScore(total);
   const painText = formatScore(assessment.spadi_score.pain);
   const disability = formatScore(assessment.spadi_score.disability);
   const first = baseline?.spadi_score?.total;
-  if (first === null || first === undefined) return FOUND.spadi(totalText, painText, disability);
-  return FOUND.spadiSince(
-    totalText,
-    painText,
+  if (first === null || first === undefined)
+    return t("assessments:found.spadi", { total: totalText, pain: painText, disability });
+  return t("assessments:found.spadiSince", {
+    total: totalText,
+    pain: painText,
     disability,
-    formatChange(total, first),
-    rateChange(total - first, form),
-  );
+    changed: formatChange(total, first),
+    verdict: rateChange(total - first, form),
+  });
 }
 
 /** Rate a change of the SPADI; a lower score is better. */
 function rateChange(change: number, form: Schemas["AssessmentForm"]): string {
   const size = Math.abs(change);
-  if (size < form.spadi_perhaps_important) return FOUND.unimportant;
-  if (size < form.spadi_important) return change < 0 ? FOUND.perhapsBetter : FOUND.perhapsWorse;
-  return change < 0 ? FOUND.better : FOUND.worse;
+  if (size < form.spadi_perhaps_important) return t("assessments:found.unimportant");
+  if (size < form.spadi_important)
+    return change < 0 ? t("assessments:found.perhapsBetter") : t("assessments:found.perhapsWorse");
+  return change < 0 ? t("assessments:found.better") : t("assessments:found.worse");
 }

@@ -10,11 +10,10 @@ import {
 import { IconLock, IconLogout, IconMoon, IconSun, IconUser, IconUserCog } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
+import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
-import { MENU } from "./accountMessages";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
-import { ROLES } from "./messages";
 
 /** The signed-in user and their account actions. */
 export function AccountMenu() {
@@ -46,7 +45,7 @@ export function AccountMenu() {
             maw={260}
             leftSection={<IconUser size={28} />}
             styles={{ section: { marginInlineEnd: 0 } }}
-            aria-label={MENU.signedInAs(me.name)}
+            aria-label={t("auth:menu.signedInAs", { name: me.name })}
           >
             <Text span inherit truncate visibleFrom="md" ml={8}>
               {me.name}
@@ -56,7 +55,7 @@ export function AccountMenu() {
         <Menu.Dropdown>
           <Menu.Label>
             <Text size="sm">{me.name}</Text>
-            <Text size="sm">{ROLES[me.role].name}</Text>
+            <Text size="sm">{t(`auth:roles.${me.role}.name`)}</Text>
           </Menu.Label>
           <Menu.Item
             h={48}
@@ -64,11 +63,11 @@ export function AccountMenu() {
             leftSection={dark ? <IconSun size={20} /> : <IconMoon size={20} />}
             onClick={() => setColorScheme(dark ? "light" : "dark")}
           >
-            {dark ? MENU.light : MENU.dark}
+            {dark ? t("auth:menu.light") : t("auth:menu.dark")}
           </Menu.Item>
           {(me.password || me.openid) && (
             <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void authStore.lock()}>
-              {MENU.lock}
+              {t("auth:menu.lock")}
             </Menu.Item>
           )}
           <Menu.Item
@@ -76,14 +75,14 @@ export function AccountMenu() {
             leftSection={<IconUserCog size={20} />}
             onClick={() => void navigate({ to: "/account" })}
           >
-            {MENU.account}
+            {t("auth:menu.account")}
           </Menu.Item>
           <Menu.Item
             h={48}
             leftSection={<IconLogout size={20} />}
             onClick={() => (torqueOn ? setConfirming(true) : void authStore.signOut())}
           >
-            {MENU.signOut}
+            {t("auth:menu.signOut")}
           </Menu.Item>
         </Menu.Dropdown>
       </Menu>
@@ -105,15 +104,15 @@ function ConfirmSignOut({
   onClose: () => void;
 }) {
   return (
-    <Modal opened={opened} onClose={onClose} title={MENU.stillOnTitle} centered>
-      <Text mb="md">{operates ? MENU.stillOnMine : MENU.stillOn}</Text>
+    <Modal opened={opened} onClose={onClose} title={t("auth:menu.stillOnTitle")} centered>
+      <Text mb="md">{operates ? t("auth:menu.stillOnMine") : t("auth:menu.stillOn")}</Text>
       <Group>
         <Button h={48} onClick={onClose} data-autofocus>
-          {MENU.stay}
+          {t("auth:menu.stay")}
         </Button>
         {!operates && (
           <Button h={48} variant="default" onClick={() => void authStore.signOut()}>
-            {MENU.signOutAnyway}
+            {t("auth:menu.signOutAnyway")}
           </Button>
         )}
       </Group>

@@ -4,20 +4,19 @@ import { type FormEvent, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Me, ProblemError } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
-import { ACCOUNT, MENU, SECOND_FACTOR } from "./accountMessages";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
 import { LanguageChoice } from "./LanguageChoice";
-import { LANGUAGE_WORDS } from "./messages";
 import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
 import { ReauthenticateForm } from "./ReauthenticateForm";
 import { SecondFactor } from "./SecondFactor";
 
 /** The user's own account: name, language, password, second factor and login sessions. */
 export function AccountPage() {
-  useTitle(ACCOUNT.title);
+  useTitle(t("auth:account.title"));
   const me = useMe();
   if (!me) return null;
   return (
@@ -26,32 +25,32 @@ export function AccountPage() {
         <Title order={1} size="h2">
           {me.name}
         </Title>
-        <Text>{ACCOUNT.who(me.username, me.role)}</Text>
-        {me.stations.length > 0 && <Text>{ACCOUNT.worksAt(me.stations)}</Text>}
+        <Text>{t(`auth:account.who.${me.role}`, { username: me.username })}</Text>
+        {me.stations.length > 0 && <Text>{t("auth:account.worksAt", { stations: me.stations })}</Text>}
       </div>
-      <Card withBorder component="section" aria-label={LANGUAGE_WORDS.language}>
+      <Card withBorder component="section" aria-label={t("auth:languageWords.language")}>
         <Title order={2} size="h3" mb="md">
-          {LANGUAGE_WORDS.language}
+          {t("auth:languageWords.language")}
         </Title>
         <LanguageChoice own />
       </Card>
       {me.password && (
-        <Card withBorder component="section" aria-label={ACCOUNT.password}>
+        <Card withBorder component="section" aria-label={t("auth:account.password")}>
           <Title order={2} size="h3" mb="md">
-            {ACCOUNT.password}
+            {t("auth:account.password")}
           </Title>
           <ChangePassword me={me} />
         </Card>
       )}
-      <Card withBorder component="section" aria-label={ACCOUNT.secondFactor}>
+      <Card withBorder component="section" aria-label={t("auth:account.secondFactor")}>
         <Title order={2} size="h3" mb="md">
-          {ACCOUNT.secondFactor}
+          {t("auth:account.secondFactor")}
         </Title>
         <SecondFactor me={me} onChanged={() => void authStore.refresh()} />
       </Card>
-      <Card withBorder component="section" aria-label={ACCOUNT.whereSignedIn}>
+      <Card withBorder component="section" aria-label={t("auth:account.whereSignedIn")}>
         <Title order={2} size="h3" mb="md">
-          {ACCOUNT.whereSignedIn}
+          {t("auth:account.whereSignedIn")}
         </Title>
         <LoginSessions />
       </Card>
@@ -61,13 +60,13 @@ export function AccountPage() {
 
 /** Shown to a user who must set up a second factor before anything else. */
 export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
-  useTitle(ACCOUNT.secondFactor);
+  useTitle(t("auth:account.secondFactor"));
   return (
-    <AuthLayout title={SECOND_FACTOR.needed}>
-      {me.enrolling && <Text>{SECOND_FACTOR.neededOf(me.role, me.name)}</Text>}
+    <AuthLayout title={t("auth:secondFactor.needed")}>
+      {me.enrolling && <Text>{t(`auth:secondFactor.neededOf.${me.role}`, { name: me.name })}</Text>}
       <SecondFactor me={me} onChanged={onDone} />
       <Button variant="subtle" onClick={() => void authStore.signOut()}>
-        {MENU.signOut}
+        {t("auth:menu.signOut")}
       </Button>
     </AuthLayout>
   );
@@ -93,7 +92,7 @@ function ChangePassword({ me }: { me: Me }) {
       <Stack>
         <input type="text" autoComplete="username" value={me.username} readOnly hidden />
         <PasswordInput
-          label={ACCOUNT.presentPassword}
+          label={t("auth:account.presentPassword")}
           autoComplete="current-password"
           size="lg"
           value={oldPassword}
@@ -108,9 +107,9 @@ function ChangePassword({ me }: { me: Me }) {
             disabled={oldPassword === "" || !isConfirmed(chosen)}
             loading={change.isPending}
           >
-            {ACCOUNT.changePassword}
+            {t("auth:account.changePassword")}
           </Button>
-          {change.isSuccess && <Text role="status">{ACCOUNT.changed}</Text>}
+          {change.isSuccess && <Text role="status">{t("auth:account.changed")}</Text>}
         </Group>
       </Stack>
     </form>
@@ -129,10 +128,15 @@ function LoginSessions() {
           <div>
             <Text fw={600}>
               {session.here
-                ? ACCOUNT.thisBrowser(formatMoment(session.began_at))
-                : ACCOUNT.anotherBrowser(session.address, formatMoment(session.began_at))}
+                ? t("auth:account.thisBrowser", { since: formatMoment(session.began_at) })
+                : t("auth:account.anotherBrowser", {
+                    address: session.address,
+                    since: formatMoment(session.began_at),
+                  })}
             </Text>
-            <Text size="sm">{ACCOUNT.lastUsed(formatMoment(session.seen_at), session.agent)}</Text>
+            <Text size="sm">
+              {t("auth:account.lastUsed", { moment: formatMoment(session.seen_at), agent: session.agent })}
+            </Text>
           </div>
           {!session.here && (
             <ReauthenticateForm
@@ -140,7 +144,7 @@ function LoginSessions() {
               action={(password) => api.endLoginSession(session.id, password)}
               onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
             >
-              {ACCOUNT.signItOut}
+              {t("auth:account.signItOut")}
             </ReauthenticateForm>
           )}
         </Group>

@@ -4,9 +4,9 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { RECORD } from "./accountMessages";
 import { useRecordAccess } from "./RecordAccess";
 
 /** The shortest accepted reason, so that the reviewer understands it. */
@@ -21,18 +21,18 @@ export function BreakGlass({ patientId }: { patientId: string }) {
     onSuccess: () => queries.invalidateQueries(),
   });
   return (
-    <Card withBorder maw={720} p="xl" component="section" aria-label={RECORD.title}>
+    <Card withBorder maw={720} p="xl" component="section" aria-label={t("auth:record.title")}>
       <Stack>
         <Group gap="sm">
           <IconLockExclamation size={28} />
           <Title order={1} size="h2">
-            {RECORD.isRestricted}
+            {t("auth:record.isRestricted")}
           </Title>
         </Group>
-        <Text>{RECORD.means}</Text>
+        <Text>{t("auth:record.means")}</Text>
         <Textarea
-          label={RECORD.why}
-          description={RECORD.whyMeans}
+          label={t("auth:record.why")}
+          description={t("auth:record.whyMeans")}
           autosize
           minRows={3}
           maxLength={1000}
@@ -48,9 +48,9 @@ export function BreakGlass({ patientId }: { patientId: string }) {
             loading={open.isPending}
             onClick={() => open.mutate()}
           >
-            {RECORD.open}
+            {t("auth:record.open")}
           </Button>
-          <PageLink to="/patients">{RECORD.back}</PageLink>
+          <PageLink to="/patients">{t("auth:record.back")}</PageLink>
         </Group>
       </Stack>
     </Card>
@@ -66,10 +66,10 @@ export function GlassBanner({ patientId }: { patientId: string }) {
       color="grape"
       variant="filled"
       icon={<IconLockExclamation />}
-      title={RECORD.opened(formatMoment(access.data.glass_until))}
+      title={t("auth:record.opened", { until: formatMoment(access.data.glass_until) })}
       data-testid="glass"
     >
-      {RECORD.writtenDown}
+      {t("auth:record.writtenDown")}
     </Alert>
   );
 }

@@ -1,8 +1,8 @@
 import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
 import { lazy, type ReactNode, Suspense, useDeferredValue, useState } from "react";
+import { t } from "../../lib/i18n";
 import { AuthLayout } from "./AuthLayout";
-import { DOOR } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { useAuthState } from "./hooks";
 import { LockScreen } from "./LockScreen";
@@ -47,8 +47,8 @@ function DeferredPage({ children }: { children: ReactNode }) {
 
 function Waiting() {
   return (
-    <AuthLayout title={DOOR.oneMoment}>
-      <Text role="status">{DOOR.asking}</Text>
+    <AuthLayout title={t("auth:door.oneMoment")}>
+      <Text role="status">{t("auth:door.asking")}</Text>
     </AuthLayout>
   );
 }

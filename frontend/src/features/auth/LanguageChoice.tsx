@@ -1,11 +1,11 @@
 import { SegmentedControl, Stack, Text } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { LANGUAGE, LANGUAGES, type Language, speak } from "../../lib/language";
 import { useLive } from "../../lib/live/hooks";
 import { isMoving } from "../../safety/modes";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { LANGUAGE_WORDS } from "./messages";
 
 const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
   value,
@@ -27,13 +27,17 @@ export function LanguageChoice({ own = false }: { own?: boolean }) {
     <Stack gap="xs">
       <SegmentedControl
         size="md"
-        aria-label={LANGUAGE_WORDS.language}
+        aria-label={t("auth:languageWords.language")}
         data={CHOICES}
         value={LANGUAGE}
         disabled={moving || choose.isPending}
         onChange={(chosen) => choose.mutate(chosen as Language)}
       />
-      {own && <Text size="sm">{moving ? LANGUAGE_WORDS.notWhileMoving : LANGUAGE_WORDS.whatItIs}</Text>}
+      {own && (
+        <Text size="sm">
+          {moving ? t("auth:languageWords.notWhileMoving") : t("auth:languageWords.whatItIs")}
+        </Text>
+      )}
       <ProblemNote error={choose.error} />
     </Stack>
   );

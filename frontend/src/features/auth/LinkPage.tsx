@@ -4,15 +4,15 @@ import { useNavigate } from "@tanstack/react-router";
 import { useEffect, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
-import { SIGN_IN } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { readFragment } from "./fromLink";
 
 /** The target of the demonstration clinic's links, which sign in. */
 export function LinkPage() {
-  useTitle(SIGN_IN.title);
+  useTitle(t("auth:signIn.title"));
   const navigate = useNavigate();
   const [secret] = useState(() => readFragment("link"));
   const signIn = useMutation({
@@ -28,14 +28,14 @@ export function LinkPage() {
     else void navigate({ to: "/", replace: true });
   }, [secret, mutate, navigate]);
   return (
-    <AuthLayout title={SIGN_IN.title}>
+    <AuthLayout title={t("auth:signIn.title")}>
       {signIn.error ? (
         <>
           <ProblemNote error={signIn.error} />
-          <Button onClick={() => void navigate({ to: "/", replace: true })}>{SIGN_IN.byName}</Button>
+          <Button onClick={() => void navigate({ to: "/", replace: true })}>{t("auth:signIn.byName")}</Button>
         </>
       ) : (
-        <Text role="status">{SIGN_IN.oneMoment}</Text>
+        <Text role="status">{t("auth:signIn.oneMoment")}</Text>
       )}
     </AuthLayout>
   );

@@ -5,12 +5,12 @@ import { type FormEvent, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Me } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { describeMode } from "../../safety/modes";
 import { StateBar } from "../../safety/StateBar";
 import { ProblemNote } from "../../ui/ProblemNote";
 import classes from "./access.module.css";
-import { LOCKED } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { OpenIdReauthentication } from "./OpenIdReauthentication";
 
@@ -19,7 +19,7 @@ import { OpenIdReauthentication } from "./OpenIdReauthentication";
  * name, and Stop works.
  */
 export function LockScreen({ me }: { me: Me }) {
-  useTitle(LOCKED.title);
+  useTitle(t("auth:locked.title"));
   const [password, setPassword] = useState("");
   const unlock = useMutation({
     mutationFn: () => api.unlock(password),
@@ -40,17 +40,19 @@ export function LockScreen({ me }: { me: Me }) {
               <Group gap="sm">
                 <IconLock size={28} />
                 <Title order={1} size="h2">
-                  {LOCKED.title}
+                  {t("auth:locked.title")}
                 </Title>
               </Group>
-              <Text>{LOCKED.who(me.name)}</Text>
-              {me.openid && <OpenIdReauthentication name={me.openid} nextStep={LOCKED.thenUnlocked} />}
+              <Text>{t("auth:locked.who", { name: me.name })}</Text>
+              {me.openid && (
+                <OpenIdReauthentication name={me.openid} nextStep={t("auth:locked.thenUnlocked")} />
+              )}
               {me.password && (
                 <>
                   {/* Tells password managers the user name. */}
                   <input type="text" autoComplete="username" value={me.username} readOnly hidden />
                   <PasswordInput
-                    label={LOCKED.passwordOf(me.name)}
+                    label={t("auth:locked.passwordOf", { name: me.name })}
                     autoComplete="current-password"
                     autoFocus
                     size="lg"
@@ -59,17 +61,17 @@ export function LockScreen({ me }: { me: Me }) {
                   />
                   <ProblemNote error={unlock.error} />
                   <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
-                    {LOCKED.unlock}
+                    {t("auth:locked.unlock")}
                   </Button>
                 </>
               )}
-              {!me.password && !me.openid && <Text>{LOCKED.noPassword}</Text>}
+              {!me.password && !me.openid && <Text>{t("auth:locked.noPassword")}</Text>}
               <Button
                 variant="subtle"
                 leftSection={<IconLogout size={20} />}
                 onClick={() => void authStore.signOut()}
               >
-                {LOCKED.signOut}
+                {t("auth:locked.signOut")}
               </Button>
             </Stack>
           </form>
@@ -92,7 +94,7 @@ function ApparatusState() {
       <Text fz={40} fw={700}>
         {describeMode({ mode, stop, run })}
       </Text>
-      {moving && run && <Text fz={28}>{LOCKED.left(formatSpan(run.left_s))}</Text>}
+      {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatSpan(run.left_s) })}</Text>}
     </Stack>
   );
 }

@@ -1,5 +1,5 @@
 import { PasswordInput } from "@mantine/core";
-import { PASSWORD } from "./authLayoutMessages";
+import { t } from "../../lib/i18n";
 
 /** A new password, typed twice to catch typing errors. */
 export type NewPasswordInput = { password: string; repeated: string };
@@ -21,8 +21,8 @@ export function NewPassword(props: {
   return (
     <>
       <PasswordInput
-        label={PASSWORD.choose}
-        description={PASSWORD.chooseMeans}
+        label={t("auth:password.choose")}
+        description={t("auth:password.chooseMeans")}
         autoComplete="new-password"
         size="lg"
         value={value.password}
@@ -30,11 +30,11 @@ export function NewPassword(props: {
         onChange={(event) => onChange({ ...value, password: event.currentTarget.value })}
       />
       <PasswordInput
-        label={PASSWORD.again}
+        label={t("auth:password.again")}
         autoComplete="new-password"
         size="lg"
         value={value.repeated}
-        error={differs && PASSWORD.differs}
+        error={differs && t("auth:password.differs")}
         onChange={(event) => onChange({ ...value, repeated: event.currentTarget.value })}
       />
     </>

@@ -4,9 +4,9 @@ import { useRouter } from "@tanstack/react-router";
 import { type FormEvent, useEffect, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
-import { SIGN_IN } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { CodeField } from "./CodeField";
 import { readFragment } from "./fromLink";
@@ -24,7 +24,7 @@ function readCallback(): Schemas["OidcCallback"] | null {
  * then opens the requested page. The lock screen opens this page in another tab, so that Stop stays visible.
  */
 export function OpenIdPage() {
-  useTitle(SIGN_IN.title);
+  useTitle(t("auth:signIn.title"));
   const router = useRouter();
   const [callback] = useState(readCallback);
   // Only the links of openId.ts start a redirect: this page is mounted again while the requested page loads.
@@ -59,18 +59,18 @@ export function OpenIdPage() {
   const error = beginLogin.error ?? signIn.error;
   if (finished) {
     return (
-      <AuthLayout title={SIGN_IN.youAreBack}>
-        <Text role="status">{SIGN_IN.unlocked}</Text>
-        <Button onClick={() => window.close()}>{SIGN_IN.closeTab}</Button>
+      <AuthLayout title={t("auth:signIn.youAreBack")}>
+        <Text role="status">{t("auth:signIn.unlocked")}</Text>
+        <Button onClick={() => window.close()}>{t("auth:signIn.closeTab")}</Button>
       </AuthLayout>
     );
   }
   return (
-    <AuthLayout title={SIGN_IN.title}>
+    <AuthLayout title={t("auth:signIn.title")}>
       {error ? (
         <>
           <ProblemNote error={error} />
-          <Button onClick={() => router.history.replace("/")}>{SIGN_IN.back}</Button>
+          <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
         </>
       ) : signIn.data ? (
         <form onSubmit={submit} noValidate>
@@ -78,14 +78,14 @@ export function OpenIdPage() {
             <CodeField value={code} onChange={setCode} />
             <ProblemNote error={confirm.error} />
             <Button type="submit" size="lg" loading={confirm.isPending} disabled={code.trim() === ""}>
-              {SIGN_IN.signIn}
+              {t("auth:signIn.signIn")}
             </Button>
           </Stack>
         </form>
       ) : callback || redirecting ? (
-        <Text role="status">{SIGN_IN.oneMoment}</Text>
+        <Text role="status">{t("auth:signIn.oneMoment")}</Text>
       ) : (
-        <Button onClick={() => router.history.replace("/")}>{SIGN_IN.back}</Button>
+        <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
       )}
     </AuthLayout>
   );

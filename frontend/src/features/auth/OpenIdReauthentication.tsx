@@ -1,6 +1,6 @@
 import { Anchor, Stack, Text } from "@mantine/core";
 import { IconExternalLink } from "@tabler/icons-react";
-import { AGAIN } from "./authLayoutMessages";
+import { t } from "../../lib/i18n";
 import { openIdAddress } from "./openId";
 
 /**
@@ -11,10 +11,10 @@ export function OpenIdReauthentication({ name, nextStep }: { name: string; nextS
   return (
     <Stack gap={4}>
       <Anchor href={openIdAddress("")} target="_blank" rel="noopener" size="lg">
-        {AGAIN.openId(name)}
+        {t("auth:again.openId", { provider: name })}
         <IconExternalLink size={18} />
       </Anchor>
-      <Text size="sm">{AGAIN.ownTab(nextStep)}</Text>
+      <Text size="sm">{t("auth:again.ownTab", { nextStep })}</Text>
     </Stack>
   );
 }

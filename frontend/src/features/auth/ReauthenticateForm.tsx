@@ -2,8 +2,8 @@ import { Button, type ButtonProps, Group, PasswordInput, Stack } from "@mantine/
 import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { ProblemError } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { AGAIN } from "./authLayoutMessages";
 import { useMe } from "./hooks";
 import { OpenIdReauthentication } from "./OpenIdReauthentication";
 
@@ -43,14 +43,14 @@ export function ReauthenticateForm<Result>(
       <Stack>
         {passwordNeeded && (
           <PasswordInput
-            label={AGAIN.password}
+            label={t("auth:again.password")}
             autoComplete="current-password"
             autoFocus
             value={password}
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
         )}
-        {atProvider && <OpenIdReauthentication name={atProvider} nextStep={AGAIN.thenPress} />}
+        {atProvider && <OpenIdReauthentication name={atProvider} nextStep={t("auth:again.thenPress")} />}
         {!notYetGiven && !atProvider && <ProblemNote error={mutation.error} />}
         <Group>
           <Button

@@ -4,8 +4,8 @@ import { IconLock } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { RECORD } from "./accountMessages";
 import { useHasPermission } from "./hooks";
 
 /** Query who may read a patient's record. */
@@ -25,15 +25,19 @@ export function RecordAccess({ patientId }: { patientId: string }) {
       {restricted && (
         <>
           <IconLock size={20} />
-          <Text>{RECORD.restrictedTo(team.map((member) => member.name))}</Text>
+          <Text>
+            {team.length > 0
+              ? t("auth:record.restrictedTo", { names: team.map((one) => one.name) })
+              : t("auth:record.restrictedToNobody")}
+          </Text>
         </>
       )}
       {administers && (
         <Button variant="default" onClick={dialog.open}>
-          {restricted ? RECORD.change : RECORD.restrict}
+          {restricted ? t("auth:record.change") : t("auth:record.restrict")}
         </Button>
       )}
-      <Modal opened={changing} onClose={dialog.close} title={RECORD.whoSees} size="lg">
+      <Modal opened={changing} onClose={dialog.close} title={t("auth:record.whoSees")} size="lg">
         <ChangeRecordAccess patientId={patientId} access={access.data} onDone={dialog.close} />
       </Modal>
     </Group>
@@ -63,14 +67,14 @@ function ChangeRecordAccess(props: {
     <Stack>
       <Switch
         size="lg"
-        label={RECORD.onlyTeam}
+        label={t("auth:record.onlyTeam")}
         checked={restricted}
         onChange={(event) => setRestricted(event.currentTarget.checked)}
       />
       {restricted && (
         <MultiSelect
-          label={RECORD.team}
-          description={RECORD.teamMeans}
+          label={t("auth:record.team")}
+          description={t("auth:record.teamMeans")}
           size="md"
           searchable
           data={readers.map((account) => ({ value: account.id, label: account.name }))}
@@ -81,10 +85,10 @@ function ChangeRecordAccess(props: {
       <ProblemNote error={accounts.error ?? save.error} />
       <Group justify="end">
         <Button variant="default" onClick={props.onDone}>
-          {RECORD.leave}
+          {t("auth:record.leave")}
         </Button>
         <Button loading={save.isPending} onClick={() => save.mutate()}>
-          {RECORD.save}
+          {t("auth:record.save")}
         </Button>
       </Group>
     </Stack>

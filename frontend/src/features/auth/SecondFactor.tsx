@@ -3,9 +3,9 @@ import { IconCircleCheck, IconDeviceMobile, IconPrinter } from "@tabler/icons-re
 import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Me, ProblemError, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import classes from "./access.module.css";
-import { SECOND_FACTOR } from "./accountMessages";
 import { ReauthenticateForm } from "./ReauthenticateForm";
 
 /** The user's second factor: its state, and the actions to set it up or remove it. */
@@ -30,14 +30,14 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
       {me.second_factor ? (
         <Group gap="xs">
           <IconCircleCheck size={22} />
-          <Text>{SECOND_FACTOR.there}</Text>
+          <Text>{t("auth:secondFactor.there")}</Text>
         </Group>
       ) : (
-        <Text>{SECOND_FACTOR.none}</Text>
+        <Text>{t("auth:secondFactor.none")}</Text>
       )}
       {me.second_factor ? (
         <ReauthenticateForm action={api.removeSecondFactor} onDone={onChanged} variant="default">
-          {SECOND_FACTOR.remove}
+          {t("auth:secondFactor.remove")}
         </ReauthenticateForm>
       ) : (
         <ReauthenticateForm
@@ -45,7 +45,7 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
           onDone={setEnrolment}
           leftSection={<IconDeviceMobile size={20} />}
         >
-          {SECOND_FACTOR.begin}
+          {t("auth:secondFactor.begin")}
         </ReauthenticateForm>
       )}
     </Stack>
@@ -66,11 +66,11 @@ function Enrol(props: { enrolment: Schemas["SecondFactorBegun"]; onCodes: (codes
   };
   return (
     <Stack>
-      <Text>{SECOND_FACTOR.scan}</Text>
+      <Text>{t("auth:secondFactor.scan")}</Text>
       {/* As an image, so that no script in it can run. */}
-      <img className={classes.qr ?? ""} alt={SECOND_FACTOR.picture} src={enrolment.picture} />
+      <img className={classes.qr ?? ""} alt={t("auth:secondFactor.picture")} src={enrolment.picture} />
       <Text>
-        {SECOND_FACTOR.key}{" "}
+        {t("auth:secondFactor.key")}{" "}
         <Text span ff="monospace" fw={600} style={{ overflowWrap: "anywhere" }} data-testid="secret">
           {new URL(enrolment.address).searchParams.get("secret")}
         </Text>
@@ -79,7 +79,7 @@ function Enrol(props: { enrolment: Schemas["SecondFactorBegun"]; onCodes: (codes
         <Stack>
           <TextInput
             className={classes.code ?? ""}
-            label={SECOND_FACTOR.digits}
+            label={t("auth:secondFactor.digits")}
             autoComplete="one-time-code"
             inputMode="numeric"
             maxLength={7}
@@ -90,7 +90,7 @@ function Enrol(props: { enrolment: Schemas["SecondFactorBegun"]; onCodes: (codes
           />
           <ProblemNote error={confirm.error} />
           <Button type="submit" size="lg" disabled={code.trim().length < 6} loading={confirm.isPending}>
-            {SECOND_FACTOR.confirm}
+            {t("auth:secondFactor.confirm")}
           </Button>
         </Stack>
       </form>
@@ -102,7 +102,7 @@ function Enrol(props: { enrolment: Schemas["SecondFactorBegun"]; onCodes: (codes
 function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void }) {
   return (
     <Stack>
-      <Text fw={600}>{SECOND_FACTOR.recovery}</Text>
+      <Text fw={600}>{t("auth:secondFactor.recovery")}</Text>
       <ul className={classes.codes ?? ""} data-testid="recovery-codes">
         {codes.map((code) => (
           <li key={code}>{code}</li>
@@ -110,9 +110,9 @@ function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void 
       </ul>
       <Group>
         <Button variant="default" leftSection={<IconPrinter size={20} />} onClick={() => window.print()}>
-          {SECOND_FACTOR.print}
+          {t("auth:secondFactor.print")}
         </Button>
-        <Button onClick={onDone}>{SECOND_FACTOR.kept}</Button>
+        <Button onClick={onDone}>{t("auth:secondFactor.kept")}</Button>
       </Group>
     </Stack>
   );

@@ -4,11 +4,11 @@ import { useNavigate } from "@tanstack/react-router";
 import { type FormEvent, type ReactNode, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Me, ProblemError } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
 import classes from "./access.module.css";
-import { PASSWORD, SET_UP } from "./authLayoutMessages";
 import { authStore } from "./authState";
 import { readFragment } from "./fromLink";
 import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
@@ -26,26 +26,26 @@ export function SetUpPage() {
     onSuccess: finish,
   });
   const fields = setUp.error instanceof ProblemError ? setUp.error.fields : {};
-  useTitle(SET_UP.title);
+  useTitle(t("auth:setUp.title"));
   if (!link) {
     return (
-      <AuthLayout title={SET_UP.title}>
-        <Text>{SET_UP.noLink}</Text>
+      <AuthLayout title={t("auth:setUp.title")}>
+        <Text>{t("auth:setUp.noLink")}</Text>
       </AuthLayout>
     );
   }
   return (
-    <AuthLayout title={SET_UP.title}>
-      <Text>{SET_UP.means}</Text>
+    <AuthLayout title={t("auth:setUp.title")}>
+      <Text>{t("auth:setUp.means")}</Text>
       <PasswordForm
-        label={SET_UP.make}
+        label={t("auth:setUp.make")}
         ready={isConfirmed(chosen) && name.trim() !== "" && username.trim() !== ""}
         pending={setUp.isPending}
         onSubmit={() => setUp.mutate()}
       >
         <TextInput
-          label={SET_UP.name}
-          description={SET_UP.nameMeans}
+          label={t("auth:setUp.name")}
+          description={t("auth:setUp.nameMeans")}
           autoComplete="name"
           size="lg"
           value={name}
@@ -53,7 +53,7 @@ export function SetUpPage() {
           onChange={(event) => setName(event.currentTarget.value)}
         />
         <UserNameField
-          description={SET_UP.usernameMeans}
+          description={t("auth:setUp.usernameMeans")}
           value={username}
           error={fields.username}
           onChange={setUsername}
@@ -82,12 +82,12 @@ export function SetPasswordPage() {
     onSuccess: (me) => (me ? finish(me) : navigate({ to: "/", replace: true })),
   });
   const fields = set.error instanceof ProblemError ? set.error.fields : {};
-  useTitle(PASSWORD.setting);
+  useTitle(t("auth:password.setting"));
   return (
-    <AuthLayout title={PASSWORD.setting}>
-      <Text>{PASSWORD.settingMeans}</Text>
+    <AuthLayout title={t("auth:password.setting")}>
+      <Text>{t("auth:password.settingMeans")}</Text>
       <PasswordForm
-        label={PASSWORD.set}
+        label={t("auth:password.set")}
         ready={isConfirmed(chosen) && code.trim() !== "" && username.trim() !== ""}
         pending={set.isPending}
         onSubmit={() => set.mutate()}
@@ -95,7 +95,7 @@ export function SetPasswordPage() {
         <UserNameField value={username} error={fields.username} onChange={setUsername} />
         <TextInput
           className={classes.code ?? ""}
-          label={PASSWORD.code}
+          label={t("auth:password.code")}
           autoComplete="one-time-code"
           autoCapitalize="none"
           spellCheck={false}
@@ -108,7 +108,7 @@ export function SetPasswordPage() {
         <ProblemNote error={set.error} />
       </PasswordForm>
       <ButtonLink to="/" variant="subtle">
-        {PASSWORD.back}
+        {t("auth:password.back")}
       </ButtonLink>
     </AuthLayout>
   );

@@ -4,18 +4,18 @@ import { useMutation, useQuery } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, ProblemError } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
-import { SIGN_IN, WHY } from "./authLayoutMessages";
-import { authStore } from "./authState";
+import { type AuthState, authStore } from "./authState";
 import { CodeField } from "./CodeField";
 import { currentAddress, openIdAddress } from "./openId";
 import { UserNameField } from "./UserNameField";
 
 /** Asks for name and password, then for the second factor if required. The requested page follows. */
-export function SignInPage({ why }: { why: keyof typeof WHY }) {
-  useTitle(SIGN_IN.title);
+export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["why"] }) {
+  useTitle(t("auth:signIn.title"));
   const [username, setUsername] = useState("");
   const [password, setPassword] = useState("");
   const [code, setCode] = useState("");
@@ -36,9 +36,9 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
     event.preventDefault();
     signIn.mutate();
   };
-  const notice = WHY[why];
+  const notice = why === "never" ? null : t(`auth:why.${why}`);
   return (
-    <AuthLayout title={SIGN_IN.title}>
+    <AuthLayout title={t("auth:signIn.title")}>
       {notice && (
         <Alert color="indigo" variant="light" icon={<IconInfoCircle />} role="status">
           {notice}
@@ -52,7 +52,7 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
             <>
               <UserNameField autoFocus value={username} onChange={setUsername} />
               <PasswordInput
-                label={SIGN_IN.password}
+                label={t("auth:signIn.password")}
                 autoComplete="current-password"
                 size="lg"
                 value={password}
@@ -68,7 +68,7 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
             loading={signIn.isPending}
             disabled={username.trim() === "" || password === "" || (codeNeeded && code.trim() === "")}
           >
-            {SIGN_IN.signIn}
+            {t("auth:signIn.signIn")}
           </Button>
           {codeNeeded && (
             <Button
@@ -80,20 +80,20 @@ export function SignInPage({ why }: { why: keyof typeof WHY }) {
                 signIn.reset();
               }}
             >
-              {SIGN_IN.somebodyElse}
+              {t("auth:signIn.somebodyElse")}
             </Button>
           )}
         </Stack>
       </form>
       {loginMethods.data?.openid && !codeNeeded && (
         <Button component="a" href={openIdAddress(currentAddress())} size="lg" variant="default">
-          {SIGN_IN.with(loginMethods.data.openid)}
+          {t("auth:signIn.with", { provider: loginMethods.data.openid })}
         </Button>
       )}
       <ButtonLink to="/set-password" variant="subtle">
-        {SIGN_IN.oneTimeCode}
+        {t("auth:signIn.oneTimeCode")}
       </ButtonLink>
-      <Text size="sm">{SIGN_IN.withoutIt}</Text>
+      <Text size="sm">{t("auth:signIn.withoutIt")}</Text>
     </AuthLayout>
   );
 }

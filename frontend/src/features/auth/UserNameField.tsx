@@ -1,5 +1,5 @@
 import { TextInput } from "@mantine/core";
-import { SIGN_IN } from "./authLayoutMessages";
+import { t } from "../../lib/i18n";
 
 /** A field for a user name, without autocorrection and recognizable for password managers. */
 export function UserNameField(props: {
@@ -12,7 +12,7 @@ export function UserNameField(props: {
   const { onChange, ...fieldProps } = props;
   return (
     <TextInput
-      label={SIGN_IN.username}
+      label={t("auth:signIn.username")}
       autoComplete="username"
       autoCapitalize="none"
       autoCorrect="off"

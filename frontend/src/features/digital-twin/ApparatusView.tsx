@@ -2,11 +2,11 @@ import { ActionIcon, Group, SegmentedControl, Stack, Text, UnstyledButton } from
 import { IconMinus, IconPlus, IconRotate2, IconRotateClockwise2 } from "@tabler/icons-react";
 import { useEffect, useState, useSyncExternalStore } from "react";
 import { formatDegrees } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import classes from "./apparatus3d.module.css";
 import { MOTOR_COLOURS } from "./colours";
 import type { AnglesSource } from "./ghost";
 import { endsReached, type Limits, MOTORS, type Motor } from "./limits";
-import { AT_END, BODY, MOVES, VIEW, VIEW_WORDS } from "./messages";
 import { postureOf } from "./posture";
 import { Scene } from "./Scene";
 import type { Side } from "./vectors";
@@ -41,20 +41,20 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
     setView(viewOf("corner", side));
   }, [side]);
   const buttons = [
-    { label: VIEW.left, Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
-    { label: VIEW.right, Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
-    { label: VIEW.nearer, Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
-    { label: VIEW.further, Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
+    { label: t("digital-twin:view.left"), Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
+    { label: t("digital-twin:view.right"), Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
+    { label: t("digital-twin:view.nearer"), Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
+    { label: t("digital-twin:view.further"), Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
   ];
   return (
     <Stack gap="xs">
       <Group gap="xs" justify="space-between">
         <SegmentedControl
-          aria-label={VIEW.view}
+          aria-label={t("digital-twin:view.view")}
           size="md"
           value={named ?? ""}
           onChange={(name) => look(viewOf(name as ViewName, side), name as ViewName)}
-          data={VIEWS.map((value) => ({ value, label: VIEW_WORDS[value] }))}
+          data={VIEWS.map((value) => ({ value, label: t(`digital-twin:viewWords.${value}`) }))}
         />
         <Group gap={4}>
           {buttons.map(({ label: does, Icon, to }) => (
@@ -66,7 +66,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
       </Group>
       <div className={classes.canvas ?? ""}>
         {unable ? (
-          <Text p="md">{VIEW.no3d}</Text>
+          <Text p="md">{t("digital-twin:view.no3d")}</Text>
         ) : (
           <Scene
             side={side}
@@ -81,7 +81,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
           />
         )}
       </div>
-      <Group gap={6} role="group" aria-label={VIEW.motors}>
+      <Group gap={6} role="group" aria-label={t("digital-twin:view.motors")}>
         {MOTORS.map((motor) => (
           <UnstyledButton
             key={motor}
@@ -92,7 +92,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
             <span className={classes.disc ?? ""} style={{ background: MOTOR_COLOURS[motor] }}>
               {motor}
             </span>
-            {MOVES[motor]}
+            {t(`digital-twin:moves.${motor}`)}
           </UnstyledButton>
         ))}
       </Group>
@@ -113,7 +113,7 @@ function InWords({ source, side, limits }: { source: AnglesSource | null; side: 
     <div data-testid="apparatus-words">
       {body && (
         <dl className={classes.body ?? ""}>
-          {BODY.map((name, n) => (
+          {t("digital-twin:body", { returnObjects: true }).map((name, n) => (
             <div key={name}>
               <dt>{name}</dt>
               <dd>{body[n]}</dd>
@@ -127,7 +127,7 @@ function InWords({ source, side, limits }: { source: AnglesSource | null; side: 
         </Text>
       ))}
       <Text size="sm" c="dimmed">
-        {VIEW.elbow}
+        {t("digital-twin:view.elbow")}
       </Text>
     </div>
   );
@@ -137,13 +137,13 @@ const never = () => () => {};
 
 function inWords(source: AnglesSource | null, side: Side, limits: Limits) {
   const angles = source?.get() ?? null;
-  if (angles === null) return { body: null, notes: [VIEW.noAngles] };
+  if (angles === null) return { body: null, notes: [t("digital-twin:view.noAngles")] };
   const posture = postureOf(angles, side);
   const ends = endsReached(angles, limits);
   const notes = MOTORS.flatMap((motor) => {
     const end = ends[motor - 1];
-    return end ? [AT_END[end](motor)] : [];
+    return end ? [t(`digital-twin:atEnd.${end}`, { motor })] : [];
   });
-  if (posture === null) return { body: null, notes: [VIEW.noPose, ...notes] };
+  if (posture === null) return { body: null, notes: [t("digital-twin:view.noPose"), ...notes] };
   return { body: posture.pose_deg.map((angle) => formatDegrees(angle, 0)), notes };
 }

@@ -3,9 +3,9 @@ import { useReducedMotion } from "@mantine/hooks";
 import { IconPlayerPause, IconPlayerPlay } from "@tabler/icons-react";
 import { useEffect, useSyncExternalStore } from "react";
 import { formatDeg } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import type { Ghost } from "./ghost";
 import type { Leaving } from "./limits";
-import { GHOST } from "./messages";
 
 const STEP_S = 0.05;
 /** The slider's step: readable, and without much load on the page. */
@@ -32,7 +32,7 @@ export function GhostPanel({
   }, [ghost, playsItself, still]);
   const length = ghost.duration_s;
   return (
-    <Stack gap={4} component="section" aria-label={GHOST.title}>
+    <Stack gap={4} component="section" aria-label={t("digital-twin:ghost.title")}>
       <Group gap="md" wrap="nowrap">
         <Button
           variant="default"
@@ -41,27 +41,31 @@ export function GhostPanel({
           leftSection={playing ? <IconPlayerPause size={20} /> : <IconPlayerPlay size={20} />}
           onClick={() => (playing ? ghost.pause() : ghost.play())}
         >
-          {playing ? GHOST.pause : GHOST.play}
+          {playing ? t("digital-twin:ghost.pause") : t("digital-twin:ghost.play")}
         </Button>
         <Slider
           flex={1}
           size="lg"
           thumbSize={28}
-          thumbLabel={GHOST.time}
+          thumbLabel={t("digital-twin:ghost.time")}
           min={0}
           max={length}
           step={STEP_S}
           value={at_s}
-          label={(value) => GHOST.seconds(formatDeg(value))}
+          label={(value) => t("digital-twin:ghost.seconds", { seconds: formatDeg(value) })}
           onChange={(value) => ghost.seek(value)}
         />
         <Text style={{ fontVariantNumeric: "tabular-nums" }} w={110} ta="right" data-testid="ghost-time">
-          {GHOST.at(formatDeg(at_s), formatDeg(length))}
+          {t("digital-twin:ghost.at", { at: formatDeg(at_s), length: formatDeg(length) })}
         </Text>
       </Group>
       {leaving.map((one) => (
         <Text key={one.motor} fw={600}>
-          {GHOST.leaves(one.motor, formatDeg(one.at_s), formatDeg(one.angle_deg))}
+          {t("digital-twin:ghost.leaves", {
+            motor: one.motor,
+            at: formatDeg(one.at_s),
+            angle: formatDeg(one.angle_deg),
+          })}
         </Text>
       ))}
     </Stack>

@@ -2,13 +2,13 @@ import { Card, Skeleton, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useMemo } from "react";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useStation } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ApparatusView } from "./ApparatusView";
 import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
 import { leavings, limitsOf } from "./limits";
-import { VIEW } from "./messages";
 
 /** A recording played by a ghost at its own speed, with this station's ranges. */
 export default function RecordingApparatus({ recordingId }: { recordingId: string }) {
@@ -24,16 +24,22 @@ export default function RecordingApparatus({ recordingId }: { recordingId: strin
   const ghost = useMemo(() => (taught ? new Ghost(taught) : null), [taught]);
   const leaving = useMemo(() => (taught ? leavings(taught, limits) : []), [taught, limits]);
   return (
-    <Card withBorder component="section" aria-label={VIEW.motion}>
+    <Card withBorder component="section" aria-label={t("digital-twin:view.motion")}>
       <Title order={2} size="h3" mb="sm">
-        {VIEW.motion}
+        {t("digital-twin:view.motion")}
       </Title>
       <ProblemNote error={motion.error} />
       {motion.isPending && <Skeleton h={400} />}
       {taught && ghost && (
         <>
           <GhostPanel ghost={ghost} leaving={leaving} />
-          <ApparatusView side={taught.side} limits={limits} real={null} ghost={ghost} label={VIEW.taught} />
+          <ApparatusView
+            side={taught.side}
+            limits={limits}
+            real={null}
+            ghost={ghost}
+            label={t("digital-twin:view.taught")}
+          />
         </>
       )}
     </Card>

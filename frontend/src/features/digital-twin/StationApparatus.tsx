@@ -2,6 +2,7 @@ import { Card, Group, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useMemo } from "react";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive, useStation } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ApparatusView } from "./ApparatusView";
@@ -10,7 +11,6 @@ import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
 import { leavings, limitsOf } from "./limits";
 import { liveAngles } from "./liveAngles";
-import { GHOST, VIEW } from "./messages";
 
 const SQUARE = "■";
 
@@ -37,24 +37,30 @@ export default function StationApparatus() {
   // From the approach on, only the real arm is shown.
   const shown = mode === "ready" && alive ? ghost : null;
   return (
-    <Card withBorder component="section" aria-label={VIEW.title}>
+    <Card withBorder component="section" aria-label={t("digital-twin:view.title")}>
       <Group justify="space-between" mb="sm">
         <Title order={2} size="h3">
-          {VIEW.title}
+          {t("digital-twin:view.title")}
         </Title>
         {shown && (
           <Text fw={600}>
             <Text span c={GHOST_COLOUR} inherit aria-hidden>
               {SQUARE}{" "}
             </Text>
-            {GHOST.shows}
+            {t("digital-twin:ghost.shows")}
           </Text>
         )}
       </Group>
       {shown && <GhostPanel ghost={shown} leaving={leaving} playsItself />}
       {mode === "ready" && <ProblemNote error={motion.error} />}
       <div className={alive ? "" : "stale"}>
-        <ApparatusView side={side} limits={limits} real={liveAngles} ghost={shown} label={VIEW.now} />
+        <ApparatusView
+          side={side}
+          limits={limits}
+          real={liveAngles}
+          ghost={shown}
+          label={t("digital-twin:view.now")}
+        />
       </div>
     </Card>
   );

@@ -1,8 +1,8 @@
 import { Button, Card, Group, Skeleton, Text, Title } from "@mantine/core";
 import { IconCube } from "@tabler/icons-react";
 import { lazy, type ReactNode, Suspense, useState } from "react";
+import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
-import { VIEW } from "./messages";
 
 // The three-dimensional view is half of the page's size, so it loads on demand.
 const StationApparatus = lazy(() => import("./StationApparatus"));
@@ -17,7 +17,10 @@ const HEIGHT = 560;
 export function LiveApparatus() {
   const torque = useLive("torque");
   return (
-    <Opened title={VIEW.title} notNow={torque !== "off" && torque !== null ? VIEW.notNow : ""}>
+    <Opened
+      title={t("digital-twin:view.title")}
+      notNow={torque !== "off" && torque !== null ? t("digital-twin:view.notNow") : ""}
+    >
       <StationApparatus />
     </Opened>
   );
@@ -25,7 +28,7 @@ export function LiveApparatus() {
 
 export function RecordingGhost({ recordingId }: { recordingId: string }) {
   return (
-    <Opened title={VIEW.motion} notNow="">
+    <Opened title={t("digital-twin:view.motion")} notNow="">
       <RecordingApparatus recordingId={recordingId} />
     </Opened>
   );
@@ -34,7 +37,11 @@ export function RecordingGhost({ recordingId }: { recordingId: string }) {
 function Opened({ title, notNow, children }: { title: string; notNow: string; children: ReactNode }) {
   const [open, setOpen] = useState(false);
   if (open) {
-    return <Suspense fallback={<Skeleton h={HEIGHT} aria-label={VIEW.drawing} />}>{children}</Suspense>;
+    return (
+      <Suspense fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>
+        {children}
+      </Suspense>
+    );
   }
   return (
     <Card withBorder component="section" aria-label={title}>
@@ -49,7 +56,7 @@ function Opened({ title, notNow, children }: { title: string; notNow: string; ch
           disabled={notNow !== ""}
           onClick={() => setOpen(true)}
         >
-          {VIEW.open}
+          {t("digital-twin:view.open")}
         </Button>
       </Group>
       {notNow && <Text>{notNow}</Text>}

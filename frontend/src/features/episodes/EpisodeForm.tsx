@@ -3,8 +3,9 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
+import { t } from "../../lib/i18n";
 import { LOAD_LEVELS } from "../station/loadLevels";
-import { FORM, MOTIONS, minus, type Side } from "./messages";
+import { MOTIONS, minus, type Side } from "./messages";
 
 type Ends = { lowest: number | null; highest: number | null };
 const FREE: Ends = { lowest: null, highest: null };
@@ -61,8 +62,8 @@ export function EpisodeForm(props: {
     <NumberInput
       size="md"
       hideControls
-      suffix={FORM.deg}
-      placeholder={FORM.free}
+      suffix={t("episodes:form.deg")}
+      placeholder={t("episodes:form.free")}
       aria-label={label}
       value={limits[motion]?.[name] ?? ""}
       onChange={(given) =>
@@ -77,7 +78,7 @@ export function EpisodeForm(props: {
     <form onSubmit={submit} noValidate>
       <Stack>
         <TextInput
-          label={FORM.diagnosis}
+          label={t("episodes:form.diagnosis")}
           maxLength={200}
           value={diagnosis}
           error={fields.diagnosis}
@@ -85,27 +86,27 @@ export function EpisodeForm(props: {
         />
         <TextInput
           type="date"
-          label={FORM.onset}
+          label={t("episodes:form.onset")}
           value={onset}
           error={fields.onset_on}
           onChange={(event) => setOnset(event.currentTarget.value)}
         />
         <Textarea
-          label={FORM.contraindications}
+          label={t("episodes:form.contraindications")}
           autosize
           minRows={2}
           value={contraindications}
           error={fields.contraindications}
           onChange={(event) => setContraindications(event.currentTarget.value)}
         />
-        <Text fw={500}>{FORM.allowed}</Text>
-        <Text size="sm">{FORM.allowedMeans}</Text>
+        <Text fw={500}>{t("episodes:form.allowed")}</Text>
+        <Text size="sm">{t("episodes:form.allowedMeans")}</Text>
         <Table verticalSpacing="xs">
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>{FORM.motion}</Table.Th>
-              <Table.Th>{FORM.lowest}</Table.Th>
-              <Table.Th>{FORM.highest}</Table.Th>
+              <Table.Th>{t("episodes:form.motion")}</Table.Th>
+              <Table.Th>{t("episodes:form.lowest")}</Table.Th>
+              <Table.Th>{t("episodes:form.highest")}</Table.Th>
             </Table.Tr>
           </Table.Thead>
           <Table.Tbody>
@@ -114,11 +115,11 @@ export function EpisodeForm(props: {
                 <Table.Td>
                   {`${motion}. ${name}`}
                   <Text size="sm" c="dimmed">
-                    {FORM.fromTo(minus(from), minus(to))}
+                    {t("episodes:form.fromTo", { lowest: minus(from), highest: minus(to) })}
                   </Text>
                 </Table.Td>
-                <Table.Td>{end(motion, "lowest", FORM.lowestOf(name))}</Table.Td>
-                <Table.Td>{end(motion, "highest", FORM.highestOf(name))}</Table.Td>
+                <Table.Td>{end(motion, "lowest", t("episodes:form.lowestOf", { motion: name }))}</Table.Td>
+                <Table.Td>{end(motion, "highest", t("episodes:form.highestOf", { motion: name }))}</Table.Td>
               </Table.Tr>
             ))}
           </Table.Tbody>
@@ -126,8 +127,8 @@ export function EpisodeForm(props: {
         <Group grow align="start">
           <NumberInput
             size="md"
-            label={FORM.level}
-            placeholder={FORM.any}
+            label={t("episodes:form.level")}
+            placeholder={t("episodes:form.any")}
             min={1}
             max={LOAD_LEVELS}
             allowDecimal={false}
@@ -138,16 +139,16 @@ export function EpisodeForm(props: {
           <NumberInput
             size="md"
             hideControls
-            label={FORM.speed}
-            description={FORM.speedMeans}
-            placeholder={FORM.any}
-            suffix={FORM.degPerSecond}
+            label={t("episodes:form.speed")}
+            description={t("episodes:form.speedMeans")}
+            placeholder={t("episodes:form.any")}
+            suffix={t("episodes:form.degPerSecond")}
             value={speed ?? ""}
             error={fields.max_speed_deg_s}
             onChange={(given) => setSpeed(typeof given === "number" ? given : null)}
           />
           <TextInput
-            label={FORM.doctor}
+            label={t("episodes:form.doctor")}
             maxLength={100}
             value={doctor}
             error={fields.limits_by}
@@ -162,7 +163,7 @@ export function EpisodeForm(props: {
         )}
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
-            {episode ? FORM.save : FORM.open}
+            {episode ? t("episodes:form.save") : t("episodes:form.open")}
           </Button>
         </Group>
       </Stack>

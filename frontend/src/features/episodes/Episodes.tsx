@@ -3,12 +3,13 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Episode, type Patient } from "../../lib/api/client";
 import { formatDay, formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ReportLinks } from "../reports/ReportLinks";
 import { EpisodeForm } from "./EpisodeForm";
-import { CARE, limitWords, NOTED } from "./messages";
+import { limitWords } from "./messages";
 import { Stages } from "./Stages";
 
 /** The patient's open and closed episodes of care. */
@@ -32,26 +33,26 @@ export function Episodes({ patient }: { patient: Patient }) {
     <Stack gap="xs">
       <Group justify="space-between">
         <Title order={2} size="h3">
-          {CARE.title}
+          {t("episodes:care.title")}
         </Title>
         {writes && episodes.data && !patient.archived_at && (
           <Group>
             {free.map((side) => (
               <Button key={side} variant="default" onClick={() => setOpening(side)}>
-                {CARE.open(side)}
+                {t(`episodes:care.open.${side}`)}
               </Button>
             ))}
           </Group>
         )}
       </Group>
       <ProblemNote error={episodes.error} />
-      {episodes.data && goingOn.length === 0 && <Text>{CARE.none}</Text>}
+      {episodes.data && goingOn.length === 0 && <Text>{t("episodes:care.none")}</Text>}
       {goingOn.map((one) => (
         <EpisodeCard key={one.id} episode={one} onSaved={saved} />
       ))}
       {past.length > 0 && (
         <Title order={3} size="h4">
-          {CARE.past}
+          {t("episodes:care.past")}
         </Title>
       )}
       {past.map((one) => (
@@ -60,7 +61,7 @@ export function Episodes({ patient }: { patient: Patient }) {
       <Modal
         opened={opening !== null}
         onClose={() => setOpening(null)}
-        title={CARE.opening(opening ?? "left")}
+        title={t(`episodes:care.opening.${opening ?? "left"}`)}
         size="xl"
       >
         {opening && <EpisodeForm patientId={patient.id} side={opening} onDone={saved} />}
@@ -80,59 +81,76 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
     onSaved();
   };
   const { stage } = episode;
-  const name = CARE.shoulder(episode.side);
+  const name = t(`episodes:care.shoulder.${episode.side}`);
   return (
-    <Card withBorder component="section" aria-label={CARE.episode(episode.side)}>
+    <Card withBorder component="section" aria-label={t(`episodes:care.episode.${episode.side}`)}>
       <Stack gap="xs">
         <Group justify="space-between">
           <Group gap="sm">
             <Text size="lg" fw={600}>
-              {episode.diagnosis ? CARE.diagnosed(name, episode.diagnosis) : name}
+              {episode.diagnosis
+                ? t("episodes:care.diagnosed", { shoulder: name, diagnosis: episode.diagnosis })
+                : name}
             </Text>
-            {episode.closed_at && <Badge color="gray">{CARE.closed}</Badge>}
+            {episode.closed_at && <Badge color="gray">{t("episodes:care.closed")}</Badge>}
           </Group>
           {episode.closed_at
             ? writes &&
               !props.archived && (
                 <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
-                  {CARE.reopen}
+                  {t("episodes:care.reopen")}
                 </Button>
               )
             : writes && (
                 <Group>
                   <Button variant="default" onClick={() => setDoing("edit")}>
-                    {CARE.change}
+                    {t("episodes:care.change")}
                   </Button>
                   <Button variant="default" onClick={() => setDoing("close")}>
-                    {CARE.close}
+                    {t("episodes:care.close")}
                   </Button>
                 </Group>
               )}
         </Group>
         <Group gap="lg">
-          <Text>{stage ? NOTED.since(stage.stage, formatDay(stage.since)) : CARE.noStage}</Text>
-          {episode.onset_on && <Text>{CARE.onset(formatDay(episode.onset_on))}</Text>}
+          <Text>
+            {stage
+              ? t(`episodes:noted.since.${stage.stage}`, { day: formatDay(stage.since) })
+              : t("episodes:care.noStage")}
+          </Text>
+          {episode.onset_on && <Text>{t("episodes:care.onset", { day: formatDay(episode.onset_on) })}</Text>}
           <Text>
             {episode.closed_at
-              ? CARE.fromTo(formatMoment(episode.opened_at), formatMoment(episode.closed_at))
-              : CARE.since(formatMoment(episode.opened_at))}
+              ? t("episodes:care.fromTo", {
+                  opened: formatMoment(episode.opened_at),
+                  closed: formatMoment(episode.closed_at),
+                })
+              : t("episodes:care.since", { opened: formatMoment(episode.opened_at) })}
           </Text>
         </Group>
         {episode.contraindications && (
-          <Text style={{ whiteSpace: "pre-wrap" }}>{CARE.contraindications(episode.contraindications)}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>
+            {t("episodes:care.contraindications", { told: episode.contraindications })}
+          </Text>
         )}
         {episode.limits_by && (
           <div data-testid="limits">
-            <Text fw={500}>{CARE.allowedBy(episode.limits_by)}</Text>
+            <Text fw={500}>{t("episodes:care.allowedBy", { doctor: episode.limits_by })}</Text>
             {episode.limits.map((limit) => (
               <Text key={limit.motion}>{limitWords(limit)}</Text>
             ))}
-            {episode.max_load_level !== null && <Text>{CARE.levelAtMost(episode.max_load_level)}</Text>}
-            {episode.max_speed_deg_s !== null && <Text>{CARE.speedAtMost(episode.max_speed_deg_s)}</Text>}
+            {episode.max_load_level !== null && (
+              <Text>{t("episodes:care.levelAtMost", { level: episode.max_load_level })}</Text>
+            )}
+            {episode.max_speed_deg_s !== null && (
+              <Text>{t("episodes:care.speedAtMost", { degPerSecond: episode.max_speed_deg_s })}</Text>
+            )}
           </div>
         )}
         {episode.closing_note && (
-          <Text style={{ whiteSpace: "pre-wrap" }}>{CARE.closingNote(episode.closing_note)}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>
+            {t("episodes:care.closingNote", { note: episode.closing_note })}
+          </Text>
         )}
         <Stages episode={episode} onSaved={onSaved} />
         <ReportLinks of="episodes" id={episode.id} />
@@ -141,7 +159,11 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
       <Modal opened={doing === "edit"} onClose={() => setDoing(null)} title={name} size="xl">
         <EpisodeForm patientId={episode.patient_id} side={episode.side} episode={episode} onDone={done} />
       </Modal>
-      <Modal opened={doing === "close"} onClose={() => setDoing(null)} title={CARE.closing(name)}>
+      <Modal
+        opened={doing === "close"}
+        onClose={() => setDoing(null)}
+        title={t("episodes:care.closing", { shoulder: name })}
+      >
         <CloseForm episode={episode} onDone={done} />
       </Modal>
     </Card>
@@ -156,9 +178,9 @@ function CloseForm({ episode, onDone }: { episode: Episode; onDone: () => void }
   });
   return (
     <Stack>
-      <Text>{CARE.closingMeans}</Text>
+      <Text>{t("episodes:care.closingMeans")}</Text>
       <Textarea
-        label={CARE.closingNoteLabel}
+        label={t("episodes:care.closingNoteLabel")}
         autosize
         minRows={3}
         value={note}
@@ -167,7 +189,7 @@ function CloseForm({ episode, onDone }: { episode: Episode; onDone: () => void }
       <ProblemNote error={close.error} />
       <Group justify="end">
         <Button loading={close.isPending} onClick={() => close.mutate()}>
-          {CARE.close}
+          {t("episodes:care.close")}
         </Button>
       </Group>
     </Stack>

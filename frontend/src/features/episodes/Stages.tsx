@@ -4,11 +4,15 @@ import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode } from "../../lib/api/client";
 import { formatDay } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
-import { NOTED, STAGES, type StageName, today } from "./messages";
+import { type StageName, today } from "./messages";
 
-const CHOICES = Object.entries(STAGES).map(([value, label]) => ({ value, label }));
+const CHOICES = Object.entries(t("episodes:stages", { returnObjects: true })).map(([value, label]) => ({
+  value,
+  label,
+}));
 
 /** The recorded stages with their dates, and actions to add one or remove a wrong one. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
@@ -32,18 +36,18 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
   };
   return (
     <Stack gap="xs">
-      <Text fw={500}>{NOTED.title}</Text>
-      {episode.stages.length === 0 && <Text>{NOTED.none}</Text>}
+      <Text fw={500}>{t("episodes:noted.title")}</Text>
+      {episode.stages.length === 0 && <Text>{t("episodes:noted.none")}</Text>}
       <List listStyleType="none">
         {episode.stages.map((one) => (
           <List.Item key={one.id}>
             <Group gap="xs">
-              <Text>{NOTED.since(one.stage, formatDay(one.since))}</Text>
+              <Text>{t(`episodes:noted.since.${one.stage}`, { day: formatDay(one.since) })}</Text>
               {changeable && (
                 <ActionIcon
                   variant="subtle"
                   size={44}
-                  aria-label={NOTED.remove(one.stage, formatDay(one.since))}
+                  aria-label={t(`episodes:noted.remove.${one.stage}`, { day: formatDay(one.since) })}
                   onClick={() => remove.mutate(one.id)}
                 >
                   <IconTrash size={20} />
@@ -57,20 +61,20 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
         <form onSubmit={submit}>
           <Group align="end">
             <Select
-              label={NOTED.newStage}
+              label={t("episodes:noted.newStage")}
               data={CHOICES}
               value={stage}
               onChange={(given) => setStage(given as StageName | null)}
             />
             <TextInput
               type="date"
-              label={NOTED.day}
+              label={t("episodes:noted.day")}
               value={since}
               max={today()}
               onChange={(event) => setSince(event.currentTarget.value)}
             />
             <Button type="submit" variant="default" disabled={!stage || !since} loading={add.isPending}>
-              {NOTED.add}
+              {t("episodes:noted.add")}
             </Button>
           </Group>
         </form>

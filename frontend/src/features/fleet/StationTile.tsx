@@ -1,18 +1,11 @@
 import { Alert, Badge, Card, Group, Progress, Stack, Text, Title } from "@mantine/core";
 import { IconAlertTriangle, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { EstopSign } from "../../safety/EstopBadge";
 import { AlarmFrame } from "../alarms/Alarms";
-import {
-  doingWords,
-  operatedBy,
-  progressWords,
-  type Shown,
-  STATIONS,
-  type State,
-  silentSince,
-} from "./messages";
+import { doingWords, operatedBy, progressWords, type Shown, type State, silentSince } from "./messages";
 
 /** A summary of one station. Unknown states look different from all known ones. */
 export function StationTile({ station, children }: { station: Shown; children?: ReactNode }) {
@@ -32,17 +25,17 @@ export function StationTile({ station, children }: { station: Shown; children?: 
             {name}
           </Title>
           <Group gap="xs">
-            {station.here && <Badge variant="light">{STATIONS.here}</Badge>}
+            {station.here && <Badge variant="light">{t("fleet:stations.here")}</Badge>}
             {state?.simulated && (
               <Badge variant="outline" color="gray">
-                {STATIONS.simulated}
+                {t("fleet:stations.simulated")}
               </Badge>
             )}
           </Group>
         </Group>
         {station.doubled && (
           <Alert color="grape" role="alert" icon={<IconAlertTriangle />}>
-            {STATIONS.doubled}
+            {t("fleet:stations.doubled")}
           </Alert>
         )}
         {state ? <Doing state={state} /> : <Silent heardAt={station.heard_at} />}
@@ -57,7 +50,7 @@ function Silent({ heardAt }: { heardAt: string | null }) {
     <Group gap="sm" wrap="nowrap" role="status">
       <IconPlugConnectedX size={28} aria-hidden />
       <div>
-        <Text fw={600}>{STATIONS.silent}</Text>
+        <Text fw={600}>{t("fleet:stations.silent")}</Text>
         <Text size="sm">{silentSince(heardAt)}</Text>
       </div>
     </Group>
@@ -83,7 +76,7 @@ function Doing({ state }: { state: State }) {
           {translateServerText(cause.message, cause.message_key)}
         </AlarmFrame>
       ))}
-      <Text fw={600}>{state.patient ? state.patient.name : STATIONS.nobody}</Text>
+      <Text fw={600}>{state.patient ? state.patient.name : t("fleet:stations.nobody")}</Text>
       {state.recording_name && <Text size="sm">{state.recording_name}</Text>}
       {state.progress && (
         <Progress

@@ -3,26 +3,29 @@ import { useQuery } from "@tanstack/react-query";
 import { useState, useSyncExternalStore } from "react";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AlarmFrame } from "../alarms/Alarms";
 import { RequirePermission } from "../auth/RequirePermission";
-import { STATIONS, versionWords } from "./messages";
+import { versionWords } from "./messages";
 import { StationTile } from "./StationTile";
 import { stations } from "./store";
 
 /** All stations of the clinic with their current state. */
 export function StationsPage() {
-  useTitle(STATIONS.title);
+  useTitle(t("fleet:stations.title"));
   const known = useSyncExternalStore(stations.subscribe, stations.get);
   return (
     <Stack>
       <Title order={1} size="h2">
-        {STATIONS.title}
+        {t("fleet:stations.title")}
       </Title>
-      {known.stations === null && known.lost && <AlarmFrame priority="medium">{STATIONS.lost}</AlarmFrame>}
+      {known.stations === null && known.lost && (
+        <AlarmFrame priority="medium">{t("fleet:stations.lost")}</AlarmFrame>
+      )}
       {known.stations === null && !known.lost && (
         <>
-          <Text role="status">{STATIONS.connecting}</Text>
+          <Text role="status">{t("fleet:stations.connecting")}</Text>
           <Skeleton h={160} />
         </>
       )}
@@ -49,7 +52,7 @@ function Versions({ station }: { station: string }) {
   });
   return (
     <details onToggle={(event) => setOpen(event.currentTarget.open)}>
-      <summary>{STATIONS.configuration}</summary>
+      <summary>{t("fleet:stations.configuration")}</summary>
       <ProblemNote error={versions.error} />
       {versions.data?.items.map((one) => (
         <div key={one.number}>

@@ -1,7 +1,8 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { doingWords, progressWords, type Shown, STATIONS, type State, silentSince } from "./messages";
+import { t } from "../../lib/i18n";
+import { doingWords, progressWords, type Shown, type State, silentSince } from "./messages";
 import { StationTile } from "./StationTile";
 import { LOST_AFTER_MS, StationsStore } from "./store";
 
@@ -55,7 +56,7 @@ describe("a tile", () => {
 
   it("of a silent station shows only since when", () => {
     show({ ...shown, silent: true, state: null });
-    expect(screen.getByText(STATIONS.silent)).toBeDefined();
+    expect(screen.getByText(t("fleet:stations.silent"))).toBeDefined();
     expect(screen.getByText(silentSince(shown.heard_at))).toBeDefined();
     expect(screen.queryByText(/Yamada|Playing|E-stop/)).toBeNull();
   });
@@ -77,12 +78,12 @@ describe("a tile", () => {
   it("trusts no state of a silent control program", () => {
     show({ ...shown, state: { ...state, device: "restarting", mode: "offline" } });
     expect(screen.getByText("E-stop unknown")).toBeDefined();
-    expect(screen.getByText(STATIONS.restarting)).toBeDefined();
+    expect(screen.getByText(t("fleet:stations.restarting"))).toBeDefined();
   });
 
   it("reports two services with one name", () => {
     show({ ...shown, doubled: true });
-    expect(screen.getByRole("alert").textContent).toBe(STATIONS.doubled);
+    expect(screen.getByRole("alert").textContent).toBe(t("fleet:stations.doubled"));
   });
 });
 

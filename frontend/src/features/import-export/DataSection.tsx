@@ -4,10 +4,10 @@ import { IconDownload, IconFileImport } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useHasPermission } from "../auth/hooks";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
-import { DATA } from "./messages";
 
 /** Export and import of a patient's data, and erasure requests. */
 export function DataSection({ patientId }: { patientId: string }) {
@@ -18,12 +18,12 @@ export function DataSection({ patientId }: { patientId: string }) {
   if (!patient.data) return null;
   const who = patient.data;
   return (
-    <Stack gap="xs" component="section" aria-label={DATA.title}>
+    <Stack gap="xs" component="section" aria-label={t("import-export:data.title")}>
       <Title order={2} size="h3">
-        {DATA.title}
+        {t("import-export:data.title")}
       </Title>
       {who.erased_at ? (
-        <Text>{DATA.erased}</Text>
+        <Text>{t("import-export:data.erased")}</Text>
       ) : (
         <Group>
           <Button
@@ -32,7 +32,7 @@ export function DataSection({ patientId }: { patientId: string }) {
             href={`/api/patients/${patientId}/export.zip`}
             leftSection={<IconDownload size={20} />}
           >
-            {DATA.everything}
+            {t("import-export:data.everything")}
           </Button>
           <Button
             component="a"
@@ -40,17 +40,17 @@ export function DataSection({ patientId }: { patientId: string }) {
             href={`/api/patients/${patientId}/fhir`}
             leftSection={<IconDownload size={20} />}
           >
-            {DATA.otherSystems}
+            {t("import-export:data.otherSystems")}
           </Button>
           {writes && !who.archived_at && (
             <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
-              {DATA.motion}
+              {t("import-export:data.motion")}
             </Button>
           )}
         </Group>
       )}
       <ErasureRequests patient={who} />
-      <Modal opened={importing} onClose={dialog.close} title={DATA.motion} size="xl">
+      <Modal opened={importing} onClose={dialog.close} title={t("import-export:data.motion")} size="xl">
         <ImportMotion
           patientId={patientId}
           side={who.affected_side}

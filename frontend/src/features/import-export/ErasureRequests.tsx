@@ -4,9 +4,9 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Patient, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission, useUserName } from "../auth/hooks";
-import { ERASURE } from "./messages";
 
 type Erasure = Schemas["Erasure"];
 
@@ -31,18 +31,18 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
         </Text>
       ))}
       <Group>
-        {open && decides && <Button onClick={decision.open}>{ERASURE.decide}</Button>}
-        {open && !decides && <Text>{ERASURE.administratorDecides}</Text>}
+        {open && decides && <Button onClick={decision.open}>{t("import-export:erasure.decide")}</Button>}
+        {open && !decides && <Text>{t("import-export:erasure.administratorDecides")}</Text>}
         {!open && writes && !patient.erased_at && requests.data && (
           <Button variant="default" onClick={dialog.open}>
-            {ERASURE.ask}
+            {t("import-export:erasure.ask")}
           </Button>
         )}
       </Group>
-      <Modal opened={asking} onClose={dialog.close} title={ERASURE.asking} size="lg">
+      <Modal opened={asking} onClose={dialog.close} title={t("import-export:erasure.asking")} size="lg">
         <Ask patient={patient} onDone={dialog.close} />
       </Modal>
-      <Modal opened={deciding} onClose={decision.close} title={ERASURE.decide} size="lg">
+      <Modal opened={deciding} onClose={decision.close} title={t("import-export:erasure.decide")} size="lg">
         {open && <Decide patient={patient} request={open} onDone={decision.close} />}
       </Modal>
     </Stack>
@@ -50,9 +50,15 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
 }
 
 function words(request: Erasure): string {
-  const asked = ERASURE.request(formatMoment(request.asked_at), request.noted_by, request.reason);
-  if (request.decision === null) return asked;
-  return ERASURE[request.decision](asked, request.decided_by, request.explanation);
+  const { decision, decided_by: by, explanation, reason } = request;
+  const of = { moment: formatMoment(request.asked_at), by: request.noted_by };
+  const asked = reason
+    ? t("import-export:erasure.requestBecause", { ...of, reason })
+    : t("import-export:erasure.request", of);
+  if (decision === null) return asked;
+  return explanation
+    ? t(`import-export:erasure.${decision}Because`, { request: asked, by, explanation })
+    : t(`import-export:erasure.${decision}`, { request: asked, by });
 }
 
 function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
@@ -68,9 +74,9 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   });
   return (
     <Stack>
-      <Text>{ERASURE.noted}</Text>
+      <Text>{t("import-export:erasure.noted")}</Text>
       <Textarea
-        label={ERASURE.how}
+        label={t("import-export:erasure.how")}
         size="md"
         autosize
         minRows={2}
@@ -81,7 +87,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
       <ProblemNote error={note.error} />
       <Group justify="end">
         <Button disabled={reason.trim() === ""} loading={note.isPending} onClick={() => note.mutate()}>
-          {ERASURE.note}
+          {t("import-export:erasure.note")}
         </Button>
       </Group>
     </Stack>
@@ -107,8 +113,8 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
     <Stack>
       <Text>{words(request)}</Text>
       <Textarea
-        label={ERASURE.explanation}
-        description={ERASURE.explanationMeans}
+        label={t("import-export:erasure.explanation")}
+        description={t("import-export:erasure.explanationMeans")}
         size="md"
         autosize
         minRows={2}
@@ -123,12 +129,12 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
           loading={decide.isPending}
           onClick={() => decide.mutate("refuse")}
         >
-          {ERASURE.refuse}
+          {t("import-export:erasure.refuse")}
         </Button>
       </Group>
-      <Text fw={600}>{ERASURE.erasing}</Text>
+      <Text fw={600}>{t("import-export:erasure.erasing")}</Text>
       <TextInput
-        label={ERASURE.typeNumber(patient.name)}
+        label={t("import-export:erasure.typeNumber", { name: patient.name })}
         size="md"
         autoComplete="off"
         value={number}
@@ -142,7 +148,7 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
           loading={decide.isPending}
           onClick={() => decide.mutate("erase")}
         >
-          {ERASURE.erase}
+          {t("import-export:erasure.erase")}
         </Button>
       </Group>
     </Stack>

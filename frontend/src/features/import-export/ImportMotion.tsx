@@ -4,9 +4,9 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { MotorRanges } from "../../ui/MotorRanges";
 import { useUserName } from "../auth/hooks";
-import { FILE, MOTION } from "./messages";
 import { Refused } from "./Refused";
 
 type Side = "left" | "right";
@@ -47,20 +47,20 @@ export function ImportMotion({
   };
   return (
     <Stack>
-      <Text>{MOTION.layout}</Text>
+      <Text>{t("import-export:motion.layout")}</Text>
       <SegmentedControl
         size="md"
-        aria-label={MOTION.shoulder}
+        aria-label={t("import-export:motion.shoulder")}
         value={side}
         onChange={(chosen) => choose(file, chosen as Side)}
         data={[
-          { value: "left", label: MOTION.sides.left },
-          { value: "right", label: MOTION.sides.right },
+          { value: "left", label: t("import-export:motion.sides.left") },
+          { value: "right", label: t("import-export:motion.sides.right") },
         ]}
       />
       <FileInput
-        label={MOTION.file}
-        placeholder={FILE.choose}
+        label={t("import-export:motion.file")}
+        placeholder={t("import-export:file.choose")}
         size="md"
         accept=".csv,text/csv"
         leftSection={<IconFileImport size={20} />}
@@ -70,7 +70,7 @@ export function ImportMotion({
       <Refused error={keep.error ?? look.error} />
       {file && look.data && <Understood motion={look.data} />}
       <TextInput
-        label={MOTION.name}
+        label={t("import-export:motion.name")}
         size="md"
         maxLength={100}
         value={name}
@@ -82,7 +82,7 @@ export function ImportMotion({
           loading={keep.isPending || look.isPending}
           onClick={() => file && keep.mutate(file)}
         >
-          {MOTION.keep}
+          {t("import-export:motion.keep")}
         </Button>
       </Group>
     </Stack>
@@ -94,14 +94,12 @@ function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
   return (
     <Stack gap="xs" data-testid="understood">
       <Text>
-        {MOTION.understood({
-          layout: motion.layout,
+        {t(`import-export:motion.understood.${motion.layout}.${motion.side}`, {
           rows: motion.samples,
           hz: motion.rate_hz,
           duration: formatSpan(motion.duration_s),
-          side: motion.side,
         })}
-        {motion.left_alone.length > 0 && MOTION.leftAlone(motion.left_alone)}
+        {motion.left_alone.length > 0 && t("import-export:motion.leftAlone", { columns: motion.left_alone })}
       </Text>
       <MotorRanges ranges={motion.ranges} />
     </Stack>

@@ -4,8 +4,8 @@ import { IconFileImport } from "@tabler/icons-react";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
-import { FHIR, FILE } from "./messages";
 import { Refused } from "./Refused";
 
 type Side = "left" | "right";
@@ -16,9 +16,9 @@ export function ImportPatients() {
   return (
     <>
       <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
-        {FHIR.open}
+        {t("import-export:fhir.open")}
       </Button>
-      <Modal opened={open} onClose={dialog.close} title={FHIR.title} size="lg">
+      <Modal opened={open} onClose={dialog.close} title={t("import-export:fhir.title")} size="lg">
         <Dialog />
       </Modal>
     </>
@@ -35,10 +35,10 @@ function Dialog() {
   });
   return (
     <Stack>
-      <Text>{FHIR.means}</Text>
+      <Text>{t("import-export:fhir.means")}</Text>
       <FileInput
-        label={FHIR.file}
-        placeholder={FILE.choose}
+        label={t("import-export:fhir.file")}
+        placeholder={t("import-export:file.choose")}
         size="md"
         accept=".json,application/fhir+json,application/json"
         leftSection={<IconFileImport size={20} />}
@@ -50,29 +50,31 @@ function Dialog() {
       />
       <SegmentedControl
         size="md"
-        aria-label={FHIR.treated}
+        aria-label={t("import-export:fhir.treated")}
         value={side}
         onChange={(chosen) => setSide(chosen as Side)}
         data={[
-          { value: "left", label: FHIR.sides.left },
-          { value: "right", label: FHIR.sides.right },
+          { value: "left", label: t("import-export:fhir.sides.left") },
+          { value: "right", label: t("import-export:fhir.sides.right") },
         ]}
       />
       <Refused error={bring.error} />
       {bring.data && (
         <div data-testid="imported">
-          <Text fw={600}>{FHIR.signedUp}</Text>
+          <Text fw={600}>{t("import-export:fhir.signedUp")}</Text>
           <List>
             {bring.data.items.map((patient) => (
               <List.Item key={patient.id}>
                 <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
                   {patient.name}
                 </PageLink>
-                {FHIR.numbered(patient.clinic_number)}
+                {t("import-export:fhir.numbered", { number: patient.clinic_number })}
               </List.Item>
             ))}
           </List>
-          {bring.data.left_out.length > 0 && <Text>{FHIR.leftOut(bring.data.left_out)}</Text>}
+          {bring.data.left_out.length > 0 && (
+            <Text>{t("import-export:fhir.leftOut", { told: bring.data.left_out })}</Text>
+          )}
         </div>
       )}
       <Group justify="end">
@@ -81,7 +83,7 @@ function Dialog() {
           loading={bring.isPending}
           onClick={() => file && side && bring.mutate({ resource: file, side })}
         >
-          {FHIR.open}
+          {t("import-export:fhir.open")}
         </Button>
       </Group>
     </Stack>

@@ -3,8 +3,8 @@ import { IconInfoCircle } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
-import { ERASURE } from "./messages";
 
 /** Erasure requests without a decision. Empty if there are none. */
 export function OpenErasures() {
@@ -12,11 +12,11 @@ export function OpenErasures() {
   const items = open.data?.items ?? [];
   if (items.length === 0) return null;
   return (
-    <Alert color="grape" variant="light" icon={<IconInfoCircle />} title={ERASURE.open}>
+    <Alert color="grape" variant="light" icon={<IconInfoCircle />} title={t("import-export:erasure.open")}>
       <Group gap="lg">
         {items.map((request) => (
           <PageLink key={request.id} to="/patients/$patientId" params={{ patientId: request.patient_id }}>
-            {ERASURE.askedOn(formatMoment(request.asked_at))}
+            {t("import-export:erasure.askedOn", { moment: formatMoment(request.asked_at) })}
           </PageLink>
         ))}
       </Group>

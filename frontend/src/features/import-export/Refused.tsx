@@ -1,8 +1,8 @@
 import { Alert, List } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { FILE } from "./messages";
 
 /** The errors of a refused file by line and column, or by path. */
 export function Refused({ error }: { error: unknown }) {
@@ -14,12 +14,12 @@ export function Refused({ error }: { error: unknown }) {
       variant="light"
       icon={<IconInfoCircle />}
       role="alert"
-      title={FILE.wrong(places.length)}
+      title={t("import-export:file.wrong", { count: places.length })}
     >
       <List data-testid="places">
         {places.map(([where, what]) => (
           <List.Item key={where}>
-            <strong>{FILE.place(where)}</strong> {what}
+            <strong>{t("import-export:file.place", { where })}</strong> {what}
           </List.Item>
         ))}
       </List>

@@ -1,6 +1,6 @@
 import { Button } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
-import { FILE } from "./messages";
+import { t } from "../../lib/i18n";
 
 /** Links to download the measured samples as CSV and Parquet. */
 export function SampleLinks({
@@ -23,7 +23,7 @@ export function SampleLinks({
           leftSection={<IconDownload size={20} />}
           disabled={disabled}
         >
-          {FILE[kind]}
+          {t(`import-export:file.${kind}`)}
         </Button>
       ))}
     </Button.Group>

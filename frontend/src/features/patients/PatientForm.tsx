@@ -2,9 +2,9 @@ import { Button, Group, SegmentedControl, Select, Stack, Text, Textarea, TextInp
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Patient, ProblemError } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { FORM, SEXES, SIDES } from "./patientListMessages";
 
 const choices = (words: Record<string, string>) =>
   Object.entries(words).map(([value, label]) => ({ value, label }));
@@ -60,13 +60,13 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
   return (
     <form onSubmit={submit} noValidate>
       <Stack>
-        <TextInput label={FORM.name} required data-autofocus {...text("name")} />
-        <TextInput label={FORM.kana} {...text("kana")} />
-        <TextInput label={FORM.number} required {...text("clinic_number")} />
+        <TextInput label={t("patients:form.name")} required data-autofocus {...text("name")} />
+        <TextInput label={t("patients:form.kana")} {...text("kana")} />
+        <TextInput label={t("patients:form.number")} required {...text("clinic_number")} />
         {!patient && (
           <div>
             <Text component="label" fw={500} id="affected-side">
-              {FORM.treated}
+              {t("patients:form.treated")}
             </Text>
             <SegmentedControl
               size="md"
@@ -74,37 +74,40 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
               aria-labelledby="affected-side"
               value={side}
               onChange={(chosen) => setSide(chosen as "left" | "right")}
-              data={choices(SIDES)}
+              data={choices(t("patients:sides", { returnObjects: true }))}
             />
             {fields.affected_side && (
               <Text size="sm" c="grape.9">
-                {FORM.chooseSide}
+                {t("patients:form.chooseSide")}
               </Text>
             )}
           </div>
         )}
         <Group grow align="start">
-          <TextInput label={FORM.birthDate} type="date" {...text("birth_date")} />
+          <TextInput label={t("patients:form.birthDate")} type="date" {...text("birth_date")} />
           <Select
-            label={FORM.sex}
-            data={choices(SEXES)}
+            label={t("patients:form.sex")}
+            data={choices(t("patients:sexes", { returnObjects: true }))}
             allowDeselect={false}
             value={values.sex}
             onChange={(sex) => setValues({ ...values, sex: (sex ?? "unknown") as Patient["sex"] })}
           />
           <Select
-            label={FORM.dominant}
-            data={[{ value: "", label: FORM.notStated }, ...choices(SIDES)]}
+            label={t("patients:form.dominant")}
+            data={[
+              { value: "", label: t("patients:form.notStated") },
+              ...choices(t("patients:sides", { returnObjects: true })),
+            ]}
             allowDeselect={false}
             value={values.dominant_side}
             onChange={(dominant) => setValues({ ...values, dominant_side: dominant ?? "" })}
           />
         </Group>
-        <Textarea label={FORM.notes} autosize minRows={2} {...text("notes")} />
+        <Textarea label={t("patients:form.notes")} autosize minRows={2} {...text("notes")} />
         <ProblemNote error={save.error} />
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
-            {patient ? FORM.save : FORM.signUp}
+            {patient ? t("patients:form.save") : t("patients:form.signUp")}
           </Button>
         </Group>
       </Stack>

@@ -6,6 +6,7 @@ import { useParams } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api, ProblemError, type Recording } from "../../lib/api/client";
 import { formatDay, formatMoment, formatSpan, sideWord } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
 import { replaceData } from "../../lib/replaceData";
 import { usePagedQuery } from "../../lib/usePagedQuery";
@@ -23,7 +24,6 @@ import { Programmes } from "../programmes/Programmes";
 import { madeOf } from "../recordings/madeOf";
 import { SessionTable } from "../sessions/SessionTable";
 import { PatientForm } from "./PatientForm";
-import { PATIENT, RECORDINGS } from "./patientMessages";
 
 /** One patient: the record, the recordings and the sessions. */
 export function PatientPage() {
@@ -45,7 +45,7 @@ export function PatientPage() {
       void queries.invalidateQueries({ queryKey: ["patients"] });
     },
   });
-  useTitle(patient.data?.name ?? PATIENT.title);
+  useTitle(patient.data?.name ?? t("patients:patient.title"));
   if (patient.error instanceof ProblemError && patient.error.code === "restricted") {
     return <BreakGlass patientId={patientId} />;
   }
@@ -71,13 +71,13 @@ export function PatientPage() {
             <Group>
               {operates && !who.archived_at && (
                 <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
-                  {PATIENT.toStation}
+                  {t("patients:patient.toStation")}
                 </ButtonLink>
               )}
               {writes && !who.erased_at && (
                 <>
                   <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
-                    {PATIENT.edit}
+                    {t("patients:patient.edit")}
                   </Button>
                   <Button
                     variant="default"
@@ -85,18 +85,20 @@ export function PatientPage() {
                     loading={archive.isPending}
                     onClick={() => archive.mutate(!who.archived_at)}
                   >
-                    {who.archived_at ? PATIENT.restore : PATIENT.archive}
+                    {who.archived_at ? t("patients:patient.restore") : t("patients:patient.archive")}
                   </Button>
                 </>
               )}
             </Group>
           </Group>
           <Group gap="lg">
-            <Text>{PATIENT.number(who.clinic_number)}</Text>
-            {who.dominant_side && <Text>{PATIENT.handed(who.dominant_side)}</Text>}
-            {who.birth_date && <Text>{PATIENT.born(formatDay(who.birth_date))}</Text>}
+            <Text>{t("patients:patient.number", { number: who.clinic_number })}</Text>
+            {who.dominant_side && <Text>{t(`patients:patient.handed.${who.dominant_side}`)}</Text>}
+            {who.birth_date && <Text>{t("patients:patient.born", { day: formatDay(who.birth_date) })}</Text>}
             {who.archived_at && (
-              <Badge color="gray">{who.erased_at ? PATIENT.erased : PATIENT.archived}</Badge>
+              <Badge color="gray">
+                {who.erased_at ? t("patients:patient.erased") : t("patients:patient.archived")}
+              </Badge>
             )}
           </Group>
           {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
@@ -107,7 +109,7 @@ export function PatientPage() {
         <AssessmentsSection patientId={patientId} />
         <Stack gap="xs">
           <Title order={2} size="h3">
-            {RECORDINGS.title}
+            {t("patients:recordings.title")}
           </Title>
           <ProblemNote error={recordings.error} />
           {recordings.data && <Recordings items={recordings.data.items} />}
@@ -115,14 +117,14 @@ export function PatientPage() {
         <Programmes patientId={patientId} />
         <Stack gap="xs">
           <Title order={2} size="h3">
-            {PATIENT.sessions}
+            {t("patients:patient.sessions")}
           </Title>
           <ProblemNote error={sessions.error} />
           {sessions.items && <SessionTable items={sessions.items} />}
           <LoadMoreButton list={sessions} />
         </Stack>
         <DataSection patientId={patientId} />
-        <Modal opened={editing} onClose={form.close} title={PATIENT.editing} size="lg">
+        <Modal opened={editing} onClose={form.close} title={t("patients:patient.editing")} size="lg">
           <PatientForm patient={who} onDone={form.close} />
         </Modal>
       </Stack>
@@ -131,15 +133,15 @@ export function PatientPage() {
 }
 
 function Recordings({ items }: { items: Recording[] }) {
-  if (items.length === 0) return <Text>{RECORDINGS.none}</Text>;
+  if (items.length === 0) return <Text>{t("patients:recordings.none")}</Text>;
   return (
     <Table verticalSpacing="md" highlightOnHover>
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>{RECORDINGS.name}</Table.Th>
-          <Table.Th>{RECORDINGS.taught}</Table.Th>
-          <Table.Th>{RECORDINGS.side}</Table.Th>
-          <Table.Th ta="right">{RECORDINGS.length}</Table.Th>
+          <Table.Th>{t("patients:recordings.name")}</Table.Th>
+          <Table.Th>{t("patients:recordings.taught")}</Table.Th>
+          <Table.Th>{t("patients:recordings.side")}</Table.Th>
+          <Table.Th ta="right">{t("patients:recordings.length")}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -149,7 +151,7 @@ function Recordings({ items }: { items: Recording[] }) {
               <PageLink to="/recordings/$recordingId" params={{ recordingId: recording.id }}>
                 {recording.name}
               </PageLink>
-              {recording.archived_at && RECORDINGS.archived}
+              {recording.archived_at && t("patients:recordings.archived")}
               {recording.parent_id && (
                 <Text size="sm" c="dimmed">
                   {madeOf(recording, items)}

@@ -3,10 +3,10 @@ import { useDebouncedValue } from "@mantine/hooks";
 import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Patient } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { CHOICE } from "./patientListMessages";
 
-const label = (one: Patient) => CHOICE.one(one.name, one.clinic_number);
+const label = (one: Patient) => t("patients:choice.one", { name: one.name, number: one.clinic_number });
 
 /** Query the first patients that match; an empty text matches all. */
 export function useFound(words: string) {
@@ -35,12 +35,12 @@ export function PatientSelect(props: {
     <>
       <Select
         size="lg"
-        label={CHOICE.label}
-        placeholder={all.length || words ? CHOICE.who : CHOICE.nobodyYet}
+        label={t("patients:choice.label")}
+        placeholder={all.length || words ? t("patients:choice.who") : t("patients:choice.nobodyYet")}
         searchable
         // The service already filtered, also by kana and numbers that the label does not show.
         filter={({ options }) => options}
-        nothingFoundMessage={CHOICE.nobodyMatches}
+        nothingFoundMessage={t("patients:choice.nobodyMatches")}
         data={all.map((one) => ({ value: one.id, label: label(one) }))}
         value={chosen?.id ?? null}
         disabled={props.disabled ?? false}

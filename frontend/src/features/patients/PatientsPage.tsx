@@ -6,6 +6,7 @@ import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
 import { formatDay, sideWord } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
@@ -14,10 +15,9 @@ import { RequirePermission } from "../auth/RequirePermission";
 import { ImportPatients } from "../import-export/ImportPatients";
 import { OpenErasures } from "../import-export/OpenErasures";
 import { PatientForm } from "./PatientForm";
-import { PATIENTS } from "./patientListMessages";
 
 export function PatientsPage() {
-  useTitle(PATIENTS.title);
+  useTitle(t("patients:patients.title"));
   const navigate = useNavigate();
   const [search, setSearch] = useState("");
   const [archived, setArchived] = useState(false);
@@ -29,13 +29,13 @@ export function PatientsPage() {
     <Stack>
       <Group justify="space-between">
         <Title order={1} size="h2">
-          {PATIENTS.title}
+          {t("patients:patients.title")}
         </Title>
         <RequirePermission permission="write_records">
           <Group>
             <ImportPatients />
             <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
-              {PATIENTS.add}
+              {t("patients:patients.add")}
             </Button>
           </Group>
         </RequirePermission>
@@ -45,8 +45,8 @@ export function PatientsPage() {
       </RequirePermission>
       <Group align="end">
         <TextInput
-          label={PATIENTS.search}
-          description={PATIENTS.searchedBy}
+          label={t("patients:patients.search")}
+          description={t("patients:patients.searchedBy")}
           leftSection={<IconSearch size={18} />}
           w={460}
           maxLength={100}
@@ -55,22 +55,26 @@ export function PatientsPage() {
         />
         <Switch
           size="md"
-          label={PATIENTS.archived}
+          label={t("patients:patients.archived")}
           checked={archived}
           onChange={(event) => setArchived(event.currentTarget.checked)}
         />
       </Group>
       <ProblemNote error={found.error} />
       {found.isPending && <Skeleton h={200} />}
-      {items?.length === 0 && <Text>{words || archived ? PATIENTS.nobodyMatches : PATIENTS.nobodyYet}</Text>}
+      {items?.length === 0 && (
+        <Text>
+          {words || archived ? t("patients:patients.nobodyMatches") : t("patients:patients.nobodyYet")}
+        </Text>
+      )}
       {items && items.length > 0 && (
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>{PATIENTS.name}</Table.Th>
-              <Table.Th>{PATIENTS.number}</Table.Th>
-              <Table.Th>{PATIENTS.born}</Table.Th>
-              <Table.Th>{PATIENTS.shoulder}</Table.Th>
+              <Table.Th>{t("patients:patients.name")}</Table.Th>
+              <Table.Th>{t("patients:patients.number")}</Table.Th>
+              <Table.Th>{t("patients:patients.born")}</Table.Th>
+              <Table.Th>{t("patients:patients.shoulder")}</Table.Th>
             </Table.Tr>
           </Table.Thead>
           <Table.Tbody>
@@ -95,7 +99,7 @@ export function PatientsPage() {
         </Table>
       )}
       <LoadMoreButton list={found} />
-      <Modal opened={signingUp} onClose={form.close} title={PATIENTS.add} size="lg">
+      <Modal opened={signingUp} onClose={form.close} title={t("patients:patients.add")} size="lg">
         <PatientForm
           onDone={(saved) => {
             form.close();

@@ -3,10 +3,10 @@ import { IconAdjustments, IconArrowDown, IconArrowUp, IconTrash } from "@tabler/
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { itemWords } from "./describeProgramme";
 import { type Draft, moved } from "./draft";
-import { ITEMS } from "./messages";
 
 /** The programme's recordings in order, with buttons to move, set and remove them by finger or keyboard. */
 export function EditableItems(props: {
@@ -25,27 +25,33 @@ export function EditableItems(props: {
     focus.current = [];
     wanted?.focus();
   });
-  if (draft.items.length === 0) return <Text>{ITEMS.none}</Text>;
+  if (draft.items.length === 0) return <Text>{t("programmes:items.none")}</Text>;
   const move = (place: number, by: 1 | -1) => {
     const item = draft.items[place];
     if (!item) return;
     const ways = by === 1 ? ["down", "up"] : ["up", "down"];
     focus.current = ways.map((way) => `${item.key} ${way}`);
-    setTold(ITEMS.isNow(item.recording_name, place + by + 1, draft.items.length));
+    setTold(
+      t("programmes:items.isNow", {
+        recording: item.recording_name,
+        place: place + by + 1,
+        of: draft.items.length,
+      }),
+    );
     onChange(moved(draft, place, by));
   };
   return (
     <>
       <VisuallyHidden role="status">{told}</VisuallyHidden>
-      <Table verticalSpacing="sm" aria-label={ITEMS.inOrder}>
+      <Table verticalSpacing="sm" aria-label={t("programmes:items.inOrder")}>
         <Table.Thead>
           <Table.Tr>
-            <Table.Th w={40}>{ITEMS.number}</Table.Th>
-            <Table.Th>{ITEMS.recording}</Table.Th>
-            <Table.Th>{ITEMS.played}</Table.Th>
-            <Table.Th ta="right">{ITEMS.time}</Table.Th>
+            <Table.Th w={40}>{t("programmes:items.number")}</Table.Th>
+            <Table.Th>{t("programmes:items.recording")}</Table.Th>
+            <Table.Th>{t("programmes:items.played")}</Table.Th>
+            <Table.Th ta="right">{t("programmes:items.time")}</Table.Th>
             <Table.Th>
-              <VisuallyHidden>{ITEMS.change}</VisuallyHidden>
+              <VisuallyHidden>{t("programmes:items.change")}</VisuallyHidden>
             </Table.Th>
           </Table.Tr>
         </Table.Thead>
@@ -57,7 +63,7 @@ export function EditableItems(props: {
               <ActionIcon
                 size={44}
                 variant="default"
-                aria-label={ITEMS[way](name)}
+                aria-label={t(`programmes:items.${way}`, { recording: name })}
                 disabled={disabled}
                 ref={(button) => {
                   buttons.current[`${item.key} ${way}`] = button;
@@ -85,18 +91,18 @@ export function EditableItems(props: {
                     <Button
                       size="md"
                       variant="default"
-                      aria-label={ITEMS.settingsOf(name)}
+                      aria-label={t("programmes:items.settingsOf", { recording: name })}
                       leftSection={<IconAdjustments size={20} />}
                       onClick={() => onSet(item.key)}
                     >
-                      {ITEMS.settings}
+                      {t("programmes:items.settings")}
                     </Button>
                     {arrow("up", -1, place === 0)}
                     {arrow("down", 1, place === draft.items.length - 1)}
                     <ActionIcon
                       size={44}
                       variant="default"
-                      aria-label={ITEMS.takeOut(name)}
+                      aria-label={t("programmes:items.takeOut", { recording: name })}
                       onClick={() =>
                         onChange({ ...draft, items: draft.items.filter((one) => one.key !== item.key) })
                       }

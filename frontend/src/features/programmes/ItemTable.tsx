@@ -1,20 +1,20 @@
 import { Table, Text } from "@mantine/core";
 import type { ProgrammeVersion } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { itemWords } from "./describeProgramme";
-import { ITEMS, VERSIONS } from "./messages";
 
 /** The items of a programme version, read-only. */
 export function ItemTable({ version }: { version: ProgrammeVersion }) {
   return (
-    <Table verticalSpacing="sm" aria-label={VERSIONS.one(version.number)}>
+    <Table verticalSpacing="sm" aria-label={t("programmes:versions.one", { number: version.number })}>
       <Table.Thead>
         <Table.Tr>
-          <Table.Th w={40}>{ITEMS.number}</Table.Th>
-          <Table.Th>{ITEMS.recording}</Table.Th>
-          <Table.Th>{ITEMS.played}</Table.Th>
-          <Table.Th ta="right">{ITEMS.time}</Table.Th>
+          <Table.Th w={40}>{t("programmes:items.number")}</Table.Th>
+          <Table.Th>{t("programmes:items.recording")}</Table.Th>
+          <Table.Th>{t("programmes:items.played")}</Table.Th>
+          <Table.Th ta="right">{t("programmes:items.time")}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -25,7 +25,7 @@ export function ItemTable({ version }: { version: ProgrammeVersion }) {
               <PageLink to="/recordings/$recordingId" params={{ recordingId: item.recording_id }}>
                 {item.recording_name}
               </PageLink>
-              {item.recording_archived && <Text size="sm">{ITEMS.archived}</Text>}
+              {item.recording_archived && <Text size="sm">{t("programmes:items.archived")}</Text>}
             </Table.Td>
             <Table.Td>{itemWords(item)}</Table.Td>
             <Table.Td ta="right">{formatSpan(item.duration_s)}</Table.Td>

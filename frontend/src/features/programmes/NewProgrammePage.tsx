@@ -4,12 +4,12 @@ import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Programme } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { EMPTY, type Wanted } from "./draft";
-import { NEW } from "./messages";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { useSetProgrammeCache } from "./useSetProgrammeCache";
 
@@ -19,13 +19,13 @@ export function NewProgrammePage() {
   const navigate = useNavigate();
   const keep = useSetProgrammeCache();
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
-  useTitle(NEW.title);
+  useTitle(t("programmes:new.title"));
   return (
     <Stack>
       <Title order={1} size="h2">
-        <InlineSlot words={NEW.for}>
+        <InlineSlot words={(patient) => t("programmes:new.for", { patient })}>
           <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
-            {patient.data?.name ?? NEW.thePatient}
+            {patient.data?.name ?? t("programmes:new.thePatient")}
           </PageLink>
         </InlineSlot>
       </Title>
@@ -59,11 +59,11 @@ export function NewProgramme(props: {
   return (
     <>
       <ProblemNote error={episodes.error} />
-      {episodes.data && open.length === 0 && <Text>{NEW.noEpisode}</Text>}
+      {episodes.data && open.length === 0 && <Text>{t("programmes:new.noEpisode")}</Text>}
       {open.length > 1 && (
         <Radio.Group
-          label={NEW.which}
-          description={NEW.whichMeans}
+          label={t("programmes:new.which")}
+          description={t("programmes:new.whichMeans")}
           size="md"
           value={chosen}
           onChange={setChosen}
@@ -74,7 +74,9 @@ export function NewProgramme(props: {
                 key={one.id}
                 size="md"
                 value={one.id}
-                label={NEW.episode(one.side, one.diagnosis || NEW.noDiagnosis)}
+                label={t(`programmes:new.episode.${one.side}`, {
+                  diagnosis: one.diagnosis || t("programmes:new.noDiagnosis"),
+                })}
               />
             ))}
           </Stack>
@@ -88,13 +90,13 @@ export function NewProgramme(props: {
           episode={{ id: episode.id, side: episode.side }}
           start={EMPTY}
           draftKey={`new for ${episode.id}`}
-          saveLabel={NEW.save}
+          saveLabel={t("programmes:new.save")}
           onSave={save}
           onCancel={props.onCancel}
         >
           {(fields) => (
             <TextInput
-              label={NEW.name}
+              label={t("programmes:new.name")}
               required
               maw={600}
               value={name}

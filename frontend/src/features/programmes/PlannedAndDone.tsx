@@ -2,11 +2,10 @@ import { Stack, Table, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { differences, itemWords } from "./describeProgramme";
-import { PLAYED } from "./messages";
-import { OUTCOMES, PLAN } from "./planMessages";
+import { differences, itemWords, lower } from "./describeProgramme";
 
 /** Compares a session's programme with its runs. Empty without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
@@ -18,29 +17,36 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
   if (!plan.data?.programme) return null;
   const { programme, items, besides, timer, ended } = plan.data;
   return (
-    <Stack gap="xs" component="section" aria-label={PLAN.title}>
+    <Stack gap="xs" component="section" aria-label={t("programmes:plan.title")}>
       <Title order={2} size="h3">
-        {PLAN.title}
+        {t("programmes:plan.title")}
       </Title>
       <Text>
         <PageLink to="/programmes/$programmeId" params={{ programmeId: programme.id }}>
           {programme.name}
         </PageLink>
-        {PLAN.of(programme.number, plan.data.repetitions_done, plan.data.repetitions_planned)}
+        {t("programmes:plan.of", {
+          version: programme.number,
+          done: plan.data.repetitions_done,
+          planned: plan.data.repetitions_planned,
+        })}
       </Text>
       {timer && (
         <Text data-testid="timer">
-          {(timer.left_s === 0 ? PLAN.timeIsUp : PLAN.timer)(formatSpan(timer.played_s), timer.minutes)}
+          {t(timer.left_s === 0 ? "programmes:plan.timeIsUp" : "programmes:plan.timer", {
+            played: formatSpan(timer.played_s),
+            count: timer.minutes,
+          })}
         </Text>
       )}
       <Table withTableBorder verticalSpacing="sm" data-testid="planned">
         <Table.Thead>
           <Table.Tr>
-            <Table.Th w={40}>{PLAN.number}</Table.Th>
-            <Table.Th>{PLAN.recording}</Table.Th>
-            <Table.Th>{PLAN.planned}</Table.Th>
-            <Table.Th ta="right">{PLAN.repetitions}</Table.Th>
-            <Table.Th>{PLAN.otherwise}</Table.Th>
+            <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
+            <Table.Th>{t("programmes:plan.recording")}</Table.Th>
+            <Table.Th>{t("programmes:plan.planned")}</Table.Th>
+            <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
+            <Table.Th>{t("programmes:plan.otherwise")}</Table.Th>
           </Table.Tr>
         </Table.Thead>
         <Table.Tbody>
@@ -49,7 +55,9 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
               <Table.Td>{item.position}</Table.Td>
               <Table.Td>{item.recording_name}</Table.Td>
               <Table.Td>{itemWords(item)}</Table.Td>
-              <Table.Td ta="right">{PLAN.repeated(item.repetitions_done, item.repetitions)}</Table.Td>
+              <Table.Td ta="right">
+                {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
+              </Table.Td>
               <Table.Td>{otherwise(item, ended)}</Table.Td>
             </Table.Tr>
           ))}
@@ -57,7 +65,16 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
       </Table>
       {besides.length > 0 && (
         <Text data-testid="besides">
-          {PLAN.besides(besides.map((run) => ({ recording: run.recording_name, played: itemWords(run) })))}
+          {t("programmes:plan.besides", {
+            runs: besides
+              .map((run) =>
+                t("programmes:plan.besidesRun", {
+                  recording: run.recording_name,
+                  played: lower(itemWords(run)),
+                }),
+              )
+              .join(t("common:format.separator")),
+          })}
         </Text>
       )}
     </Stack>
@@ -67,11 +84,13 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
 function otherwise(item: Schemas["ItemDone"], ended: boolean): string {
   const words = item.runs.flatMap((run) =>
     [
-      OUTCOMES[run.outcome] ?? [],
+      run.outcome === "completed" ? [] : t(`programmes:outcomes.${run.outcome}`),
       differences(item, run, run.changed),
-      run.least_range_percent === null ? [] : PLAN.lessRange(Math.round(run.least_range_percent)),
+      run.least_range_percent === null
+        ? []
+        : t("programmes:plan.lessRange", { percent: Math.round(run.least_range_percent) }),
     ].flat(),
   );
-  if (item.done === "none") words.unshift(ended ? PLAN.leftOut : PLAN.notYet);
-  return words.length > 0 ? PLAYED.several(words) : "–";
+  if (item.done === "none") words.unshift(ended ? t("programmes:plan.leftOut") : t("programmes:plan.notYet"));
+  return words.length > 0 ? t("programmes:played.several", { words }) : "–";
 }

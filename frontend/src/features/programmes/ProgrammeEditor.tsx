@@ -5,6 +5,7 @@ import { type ReactNode, useState } from "react";
 import { api, ProblemError } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
@@ -14,12 +15,11 @@ import { arePlayable, PlaySettings } from "../station/PlaySettings";
 import { timerWords } from "./describeProgramme";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
-import { EDITOR } from "./messages";
 
 type Treated = { id: string; side: "left" | "right" };
-type Field = Steps & typeof EDITOR.timer;
-const TIMER: Field = { ...EDITOR.timer, min: 1, max: 240, step: 1 };
-const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
+type Field = Steps & { label: string; none: string; withIt: string; unit: string };
+const TIMER: Field = { ...t("programmes:editor.timer", { returnObjects: true }), min: 1, max: 240, step: 1 };
+const WISH: Field = { ...t("programmes:editor.wish", { returnObjects: true }), min: 1, max: 21, step: 1 };
 
 /** True if an optional number is empty or within its bounds. */
 const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
@@ -70,7 +70,7 @@ export function ProgrammeEditor(props: {
   const withoutLevel = draft.items.filter((item) => item.load_level === null);
   const chosen = draft.items.find((item) => item.key === set);
   return (
-    <Stack component="section" aria-label={EDITOR.title}>
+    <Stack component="section" aria-label={t("programmes:editor.title")}>
       {props.children?.(fields)}
       <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
       <AddRecording
@@ -83,10 +83,12 @@ export function ProgrammeEditor(props: {
       />
       <Text size="lg" fw={600} data-testid="whole">
         {preview.told
-          ? EDITOR.whole(formatSpan(preview.told.duration_s))
+          ? t("programmes:editor.whole", { duration: formatSpan(preview.told.duration_s) })
           : withoutLevel.length > 0
-            ? EDITOR.levelOpen(withoutLevel.map((item) => item.recording_name))
-            : draft.items.length > 0 && !preview.error && EDITOR.working}
+            ? t("programmes:editor.levelOpen", {
+                recordings: withoutLevel.map((item) => item.recording_name),
+              })
+            : draft.items.length > 0 && !preview.error && t("programmes:editor.working")}
       </Text>
       {beyond && <Text data-testid="beyond">{beyond}</Text>}
       <ProblemNote error={preview.error} />
@@ -105,14 +107,14 @@ export function ProgrammeEditor(props: {
         />
       </Group>
       <Textarea
-        label={EDITOR.why}
+        label={t("programmes:editor.why")}
         rows={3}
         value={note}
         error={fields.note}
         onChange={(event) => setNote(event.currentTarget.value)}
       />
       <TextInput
-        label={EDITOR.prescribedBy}
+        label={t("programmes:editor.prescribedBy")}
         required
         maw={400}
         value={name}
@@ -143,7 +145,7 @@ export function ProgrammeEditor(props: {
             props.onCancel();
           }}
         >
-          {EDITOR.discard}
+          {t("programmes:editor.discard")}
         </Button>
       </Group>
       <Modal
@@ -162,7 +164,7 @@ export function ProgrammeEditor(props: {
               onChange={(load_level) => change(chosen.key, { load_level })}
             />
             <Button size="lg" onClick={() => setSet(null)}>
-              {EDITOR.done}
+              {t("programmes:editor.done")}
             </Button>
           </Stack>
         )}
@@ -208,7 +210,7 @@ function AddRecording(props: {
     setNext(next + 1);
   };
   if (recordings.data && fitting.length === 0) {
-    return <Text>{EDITOR.nothingToAdd}</Text>;
+    return <Text>{t("programmes:editor.nothingToAdd")}</Text>;
   }
   return (
     <>
@@ -216,11 +218,11 @@ function AddRecording(props: {
       <Select
         size="lg"
         maw={600}
-        label={EDITOR.add}
-        placeholder={EDITOR.choose}
+        label={t("programmes:editor.add")}
+        placeholder={t("programmes:editor.choose")}
         data={fitting.map((one) => ({
           value: one.id,
-          label: EDITOR.choice(one.name, formatSpan(one.duration_s)),
+          label: t("programmes:editor.choice", { recording: one.name, duration: formatSpan(one.duration_s) }),
         }))}
         value={null}
         onChange={add}

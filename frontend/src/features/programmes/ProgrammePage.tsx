@@ -20,13 +20,13 @@ import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, ProblemError, type Programme, type ProgrammeVersion } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
 import { changes, timerWords, versionWords } from "./describeProgramme";
 import { draftOf, type Wanted } from "./draft";
 import { ItemTable } from "./ItemTable";
-import { PROGRAMME, VERSIONS } from "./messages";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { useSetProgrammeCache } from "./useSetProgrammeCache";
 
@@ -37,7 +37,7 @@ export function ProgrammePage() {
     queryKey: ["programme", programmeId],
     queryFn: () => api.programme(programmeId),
   });
-  useTitle(programme.data?.name ?? PROGRAMME.title);
+  useTitle(programme.data?.name ?? t("programmes:programme.title"));
   if (programme.error) return <ProblemNote error={programme.error} />;
   if (!programme.data) return <Skeleton h={300} />;
   return <ProgrammeView programme={programme.data} />;
@@ -65,19 +65,19 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
             <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
               {patient.name}
             </PageLink>
-            <Text>{PROGRAMME.shoulder(programme.side)}</Text>
-            {programme.archived_at && <Badge color="gray">{PROGRAMME.archived}</Badge>}
+            <Text>{t(`programmes:programme.shoulder.${programme.side}`)}</Text>
+            {programme.archived_at && <Badge color="gray">{t("programmes:programme.archived")}</Badge>}
           </Group>
         </div>
         <RequirePermission permission="write_records">
           <Group>
             {!programme.archived_at && !programme.closed && !editing && (
               <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
-                {PROGRAMME.change}
+                {t("programmes:programme.change")}
               </Button>
             )}
             <Button variant="default" onClick={name.open}>
-              {PROGRAMME.rename}
+              {t("programmes:programme.rename")}
             </Button>
             <Button
               variant="default"
@@ -85,21 +85,21 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
               loading={archive.isPending}
               onClick={() => archive.mutate(!programme.archived_at)}
             >
-              {programme.archived_at ? PROGRAMME.restore : PROGRAMME.archive}
+              {programme.archived_at ? t("programmes:programme.restore") : t("programmes:programme.archive")}
             </Button>
           </Group>
         </RequirePermission>
       </Group>
       <ProblemNote error={archive.error} />
-      {programme.closed && <Text>{PROGRAMME.closed}</Text>}
+      {programme.closed && <Text>{t("programmes:programme.closed")}</Text>}
       {editing ? <Change programme={programme} onDone={editor.close} /> : <Says version={current} />}
-      <Stack gap="sm" component="section" aria-label={VERSIONS.title}>
+      <Stack gap="sm" component="section" aria-label={t("programmes:versions.title")}>
         <Title order={2} size="h3">
-          {VERSIONS.title}
+          {t("programmes:versions.title")}
         </Title>
         <Versions versions={programme.versions} />
       </Stack>
-      <Modal opened={renaming} onClose={name.close} title={PROGRAMME.renaming}>
+      <Modal opened={renaming} onClose={name.close} title={t("programmes:programme.renaming")}>
         <Rename programme={programme} onDone={name.close} />
       </Modal>
     </Stack>
@@ -109,7 +109,7 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
 function Says({ version }: { version: ProgrammeVersion }) {
   const beyond = timerWords(version.timer_minutes, version.duration_s);
   return (
-    <Stack gap="xs" component="section" aria-label={PROGRAMME.saysNow}>
+    <Stack gap="xs" component="section" aria-label={t("programmes:programme.saysNow")}>
       <Text size="lg" fw={600}>
         {versionWords(version)}
       </Text>
@@ -141,9 +141,11 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
       {newest > basedOn && (
         <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
           <Stack gap="xs" align="start">
-            <Text>{VERSIONS.meanwhile(programme.current.made_by, newest)}</Text>
+            <Text>
+              {t("programmes:versions.meanwhile", { by: programme.current.made_by, number: newest })}
+            </Text>
             <Button variant="default" onClick={() => setBasedOn(newest)}>
-              {VERSIONS.read(newest)}
+              {t("programmes:versions.read", { number: newest })}
             </Button>
           </Stack>
         </Alert>
@@ -153,7 +155,7 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
         episode={{ id: programme.episode_id, side: programme.side }}
         start={start}
         draftKey={`${programme.id} ${basedOn}`}
-        saveLabel={VERSIONS.saveAs(basedOn + 1)}
+        saveLabel={t("programmes:versions.saveAs", { number: basedOn + 1 })}
         onSave={save}
         onCancel={onDone}
       />
@@ -171,14 +173,24 @@ function Versions({ versions }: { versions: ProgrammeVersion[] }) {
 function Version({ version, before }: { version: ProgrammeVersion; before: ProgrammeVersion | undefined }) {
   const [open, { toggle }] = useDisclosure(false);
   return (
-    <Card withBorder component="section" aria-label={VERSIONS.one(version.number)}>
+    <Card
+      withBorder
+      component="section"
+      aria-label={t("programmes:versions.one", { number: version.number })}
+    >
       <Stack gap="xs">
         <Group justify="space-between" align="start">
           <Title order={3} size="h4">
-            {VERSIONS.made(version.number, formatMoment(version.made_at), version.made_by)}
+            {t("programmes:versions.made", {
+              number: version.number,
+              moment: formatMoment(version.made_at),
+              by: version.made_by,
+            })}
           </Title>
           <Button variant="default" aria-expanded={open} onClick={toggle}>
-            {open ? VERSIONS.hide(version.number) : VERSIONS.show(version.number)}
+            {open
+              ? t("programmes:versions.hide", { number: version.number })
+              : t("programmes:versions.show", { number: version.number })}
           </Button>
         </Group>
         {version.note && <Text style={{ whiteSpace: "pre-wrap" }}>{version.note}</Text>}
@@ -221,7 +233,7 @@ function Rename({ programme, onDone }: { programme: Programme; onDone: () => voi
     >
       <Stack>
         <TextInput
-          label={PROGRAMME.name}
+          label={t("programmes:programme.name")}
           required
           data-autofocus
           value={name}
@@ -230,7 +242,7 @@ function Rename({ programme, onDone }: { programme: Programme; onDone: () => voi
         />
         <ProblemNote error={save.error} />
         <Button type="submit" loading={save.isPending}>
-          {PROGRAMME.save}
+          {t("programmes:programme.save")}
         </Button>
       </Stack>
     </form>

@@ -3,12 +3,11 @@ import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
 import { itemWords, versionWords } from "./describeProgramme";
-import { NEW, PROGRAMME, VERSIONS } from "./messages";
-import { REGULARITY } from "./planMessages";
 
 /** A patient's programmes with their current versions. */
 export function Programmes({ patientId }: { patientId: string }) {
@@ -19,10 +18,10 @@ export function Programmes({ patientId }: { patientId: string }) {
   const items = programmes.data?.items ?? [];
   const present = items.find((one) => !one.archived_at);
   return (
-    <Stack gap="xs" component="section" aria-label={PROGRAMME.programmes}>
+    <Stack gap="xs" component="section" aria-label={t("programmes:programme.programmes")}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          {PROGRAMME.programmes}
+          {t("programmes:programme.programmes")}
         </Title>
         <RequirePermission permission="write_records">
           <ButtonLink
@@ -31,20 +30,20 @@ export function Programmes({ patientId }: { patientId: string }) {
             variant="default"
             leftSection={<IconPlus size={20} />}
           >
-            {NEW.title}
+            {t("programmes:new.title")}
           </ButtonLink>
         </RequirePermission>
       </Group>
       <ProblemNote error={programmes.error} />
-      {programmes.data && items.length === 0 && <Text>{PROGRAMME.none}</Text>}
+      {programmes.data && items.length === 0 && <Text>{t("programmes:programme.none")}</Text>}
       {present && <Regularity episodeId={present.episode_id} />}
       {items.length > 0 && (
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>{PROGRAMME.nameColumn}</Table.Th>
-              <Table.Th>{PROGRAMME.says}</Table.Th>
-              <Table.Th>{PROGRAMME.since}</Table.Th>
+              <Table.Th>{t("programmes:programme.nameColumn")}</Table.Th>
+              <Table.Th>{t("programmes:programme.says")}</Table.Th>
+              <Table.Th>{t("programmes:programme.since")}</Table.Th>
             </Table.Tr>
           </Table.Thead>
           <Table.Tbody>
@@ -68,17 +67,17 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
         </PageLink>
         {programme.archived_at && (
           <Badge ml="xs" color="gray">
-            {PROGRAMME.archived}
+            {t("programmes:programme.archived")}
           </Badge>
         )}
       </Table.Td>
       <Table.Td>
         {current.items.map((item) => (
           <Text key={item.position}>
-            {(item.recording_archived ? PROGRAMME.itemArchived : PROGRAMME.item)(
-              item.recording_name,
-              itemWords(item),
-            )}
+            {t(item.recording_archived ? "programmes:programme.itemArchived" : "programmes:programme.item", {
+              recording: item.recording_name,
+              played: itemWords(item),
+            })}
           </Text>
         ))}
         <Text size="sm" c="dimmed">
@@ -86,7 +85,7 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
         </Text>
       </Table.Td>
       <Table.Td>
-        {VERSIONS.since(current.number, formatMoment(current.made_at))}
+        {t("programmes:versions.since", { number: current.number, moment: formatMoment(current.made_at) })}
         <Text size="sm" c="dimmed">
           {current.made_by}
         </Text>
@@ -105,7 +104,12 @@ function Regularity({ episodeId }: { episodeId: string }) {
   if (!now || now.sessions_wished === null) return null;
   return (
     <Text data-testid="regularity">
-      {before ? REGULARITY.nowAndBefore(weekOf(now), weekOf(before)) : REGULARITY.now(weekOf(now))}
+      {before
+        ? t("programmes:regularity.nowAndBefore", {
+            week: weekWords(weekOf(now)),
+            before: weekWords(weekOf(before)),
+          })
+        : t("programmes:regularity.now", { week: weekWords(weekOf(now)) })}
     </Text>
   );
 }
@@ -116,3 +120,13 @@ const weekOf = (week: Schemas["AdherenceWeek"]) => ({
   planned: week.repetitions_planned,
   done: week.repetitions_done,
 });
+
+/** How the sessions of a week compare with what was wished for. */
+function weekWords(week: { sessions: number; wished: number | null; planned: number; done: number }): string {
+  const { sessions, wished, planned, done } = week;
+  const held =
+    wished === null
+      ? t("programmes:regularity.sessions", { sessions })
+      : t("programmes:regularity.ofWished", { sessions, wished });
+  return planned ? t("programmes:regularity.withRepetitions", { sessions: held, done, planned }) : held;
+}

@@ -1,7 +1,14 @@
 import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { LOAD_LEVELS } from "../station/loadLevels";
 import { settingsWords } from "../station/playSettingsModel";
-import { CHANGED, METHODS, PLAYED, SETTINGS, type Setting } from "./messages";
+
+/** A playback setting that a programme prescribes. */
+export type Setting = Schemas["PlannedRun"]["changed"][number];
+
+/** Return a text for the middle of a sentence: its first letter is small. */
+export const lower = (text: string) => text.charAt(0).toLowerCase() + text.slice(1);
 
 /** The playback settings of a programme item. */
 export type ItemSettings = Pick<ProgrammeItem, Setting>;
@@ -9,26 +16,33 @@ export type ItemSettings = Pick<ProgrammeItem, Setting>;
 type PlayedSettings = Omit<ItemSettings, "load_level" | "method"> &
   Pick<Schemas["PlannedRun"], "load_level" | "method">;
 
-const NAMES = Object.keys(SETTINGS) as Setting[];
+const NAMES: Setting[] = ["range_percent", "speed_percent", "repetitions", "pause_s", "load_level", "method"];
 
 /** Describe an item's settings. */
 export function itemWords(item: PlayedSettings): string {
-  const settings = settingsWords(item) ?? PLAYED.asTaught;
-  return item.load_level === null ? settings : PLAYED.atLevel(settings, item.load_level);
+  const settings = settingsWords(item) ?? t("programmes:played.asTaught");
+  return item.load_level === null
+    ? settings
+    : t("programmes:played.atLevel", { settings, level: item.load_level, levels: LOAD_LEVELS });
 }
 
 /** Describe a version's settings. */
 export function versionWords(version: ProgrammeVersion): string {
-  let words = PLAYED.whole(version.items.length, formatSpan(version.duration_s));
-  if (version.timer_minutes !== null) words = PLAYED.withTimer(words, version.timer_minutes);
-  if (version.sessions_per_week !== null) words = PLAYED.withWish(words, version.sessions_per_week);
+  let words: string = t("programmes:played.whole", {
+    count: version.items.length,
+    duration: formatSpan(version.duration_s),
+  });
+  if (version.timer_minutes !== null)
+    words = t("programmes:played.withTimer", { words, count: version.timer_minutes });
+  if (version.sessions_per_week !== null)
+    words = t("programmes:played.withWish", { words, count: version.sessions_per_week });
   return words;
 }
 
 /** Describe that the timer ends the programme early; null if it does not. */
 export function timerWords(timerMinutes: number | null, durationS: number): string | null {
   if (timerMinutes === null || durationS <= 60 * timerMinutes) return null;
-  return PLAYED.beyond(formatSpan(durationS), timerMinutes);
+  return t("programmes:played.beyond", { duration: formatSpan(durationS), count: timerMinutes });
 }
 
 /** Describe differences from the plan or the previous version: "speed 80 % instead of 100 %". */
@@ -37,36 +51,46 @@ export function differences(
   after: PlayedSettings,
   which: Setting[] = NAMES.filter((name) => before[name] !== after[name]),
 ): string[] {
-  return which.map((name) => PLAYED.instead(name, value(name, after), value(name, before)));
+  return which.map((name) =>
+    t(`programmes:played.instead.${name}`, { after: value(name, after), before: value(name, before) }),
+  );
 }
 
 function value(name: Setting, of: PlayedSettings): string {
-  if (name === "method") return of.method === null ? PLAYED.unknown : METHODS[of.method];
+  if (name === "method")
+    return of.method === null ? t("programmes:played.unknown") : t(`programmes:methods.${of.method}`);
   const set = of[name];
-  if (set === null) return PLAYED.unknown;
-  if (name === "range_percent" || name === "speed_percent") return PLAYED.percent(set);
-  return name === "pause_s" ? PLAYED.seconds(set) : String(set);
+  if (set === null) return t("programmes:played.unknown");
+  if (name === "range_percent" || name === "speed_percent")
+    return t("programmes:played.percent", { value: set });
+  return name === "pause_s" ? t("programmes:played.seconds", { value: set }) : String(set);
 }
 
 /** Describe the changes between two versions. Items with the same recording are matched by order. */
 export function changes(before: ProgrammeVersion, after: ProgrammeVersion): string[] {
   const [old, now] = [named(before.items), named(after.items)];
   const words: string[] = [];
-  for (const [key, { label }] of old) if (!now.has(key)) words.push(CHANGED.leftOut(label));
+  for (const [key, { label }] of old)
+    if (!now.has(key)) words.push(t("programmes:changed.leftOut", { recording: label }));
   for (const [key, { label, item }] of now) {
     const was = old.get(key);
-    if (!was) words.push(CHANGED.added(label, itemWords(item)));
+    if (!was) words.push(t("programmes:changed.added", { recording: label, played: lower(itemWords(item)) }));
     else if (differences(was.item, item).length > 0)
-      words.push(CHANGED.set(label, PLAYED.several(differences(was.item, item))));
+      words.push(
+        t("programmes:changed.set", {
+          recording: label,
+          differences: t("programmes:played.several", { words: differences(was.item, item) }),
+        }),
+      );
   }
   const [kept, stays] = [
     [...old.keys()].filter((key) => now.has(key)),
     [...now.keys()].filter((key) => old.has(key)),
   ];
-  if (kept.join() !== stays.join()) words.push(CHANGED.order);
-  words.push(...optional(CHANGED.timer, before.timer_minutes, after.timer_minutes));
-  words.push(...optional(CHANGED.wish, before.sessions_per_week, after.sessions_per_week));
-  return words.length > 0 ? words : [CHANGED.nothing];
+  if (kept.join() !== stays.join()) words.push(t("programmes:changed.order"));
+  words.push(...optional("timer", before.timer_minutes, after.timer_minutes));
+  words.push(...optional("wish", before.sessions_per_week, after.sessions_per_week));
+  return words.length > 0 ? words : [t("programmes:changed.nothing")];
 }
 
 function named(items: ProgrammeItem[]): Map<string, { label: string; item: ProgrammeItem }> {
@@ -75,14 +99,21 @@ function named(items: ProgrammeItem[]): Map<string, { label: string; item: Progr
     items.map((item) => {
       const time = (seen[item.recording_id] ?? 0) + 1;
       seen[item.recording_id] = time;
-      const label = time === 1 ? item.recording_name : CHANGED.again(item.recording_name, time);
+      const label =
+        time === 1
+          ? item.recording_name
+          : t("programmes:changed.again", { recording: item.recording_name, time });
       return [`${item.recording_id} ${time}`, { label, item }];
     }),
   );
 }
 
-function optional(words: typeof CHANGED.timer, before: number | null, after: number | null): string[] {
+function optional(what: "timer" | "wish", before: number | null, after: number | null): string[] {
   if (before === after) return [];
-  if (after === null) return [words.gone(before ?? 0)];
-  return [before === null ? words.begun(after) : words.moved(after, before)];
+  if (after === null) return [t(`programmes:changed.${what}.gone`, { count: before ?? 0 })];
+  return [
+    before === null
+      ? t(`programmes:changed.${what}.begun`, { count: after })
+      : t(`programmes:changed.${what}.moved`, { count: after, before }),
+  ];
 }

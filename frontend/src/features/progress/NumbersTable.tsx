@@ -3,8 +3,8 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../../lib/api/client";
 import { formatDeg, formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { translatePlaced } from "../../lib/serverText";
-import { PROGRESS } from "./messages";
 
 type Column = Schemas["ProgressColumn"];
 
@@ -21,12 +21,17 @@ export function NumbersTable({ title, table: sent }: { title: string; table: Sch
           aria-expanded={shown}
           onClick={rows.toggle}
         >
-          {shown ? PROGRESS.hideNumbers : PROGRESS.showNumbers}
+          {shown ? t("progress:progress.hideNumbers") : t("progress:progress.showNumbers")}
         </Button>
       </Group>
       {shown && (
         <ScrollArea.Autosize mah={480} type="auto">
-          <Table stickyHeader withTableBorder verticalSpacing="xs" aria-label={PROGRESS.numbers(title)}>
+          <Table
+            stickyHeader
+            withTableBorder
+            verticalSpacing="xs"
+            aria-label={t("progress:progress.numbers", { title })}
+          >
             <Table.Thead>
               <Table.Tr>
                 {table.columns.map((column) => (

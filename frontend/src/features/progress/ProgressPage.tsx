@@ -3,30 +3,29 @@ import { useQuery } from "@tanstack/react-query";
 import { useParams, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api, type Chart } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { PageLink } from "../../ui/links";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { CARE } from "../episodes/messages";
 import { withLocalDays } from "./days";
-import { CHARTS, PROGRESS } from "./messages";
 import { NumbersTable } from "./NumbersTable";
 
 /** The progress of an episode: all charts and their data. */
 export function ProgressPage() {
   const { episodeId } = useParams({ from: "/episodes/$episodeId/progress" });
   const { patient: patientId } = useSearch({ from: "/episodes/$episodeId/progress" });
-  useTitle(PROGRESS.title);
+  useTitle(t("progress:progress.title"));
   return (
     <Stack gap="xl">
       <div>
         {patientId !== undefined && <Whose patientId={patientId} episodeId={episodeId} />}
         <Title order={1} size="h2">
-          {PROGRESS.title}
+          {t("progress:progress.title")}
         </Title>
-        <Text>{PROGRESS.weeks}</Text>
+        <Text>{t("progress:progress.weeks")}</Text>
       </div>
-      {(Object.keys(CHARTS) as Chart[]).map((chart) => (
+      {(Object.keys(t("progress:charts", { returnObjects: true })) as Chart[]).map((chart) => (
         <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
       ))}
     </Stack>
@@ -43,13 +42,15 @@ export function Whose({ patientId, episodeId }: { patientId: string; episodeId: 
       <PageLink to="/patients/$patientId" params={{ patientId }}>
         {patient.data.name}
       </PageLink>
-      <Text>{CARE.shoulder(episode.side)}</Text>
+      <Text>{t(`episodes:care.shoulder.${episode.side}`)}</Text>
     </Group>
   );
 }
 
 function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }) {
-  const { title, shows, nothing } = CHARTS[chart];
+  const title = t(`progress:charts.${chart}.title`);
+  const shows = t(`progress:charts.${chart}.shows`);
+  const nothing = t(`progress:charts.${chart}.nothing`);
   const progress = useQuery({
     queryKey: ["progress", episodeId, chart],
     queryFn: () => api.progress(episodeId, chart),
@@ -67,7 +68,7 @@ function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }
       {found && found.table.rows.length > 0 && (
         <>
           <Text size="sm">{shows}</Text>
-          <Plot figure={found.figure} label={PROGRESS.figure(title, shows)} />
+          <Plot figure={found.figure} label={t("progress:progress.figure", { title, shows })} />
           <NumbersTable title={title} table={found.table} />
         </>
       )}

@@ -3,10 +3,10 @@ import { IconChartLine, IconDeviceFloppy } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Edit, type Recording } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
-import { EDIT, WHATS } from "./messages";
 
 type What = Edit["do"];
 type NumberName =
@@ -30,15 +30,15 @@ const ORDER: What[] = ["trim", "hold", "scale", "isolate", "warm_up", "stretch",
 /** The fields of each edit. The bounds are the service's. */
 function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName, number>>): Field[] {
   const end_s = Math.floor(lasts_s * 10) / 10;
-  const time = { unit: EDIT.seconds, step: 0.5 };
-  const pause = { unit: EDIT.seconds, step: 1, min: 0, max: 120 };
+  const time = { unit: t("recordings:edit.seconds"), step: 0.5 };
+  const pause = { unit: t("recordings:edit.seconds"), step: 1, min: 0, max: 120 };
   switch (what) {
     case "trim":
       return [
         {
           ...time,
           name: "start_s",
-          label: EDIT.from,
+          label: t("recordings:edit.from"),
           min: 0,
           max: Math.max(0, (given.end_s ?? end_s) - SHORTEST_S),
           first: 0,
@@ -46,7 +46,7 @@ function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName,
         {
           ...time,
           name: "end_s",
-          label: EDIT.to,
+          label: t("recordings:edit.to"),
           min: (given.start_s ?? 0) + SHORTEST_S,
           max: end_s,
           first: end_s,
@@ -54,32 +54,79 @@ function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName,
       ];
     case "hold":
       return [
-        { ...time, name: "at_s", label: EDIT.at, min: 0, max: end_s, first: Math.floor(end_s) / 2 },
-        { name: "hold_s", label: EDIT.lasting, unit: EDIT.seconds, step: 1, min: 1, max: 600, first: 5 },
+        {
+          ...time,
+          name: "at_s",
+          label: t("recordings:edit.at"),
+          min: 0,
+          max: end_s,
+          first: Math.floor(end_s) / 2,
+        },
+        {
+          name: "hold_s",
+          label: t("recordings:edit.lasting"),
+          unit: t("recordings:edit.seconds"),
+          step: 1,
+          min: 1,
+          max: 600,
+          first: 5,
+        },
       ];
     case "scale":
       return [
-        { name: "percent", label: EDIT.range, unit: EDIT.percent, step: 5, min: 10, max: 95, first: 80 },
+        {
+          name: "percent",
+          label: t("recordings:edit.range"),
+          unit: t("recordings:edit.percent"),
+          step: 5,
+          min: 10,
+          max: 95,
+          first: 80,
+        },
       ];
     case "warm_up":
       return [
-        { name: "less_deg", label: EDIT.lessBy, unit: EDIT.deg, step: 1, min: 1, max: 180, first: 15 },
+        {
+          name: "less_deg",
+          label: t("recordings:edit.lessBy"),
+          unit: t("recordings:edit.deg"),
+          step: 1,
+          min: 1,
+          max: 180,
+          first: 15,
+        },
         {
           name: "step_deg",
-          label: EDIT.widerBy,
-          unit: EDIT.deg,
+          label: t("recordings:edit.widerBy"),
+          unit: t("recordings:edit.deg"),
           step: 0.5,
           min: 0.5,
           max: 30,
           first: 3,
         },
-        { ...pause, name: "pause_s", label: EDIT.pause, first: 0 },
+        { ...pause, name: "pause_s", label: t("recordings:edit.pause"), first: 0 },
       ];
     case "stretch":
       return [
-        { name: "further_deg", label: EDIT.further, unit: EDIT.deg, step: 1, min: 0, max: 15, first: 3 },
-        { name: "back_deg", label: EDIT.back, unit: EDIT.deg, step: 1, min: 1, max: 30, first: 5 },
-        { ...pause, name: "hold_s", label: EDIT.hold, first: 10 },
+        {
+          name: "further_deg",
+          label: t("recordings:edit.further"),
+          unit: t("recordings:edit.deg"),
+          step: 1,
+          min: 0,
+          max: 15,
+          first: 3,
+        },
+        {
+          name: "back_deg",
+          label: t("recordings:edit.back"),
+          unit: t("recordings:edit.deg"),
+          step: 1,
+          min: 1,
+          max: 30,
+          first: 5,
+        },
+        { ...pause, name: "hold_s", label: t("recordings:edit.hold"), first: 10 },
       ];
     case "isolate":
     case "mirror":
@@ -146,16 +193,16 @@ export function EditPanel({
   const toggle = (motor: number) =>
     setMotors(MOTORS.filter((one) => (one === motor) !== motors.includes(one)));
   return (
-    <Card withBorder component="section" aria-label={EDIT.section}>
+    <Card withBorder component="section" aria-label={t("recordings:edit.section")}>
       <Stack>
         <Title order={2} size="h3">
-          {EDIT.title}
+          {t("recordings:edit.title")}
         </Title>
         <Select
           size="lg"
-          label={EDIT.what}
+          label={t("recordings:edit.what")}
           allowDeselect={false}
-          data={ORDER.map((value) => ({ value, label: WHATS[value].label }))}
+          data={ORDER.map((value) => ({ value, label: t(`recordings:whats.${value}.label`) }))}
           value={what}
           onChange={(wanted) => {
             const chosen = ORDER.find((one) => one === wanted);
@@ -164,9 +211,9 @@ export function EditPanel({
             setGiven({});
           }}
         />
-        <Text size="sm">{WHATS[what].what}</Text>
+        <Text size="sm">{t(`recordings:whats.${what}.what`)}</Text>
         {byMotor && (
-          <Group gap="xs" role="group" aria-label={EDIT.motors}>
+          <Group gap="xs" role="group" aria-label={t("recordings:edit.motors")}>
             {MOTORS.map((motor) => (
               <Button
                 key={motor}
@@ -175,7 +222,7 @@ export function EditPanel({
                 aria-pressed={motors.includes(motor)}
                 onClick={() => toggle(motor)}
               >
-                {EDIT.motor(motor)}
+                {t("recordings:edit.motor", { motor })}
               </Button>
             ))}
           </Group>
@@ -204,19 +251,19 @@ export function EditPanel({
             }
             onClick={() => preview.mutate(edit)}
           >
-            {EDIT.preview}
+            {t("recordings:edit.preview")}
           </Button>
         </Group>
         {seen && <ProblemNote error={preview.error} />}
         {seen && preview.data && (
           <>
-            <Plot figure={preview.data} label={EDIT.figure} />
+            <Plot figure={preview.data} label={t("recordings:edit.figure")} />
             <Group align="end">
               <TextInput
                 size="lg"
                 flex={1}
-                label={EDIT.name}
-                placeholder={EDIT.unnamed(recording.name)}
+                label={t("recordings:edit.name")}
+                placeholder={t("recordings:edit.unnamed", { recording: recording.name })}
                 value={name}
                 maxLength={100}
                 onChange={(event) => setName(event.currentTarget.value)}
@@ -227,7 +274,7 @@ export function EditPanel({
                 loading={keep.isPending}
                 onClick={() => keep.mutate({ ...edit, ...(name.trim() && { name: name.trim() }) })}
               >
-                {EDIT.keep}
+                {t("recordings:edit.keep")}
               </Button>
             </Group>
             <ProblemNote error={keep.error} />

@@ -2,10 +2,10 @@ import { Skeleton } from "@mantine/core";
 import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { PlotWindow } from "../../ui/plotWindow";
-import { RECORDING } from "./messages";
 
 /** The motor angles over time. Needs the recording's id as its React key. */
 export function RecordingFigure({ recordingId }: { recordingId: string }) {
@@ -20,7 +20,9 @@ export function RecordingFigure({ recordingId }: { recordingId: string }) {
     <>
       <ProblemNote error={figure.error} />
       {figure.isPending && <Skeleton h={400} />}
-      {figure.data && <Plot figure={figure.data} label={RECORDING.figure} onWindow={setWindow} />}
+      {figure.data && (
+        <Plot figure={figure.data} label={t("recordings:recording.figure")} onWindow={setWindow} />
+      )}
     </>
   );
 }

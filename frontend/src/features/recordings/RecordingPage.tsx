@@ -6,8 +6,8 @@ import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatMoment, formatSpan } from "../../lib/format";
-import { FIXTURES, FORMAT } from "../../lib/messages";
+import { formatList, formatMoment, formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { EditableNote } from "../../ui/EditableNote";
 import { InlineSlot } from "../../ui/InlineSlot";
@@ -19,7 +19,6 @@ import { RecordingGhost } from "../digital-twin/lazily";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { EditPanel } from "./EditPanel";
 import { doneWords } from "./madeOf";
-import { RECORDING } from "./messages";
 import { RecordingFigure } from "./RecordingFigure";
 
 /** A recording with its details, motor ranges and curves. */
@@ -57,7 +56,7 @@ export function RecordingPage() {
       void queries.invalidateQueries({ queryKey: ["recordings"] });
     },
   });
-  useTitle(recording.data?.name ?? RECORDING.title);
+  useTitle(recording.data?.name ?? t("recordings:recording.title"));
   if (recording.error) return <ProblemNote error={recording.error} />;
   if (!recording.data) return <Skeleton h={300} />;
   const it = recording.data;
@@ -78,7 +77,7 @@ export function RecordingPage() {
               <ActionIcon
                 variant="subtle"
                 size={44}
-                aria-label={RECORDING.rename}
+                aria-label={t("recordings:recording.rename")}
                 onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
               >
                 <IconPencil size={20} />
@@ -94,12 +93,17 @@ export function RecordingPage() {
           >
             <Group gap="xs">
               <TextInput
-                aria-label={RECORDING.name}
+                aria-label={t("recordings:recording.name")}
                 w={360}
                 value={renamed.name}
                 onChange={(event) => setRenamed({ ...renamed, name: event.currentTarget.value })}
               />
-              <ActionIcon type="submit" size={44} aria-label={RECORDING.saveName} loading={update.isPending}>
+              <ActionIcon
+                type="submit"
+                size={44}
+                aria-label={t("recordings:recording.saveName")}
+                loading={update.isPending}
+              >
                 <IconCheck size={20} />
               </ActionIcon>
             </Group>
@@ -112,7 +116,7 @@ export function RecordingPage() {
               search={{ patient: it.patient_id, recording: it.id }}
               leftSection={<IconPlayerPlay size={20} />}
             >
-              {RECORDING.play}
+              {t("recordings:recording.play")}
             </ButtonLink>
           )}
           {writes && !it.archived_at && it.readable && (
@@ -122,7 +126,7 @@ export function RecordingPage() {
               aria-expanded={editing}
               onClick={panel.toggle}
             >
-              {RECORDING.edit}
+              {t("recordings:recording.edit")}
             </Button>
           )}
           <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
@@ -132,7 +136,7 @@ export function RecordingPage() {
               leftSection={<IconArchive size={20} />}
               onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
             >
-              {it.archived_at ? RECORDING.restore : RECORDING.archive}
+              {it.archived_at ? t("recordings:recording.restore") : t("recordings:recording.archive")}
             </Button>
           )}
         </Group>
@@ -140,25 +144,37 @@ export function RecordingPage() {
       <Group gap="lg">
         <Text>
           {it.parent_id
-            ? RECORDING.made(formatMoment(it.taught_at))
-            : RECORDING.taught(formatMoment(it.taught_at))}
+            ? t("recordings:recording.made", { when: formatMoment(it.taught_at) })
+            : t("recordings:recording.taught", { when: formatMoment(it.taught_at) })}
         </Text>
-        <Text>{RECORDING.shoulder(it.side === "left" ? "left" : "right")}</Text>
+        <Text>{t(`recordings:recording.shoulder.${it.side === "left" ? "left" : "right"}`)}</Text>
         <Text>
           {it.parent_id
-            ? RECORDING.length(formatSpan(it.duration_s), it.samples)
-            : RECORDING.lengthAt(formatSpan(it.duration_s), it.samples, it.rate_hz)}
+            ? t("recordings:recording.length", { lasts: formatSpan(it.duration_s), samples: it.samples })
+            : t("recordings:recording.lengthAt", {
+                lasts: formatSpan(it.duration_s),
+                samples: it.samples,
+                hz: it.rate_hz,
+              })}
         </Text>
         <Text>{it.station}</Text>
-        {it.taught_by && <Text>{RECORDING.taughtBy(it.taught_by)}</Text>}
-        {it.fixtures.length > 0 && <Text>{RECORDING.fixtures(it.fixtures.map((one) => FIXTURES[one]))}</Text>}
-        {it.archived_at && <Badge color="gray">{RECORDING.archived}</Badge>}
+        {it.taught_by && <Text>{t("recordings:recording.taughtBy", { who: it.taught_by })}</Text>}
+        {it.fixtures.length > 0 && (
+          <Text>
+            {t("recordings:recording.fixtures", {
+              fixtures: it.fixtures.map((one) => t(`common:fixtures.${one}`)),
+            })}
+          </Text>
+        )}
+        {it.archived_at && <Badge color="gray">{t("recordings:recording.archived")}</Badge>}
       </Group>
       {it.parent_id && (
         <Text data-testid="made-of">
-          <InlineSlot words={(parent) => RECORDING.madeOf(parent, FORMAT.list(doneWords(it)))}>
+          <InlineSlot
+            words={(parent) => t("recordings:recording.madeOf", { parent, done: formatList(doneWords(it)) })}
+          >
             <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
-              {parent.data?.name ?? RECORDING.another}
+              {parent.data?.name ?? t("recordings:recording.another")}
             </PageLink>
           </InlineSlot>
         </Text>
@@ -175,9 +191,9 @@ export function RecordingPage() {
           }}
         />
       )}
-      {!it.readable && <Text fw={600}>{RECORDING.damaged}</Text>}
+      {!it.readable && <Text fw={600}>{t("recordings:recording.damaged")}</Text>}
       <EditableNote
-        label={RECORDING.note}
+        label={t("recordings:recording.note")}
         value={it.note}
         version={it.updated_at}
         save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}

@@ -1,5 +1,5 @@
 import type { Recording } from "../../lib/api/client";
-import { MADE } from "../../lib/messages";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
 /** Describe the edits of a recording in order. */
@@ -10,6 +10,6 @@ export const doneWords = (recording: Pick<Recording, "done" | "done_keys">): str
 export function madeOf(recording: Recording, others: Recording[]): string | null {
   if (recording.parent_id === null) return null;
   const parent = others.find((one) => one.id === recording.parent_id);
-  const done = doneWords(recording).at(-1) ?? MADE.changed;
-  return parent ? MADE.of(parent.name, done) : MADE.ofAnother(done);
+  const done = doneWords(recording).at(-1) ?? t("common:made.changed");
+  return parent ? t("common:made.of", { parent: parent.name, done }) : t("common:made.ofAnother", { done });
 }

@@ -1,15 +1,15 @@
 import { Button, Group, SegmentedControl } from "@mantine/core";
 import { IconFileTypePdf, IconPrinter } from "@tabler/icons-react";
+import { t } from "../../lib/i18n";
 import { LANGUAGES, type Language } from "../../lib/language";
 import { usePaperLanguage } from "../../lib/paperLanguage";
-import { REPORT } from "./messages";
 
 /** Links to the printable report and the PDF of a session or episode. This browser stores the language. */
 export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
   const [language, setLanguage] = usePaperLanguage();
   const address = (kind: "html" | "pdf") => `/api/${of}/${id}/report.${kind}?language=${language}`;
   return (
-    <Group gap="sm" role="group" aria-label={REPORT.title}>
+    <Group gap="sm" role="group" aria-label={t("reports:report.title")}>
       <Button
         component="a"
         href={address("html")}
@@ -18,7 +18,7 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         variant="default"
         leftSection={<IconPrinter size={20} />}
       >
-        {REPORT.print}
+        {t("reports:report.print")}
       </Button>
       <Button
         component="a"
@@ -27,10 +27,10 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         variant="default"
         leftSection={<IconFileTypePdf size={20} />}
       >
-        {REPORT.pdf}
+        {t("reports:report.pdf")}
       </Button>
       <SegmentedControl
-        aria-label={REPORT.language}
+        aria-label={t("reports:report.language")}
         size="md"
         value={language}
         onChange={(chosen) => setLanguage(chosen as Language)}

@@ -4,13 +4,13 @@ import { useMutation, useQuery } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { isDatabaseUnavailable } from "../../lib/offline";
 import { usePaperLanguage } from "../../lib/paperLanguage";
 import { useSetSessionCache } from "../../lib/useSetSessionCache";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission, useUserName } from "../auth/hooks";
-import { END_REASONS, NOTE } from "./noteMessages";
 
 const SAVE_AFTER_MS = 800;
 
@@ -21,17 +21,17 @@ const SAVE_AFTER_MS = 800;
 export function NoteCard({ session }: { session: Session }) {
   const writes = useHasPermission("write_records");
   return (
-    <Card withBorder padding="lg" component="section" aria-label={NOTE.title}>
+    <Card withBorder padding="lg" component="section" aria-label={t("sessions:note.title")}>
       <Stack>
         <Title order={2} size="h3">
-          {NOTE.title}
+          {t("sessions:note.title")}
         </Title>
         {session.signed_at ? (
           <Signed session={session} />
         ) : writes ? (
           <Open session={session} />
         ) : (
-          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || NOTE.nothing}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || t("sessions:note.nothing")}</Text>
         )}
       </Stack>
     </Card>
@@ -100,7 +100,7 @@ function Open({ session }: { session: Session }) {
   return (
     <>
       <Textarea
-        label={NOTE.label}
+        label={t("sessions:note.label")}
         autosize
         minRows={4}
         value={text}
@@ -112,10 +112,10 @@ function Open({ session }: { session: Session }) {
       <Group>
         <Text size="sm" role="status">
           {typed === null && !session.note
-            ? NOTE.drafted
+            ? t("sessions:note.drafted")
             : text === session.note
-              ? NOTE.saved
-              : NOTE.notSaved}
+              ? t("sessions:note.saved")
+              : t("sessions:note.notSaved")}
         </Text>
         {draft.data && text !== draft.data.text && (
           <Button
@@ -125,7 +125,7 @@ function Open({ session }: { session: Session }) {
               later(draft.data.text);
             }}
           >
-            {NOTE.anew}
+            {t("sessions:note.anew")}
           </Button>
         )}
       </Group>
@@ -137,17 +137,20 @@ function Open({ session }: { session: Session }) {
             loading={sign.isPending}
             onClick={() => sign.mutate()}
           >
-            {NOTE.signAs(who)}
+            {t("sessions:note.signAs", { who })}
           </Button>
-          <Text>{arriving ? NOTE.arriving : NOTE.onceSigned}</Text>
+          <Text>{arriving ? t("sessions:note.arriving") : t("sessions:note.onceSigned")}</Text>
         </Group>
       ) : (
         <Group align="end">
           <Select
             size="lg"
-            label={NOTE.howEnded}
+            label={t("sessions:note.howEnded")}
             allowDeselect={false}
-            data={Object.entries(END_REASONS).map(([value, label]) => ({ value, label }))}
+            data={Object.entries(t("sessions:endReasons", { returnObjects: true })).map(([value, label]) => ({
+              value,
+              label,
+            }))}
             value={chosen}
             onChange={(value) => setReason(value as typeof reason)}
           />
@@ -157,7 +160,7 @@ function Open({ session }: { session: Session }) {
             loading={end.isPending}
             onClick={() => end.mutate()}
           >
-            {NOTE.end}
+            {t("sessions:note.end")}
           </Button>
         </Group>
       )}
@@ -174,14 +177,15 @@ function Signed({ session }: { session: Session }) {
         {session.note}
       </Text>
       <Text fw={600} data-testid="signed">
-        {session.signed_at && NOTE.signedBy(session.signed_by, formatMoment(session.signed_at))}
+        {session.signed_at &&
+          t("sessions:note.signedBy", { who: session.signed_by, when: formatMoment(session.signed_at) })}
       </Text>
       {session.addenda.map((one) => (
         <Alert
           key={one.id}
           variant="outline"
           color="gray"
-          title={NOTE.addendumBy(one.written_by, formatMoment(one.written_at))}
+          title={t("sessions:note.addendumBy", { who: one.written_by, when: formatMoment(one.written_at) })}
         >
           <Text style={{ whiteSpace: "pre-wrap" }}>{one.text}</Text>
         </Alert>
@@ -205,8 +209,8 @@ function Add({ session }: { session: Session }) {
   return (
     <>
       <Textarea
-        label={NOTE.addendum}
-        description={NOTE.addendumIs}
+        label={t("sessions:note.addendum")}
+        description={t("sessions:note.addendumIs")}
         autosize
         minRows={2}
         value={text}
@@ -220,7 +224,7 @@ function Add({ session }: { session: Session }) {
           loading={add.isPending}
           onClick={() => add.mutate()}
         >
-          {NOTE.addAs(who)}
+          {t("sessions:note.addAs", { who })}
         </Button>
       </Group>
       <ProblemNote error={add.error} />

@@ -3,10 +3,10 @@ import { useDebouncedValue } from "@mantine/hooks";
 import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { PlotWindow } from "../../ui/plotWindow";
-import { COMPARED } from "./sessionMessages";
 import { WindowSlider } from "./WindowSlider";
 
 const MOTORS = [1, 2, 3, 4, 5];
@@ -36,9 +36,9 @@ export function RunFigures({ runId, length_s }: { runId: string; length_s: numbe
         {figures.data?.motors.map(({ motor, figure }) => (
           <div key={motor}>
             <Title order={3} size="h4">
-              {COMPARED.motorNumber(motor)}
+              {t("sessions:compared.motorNumber", { motor })}
             </Title>
-            <Plot figure={figure} label={COMPARED.figure(motor)} onWindow={setWindow} />
+            <Plot figure={figure} label={t("sessions:compared.figure", { motor })} onWindow={setWindow} />
           </div>
         ))}
       </SimpleGrid>

@@ -2,9 +2,9 @@ import { Card, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { formatClock } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { ALARMS } from "./sessionMessages";
 
 const clock = (moment: string) => formatClock(new Date(moment));
 
@@ -18,20 +18,23 @@ export function SessionAlarms({ sessionId }: { sessionId: string }) {
   const items = alarms.data?.items ?? [];
   if (items.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label={ALARMS.title}>
+    <Card withBorder component="section" aria-label={t("sessions:alarms.title")}>
       <Title order={2} size="h3" mb="sm">
-        {ALARMS.title}
+        {t("sessions:alarms.title")}
       </Title>
       <Stack gap={4}>
         {items.map((one) => (
           <Text key={one.id}>
             {one.ended_at
-              ? ALARMS.acknowledged(
-                  clock(one.at),
-                  translateServerText(one.message, one.message_key),
-                  clock(one.ended_at),
-                )
-              : ALARMS.notAcknowledged(clock(one.at), translateServerText(one.message, one.message_key))}
+              ? t("sessions:alarms.acknowledged", {
+                  at: clock(one.at),
+                  what: translateServerText(one.message, one.message_key),
+                  ended: clock(one.ended_at),
+                })
+              : t("sessions:alarms.notAcknowledged", {
+                  at: clock(one.at),
+                  what: translateServerText(one.message, one.message_key),
+                })}
           </Text>
         ))}
       </Stack>

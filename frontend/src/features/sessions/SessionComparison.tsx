@@ -3,11 +3,11 @@ import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Session } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { compareSessions } from "./compareSessions";
-import { BESIDE } from "./sessionMessages";
 import { Head, Row } from "./sessionRows";
 
 /** Compares this session with another one of the patient. */
@@ -25,22 +25,22 @@ export function SessionComparison({ session }: { session: Session }) {
   const others = (sessions.items ?? []).filter((one) => one.id !== session.id);
   if (others.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label={BESIDE.title}>
+    <Card withBorder component="section" aria-label={t("sessions:beside.title")}>
       <Stack>
         <Title order={2} size="h3">
-          {BESIDE.title}
+          {t("sessions:beside.title")}
         </Title>
         <Group align="end">
           <Select
-            label={BESIDE.which}
-            placeholder={BESIDE.none}
+            label={t("sessions:beside.which")}
+            placeholder={t("sessions:beside.none")}
             w={320}
             clearable
             data={others.map((one) => ({ value: one.id, label: formatMoment(one.started_at) }))}
             value={chosen}
             onChange={setChosen}
           />
-          <LoadMoreButton list={sessions} words={BESIDE.older} />
+          <LoadMoreButton list={sessions} words={t("sessions:beside.older")} />
         </Group>
         <ProblemNote error={sessions.error ?? other.error} />
         {chosen && other.data && <Both other={other.data} here={session} />}
@@ -53,10 +53,14 @@ function Both({ other, here }: { other: Session; here: Session }) {
   return (
     <Table.ScrollContainer minWidth={640}>
       <Table withTableBorder verticalSpacing="xs" data-testid="beside">
-        <Table.Caption>{BESIDE.caption}</Table.Caption>
+        <Table.Caption>{t("sessions:beside.caption")}</Table.Caption>
         <Head
-          first={BESIDE.what}
-          others={[formatMoment(other.started_at), BESIDE.here(formatMoment(here.started_at)), BESIDE.change]}
+          first={t("sessions:beside.what")}
+          others={[
+            formatMoment(other.started_at),
+            t("sessions:beside.here", { at: formatMoment(here.started_at) }),
+            t("sessions:beside.change"),
+          ]}
         />
         {compareSessions(other, here).map((part) => (
           <Table.Tbody key={part.key}>

@@ -1,32 +1,39 @@
 import { Card, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas, Session } from "../../lib/api/client";
-import { formatClock } from "../../lib/format";
-import { FIXTURES, FORMAT } from "../../lib/messages";
-import { END_REASONS } from "./noteMessages";
-import { CHECKS, FACTS, SUBJECT_SIDES } from "./sessionMessages";
+import { formatClock, formatList } from "../../lib/format";
+import { t } from "../../lib/i18n";
 
-const SUBJECTS: Record<string, string> = { ...FIXTURES, ...SUBJECT_SIDES };
+const SUBJECTS: Record<string, string> = {
+  ...t("common:fixtures", { returnObjects: true }),
+  ...t("sessions:subjectSides", { returnObjects: true }),
+};
 
 /** A session's summary: people, plan, result, pain and checklist. */
 export function SessionFacts({ session }: { session: Session }) {
   return (
     <SimpleGrid cols={{ base: 1, md: 2 }}>
-      <Card withBorder component="section" aria-label={FACTS.title}>
+      <Card withBorder component="section" aria-label={t("sessions:facts.title")}>
         <Stack gap="xs">
-          <Text>{FORMAT.list(whoWords(session))}</Text>
-          {session.end_reason && <Text data-testid="end-reason">{END_REASONS[session.end_reason]}</Text>}
+          <Text>{formatList(whoWords(session))}</Text>
+          {session.end_reason && (
+            <Text data-testid="end-reason">{t(`sessions:endReasons.${session.end_reason}`)}</Text>
+          )}
           <Text data-testid="pain">{painWords(session)}</Text>
-          {!session.programme && <Text>{FACTS.oneByOne}</Text>}
+          {!session.programme && <Text>{t("sessions:facts.oneByOne")}</Text>}
         </Stack>
       </Card>
-      <Card withBorder component="section" aria-label={FACTS.checklist}>
+      <Card withBorder component="section" aria-label={t("sessions:facts.checklist")}>
         <Title order={3} size="h4">
-          {FACTS.checklist}
+          {t("sessions:facts.checklist")}
         </Title>
-        {session.checks.length === 0 && <Text>{FACTS.notGone}</Text>}
+        {session.checks.length === 0 && <Text>{t("sessions:facts.notGone")}</Text>}
         {session.checks.map((one) => (
           <Text key={`${one.check} ${one.at}`}>
-            {FACTS.answer(checkWords(one), one.by || FACTS.seen, formatClock(new Date(one.at)))}
+            {t("sessions:facts.answer", {
+              check: checkWords(one),
+              who: one.by || t("sessions:facts.seen"),
+              at: formatClock(new Date(one.at)),
+            })}
           </Text>
         ))}
       </Card>
@@ -36,23 +43,27 @@ export function SessionFacts({ session }: { session: Session }) {
 
 function whoWords({ side, therapist, station }: Session): string[] {
   return [
-    side === null ? FACTS.unknownShoulder : FACTS.shoulder(side),
-    ...(therapist ? [FACTS.treatedBy(therapist)] : []),
-    ...(station ? [FACTS.at(station)] : []),
+    side === null ? t("sessions:facts.unknownShoulder") : t(`sessions:facts.shoulder.${side}`),
+    ...(therapist ? [t("sessions:facts.treatedBy", { therapist })] : []),
+    ...(station ? [t("sessions:facts.at", { station })] : []),
   ];
 }
 
 /** Describe a check with its side or fixtures. */
 function checkWords({ check, subject }: Schemas["CheckAnswer"]): string {
   const parts = subject.split("+").map((part) => SUBJECTS[part] ?? part.replaceAll("_", " "));
-  return subject ? FACTS.about(CHECKS[check], FORMAT.list(parts)) : CHECKS[check];
+  return subject
+    ? t("sessions:facts.about", { check: t(`sessions:checks.${check}`), subject: formatList(parts) })
+    : t(`sessions:checks.${check}`);
 }
 
 function painWords({ pain_before, pain_during, pain_after }: Session): string {
   const given = [
-    ...(pain_before === null ? [] : [FACTS.before(pain_before)]),
-    ...(pain_during === null ? [] : [FACTS.during(pain_during)]),
-    ...(pain_after === null ? [] : [FACTS.after(pain_after)]),
+    ...(pain_before === null ? [] : [t("sessions:facts.before", { pain: pain_before })]),
+    ...(pain_during === null ? [] : [t("sessions:facts.during", { pain: pain_during })]),
+    ...(pain_after === null ? [] : [t("sessions:facts.after", { pain: pain_after })]),
   ];
-  return given.length > 0 ? FACTS.pain(FORMAT.list(given)) : FACTS.noPain;
+  return given.length > 0
+    ? t("sessions:facts.pain", { given: formatList(given) })
+    : t("sessions:facts.noPain");
 }

@@ -3,7 +3,7 @@ import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { SessionFilters } from "./SessionFilters";
 import { asWanted, type Filters, readFilters } from "./sessionFilters";
-import { stopWords } from "./sessionListMessages";
+import { stopWords } from "./stopWords";
 
 afterEach(cleanup);
 

@@ -1,7 +1,8 @@
 import { Button, Group, Select, TextInput } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import type { Filters } from "./sessionFilters";
-import { SESSIONS, stopWords } from "./sessionListMessages";
+import { stopWords } from "./stopWords";
 
 const named = (values: string[]) => values.map((value) => ({ value, label: value }));
 
@@ -31,7 +32,7 @@ export function SessionFilters(props: {
     return (
       <Select
         label={label}
-        placeholder={SESSIONS.any}
+        placeholder={t("sessions:sessions.any")}
         clearable
         searchable
         data={known ? data : [...data, { value: chosen, label: chosen }]}
@@ -43,14 +44,14 @@ export function SessionFilters(props: {
   const stops = (choices?.stops ?? []).map((code) => ({ value: code, label: stopWords(code) }));
   return (
     <Group align="end">
-      {day(SESSIONS.from, "from")}
-      {day(SESSIONS.to, "to")}
-      {choice(SESSIONS.therapist, "therapist", named(choices?.therapists ?? []))}
-      {choice(SESSIONS.station, "station", named(choices?.stations ?? []))}
-      {choice(SESSIONS.stoppedBy, "stop", stops)}
+      {day(t("sessions:sessions.from"), "from")}
+      {day(t("sessions:sessions.to"), "to")}
+      {choice(t("sessions:sessions.therapist"), "therapist", named(choices?.therapists ?? []))}
+      {choice(t("sessions:sessions.station"), "station", named(choices?.stations ?? []))}
+      {choice(t("sessions:sessions.stoppedBy"), "stop", stops)}
       {Object.keys(value).length > 0 && (
         <Button variant="subtle" onClick={() => onChange({})}>
-          {SESSIONS.showAll}
+          {t("sessions:sessions.showAll")}
         </Button>
       )}
     </Group>

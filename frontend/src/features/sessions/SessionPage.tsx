@@ -3,8 +3,8 @@ import { useQuery } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api, type Run } from "../../lib/api/client";
-import { formatClock, formatDeg, formatMoment, formatRange } from "../../lib/format";
-import { FORMAT } from "../../lib/messages";
+import { formatClock, formatDeg, formatList, formatMoment, formatRange } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { ButtonLink, PageLink } from "../../ui/links";
@@ -20,14 +20,17 @@ import { RunFigures } from "./RunFigures";
 import { SessionAlarms } from "./SessionAlarms";
 import { SessionComparison } from "./SessionComparison";
 import { SessionFacts } from "./SessionFacts";
-import { COMPARED, OUTCOMES, SESSION } from "./sessionMessages";
 import { Head, Row } from "./sessionRows";
 
 /** One session: its runs and how closely they followed the teaching. */
 export function SessionPage() {
   const { sessionId } = useParams({ from: "/sessions/$sessionId" });
   const session = useQuery({ queryKey: ["session", sessionId], queryFn: () => api.session(sessionId) });
-  useTitle(session.data ? SESSION.of(session.data.patient.name) : SESSION.title);
+  useTitle(
+    session.data
+      ? t("sessions:session.of", { patient: session.data.patient.name })
+      : t("sessions:session.title"),
+  );
   if (session.error) return <ProblemNote error={session.error} />;
   if (!session.data) return <Skeleton h={300} />;
   const it = session.data;
@@ -37,7 +40,7 @@ export function SessionPage() {
         <Group justify="space-between" align="start">
           <div>
             <Title order={1} size="h2">
-              <InlineSlot words={SESSION.of}>
+              <InlineSlot words={(patient) => t("sessions:session.of", { patient })}>
                 <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
                   {it.patient.name}
                 </PageLink>
@@ -45,14 +48,17 @@ export function SessionPage() {
             </Title>
             <Text>
               {it.ended_at
-                ? SESSION.fromTo(formatMoment(it.started_at), formatMoment(it.ended_at))
-                : SESSION.stillOpen(formatMoment(it.started_at))}
+                ? t("sessions:session.fromTo", {
+                    from: formatMoment(it.started_at),
+                    to: formatMoment(it.ended_at),
+                  })
+                : t("sessions:session.stillOpen", { from: formatMoment(it.started_at) })}
             </Text>
           </div>
           {!it.ended_at && (
             <Group>
               <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
-                {SESSION.toStation}
+                {t("sessions:session.toStation")}
               </ButtonLink>
             </Group>
           )}
@@ -63,7 +69,7 @@ export function SessionPage() {
         <NoteCard key={it.id} session={it} />
         <SessionAlarms sessionId={it.id} />
         <SessionComparison key={`beside ${it.id}`} session={it} />
-        {it.runs.length === 0 && <Text>{SESSION.nothingPlayed}</Text>}
+        {it.runs.length === 0 && <Text>{t("sessions:session.nothingPlayed")}</Text>}
         {it.runs.map((run, place) => (
           <RunCard key={run.id} run={run} number={place + 1} />
         ))}
@@ -75,11 +81,11 @@ export function SessionPage() {
 function RunCard({ run, number }: { run: Run; number: number }) {
   const changes = settingsWords(run);
   return (
-    <Card withBorder padding="lg" component="section" aria-label={SESSION.playback(number)}>
+    <Card withBorder padding="lg" component="section" aria-label={t("sessions:session.playback", { number })}>
       <Stack>
         <Group justify="space-between">
           <Title order={2} size="h3">
-            <InlineSlot words={(recording) => SESSION.numbered(number, recording)}>
+            <InlineSlot words={(recording) => t("sessions:session.numbered", { number, recording })}>
               <PageLink inherit to="/recordings/$recordingId" params={{ recordingId: run.recording_id }}>
                 {run.recording_name}
               </PageLink>
@@ -93,11 +99,13 @@ function RunCard({ run, number }: { run: Run; number: number }) {
               color={run.outcome === "completed" ? "indigo" : "grape"}
               tt="none"
             >
-              {OUTCOMES[run.outcome]}
+              {t(`sessions:outcomes.${run.outcome}`)}
             </Badge>
           </Group>
         </Group>
-        {run.load_level !== null && <Text c="dimmed">{SESSION.level(run.load_level, LOAD_LEVELS)}</Text>}
+        {run.load_level !== null && (
+          <Text c="dimmed">{t("sessions:session.level", { level: run.load_level, most: LOAD_LEVELS })}</Text>
+        )}
         {changes && <Text>{changes}</Text>}
         <Text data-testid="done">{doneWords(run)}</Text>
         {run.stop && <Text fw={600}>{translateServerText(run.stop.message, run.stop.message_key)}</Text>}
@@ -111,7 +119,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             <RunFigures runId={run.id} length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null} />
           </>
         ) : (
-          <Text>{SESSION.nothingToCompare}</Text>
+          <Text>{t("sessions:session.nothingToCompare")}</Text>
         )}
       </Stack>
     </Card>
@@ -122,11 +130,12 @@ function RunCard({ run, number }: { run: Run; number: number }) {
 function doneWords(run: Run): string {
   const words: string[] = [];
   if (run.repetitions_done !== null) {
-    words.push(SESSION.repetitions(run.repetitions_done, run.repetitions));
+    words.push(t("sessions:session.repetitions", { done: run.repetitions_done, planned: run.repetitions }));
   }
-  if (run.reversals) words.push(SESSION.takenBack(run.reversals));
-  if (run.least_range_percent !== null) words.push(SESSION.leastRange(run.least_range_percent));
-  return FORMAT.list(words);
+  if (run.reversals) words.push(t("sessions:session.takenBack", { count: run.reversals }));
+  if (run.least_range_percent !== null)
+    words.push(t("sessions:session.leastRange", { percent: run.least_range_percent }));
+  return formatList(words);
 }
 
 type Comparison = NonNullable<Run["comparison"]>;
@@ -137,10 +146,16 @@ function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
       <Table withTableBorder verticalSpacing="xs" data-testid="errors">
         <Table.Caption>
           {run.rate_hz
-            ? COMPARED.captionAt(comparison.samples, run.rate_hz)
-            : COMPARED.caption(comparison.samples)}
+            ? t("sessions:compared.captionAt", { samples: comparison.samples, hz: run.rate_hz })
+            : t("sessions:compared.caption", { samples: comparison.samples })}
         </Table.Caption>
-        <Head first={COMPARED.motor} others={[...COMPARED.heads, ...COMPARED.motorHeads]} />
+        <Head
+          first={t("sessions:compared.motor")}
+          others={[
+            ...t("sessions:compared.heads", { returnObjects: true }),
+            ...t("sessions:compared.motorHeads", { returnObjects: true }),
+          ]}
+        />
         <Table.Tbody>
           {comparison.motors.map((motor) => (
             <Row
@@ -166,13 +181,22 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
   return (
     <Table.ScrollContainer minWidth={860}>
       <Table withTableBorder verticalSpacing="xs" data-testid="motions">
-        <Table.Caption>{COMPARED.motionsCaption}</Table.Caption>
-        <Head first={COMPARED.motion} others={[...COMPARED.heads, ...COMPARED.motionHeads]} />
+        <Table.Caption>{t("sessions:compared.motionsCaption")}</Table.Caption>
+        <Head
+          first={t("sessions:compared.motion")}
+          others={[
+            ...t("sessions:compared.heads", { returnObjects: true }),
+            ...t("sessions:compared.motionHeads", { returnObjects: true }),
+          ]}
+        />
         <Table.Tbody>
           {motions.map((motion) => (
             <Row
               key={motion.motion}
-              first={COMPARED.motionNamed(motion.motion, translateServerText(motion.name, motion.name_key))}
+              first={t("sessions:compared.motionNamed", {
+                number: motion.motion,
+                name: translateServerText(motion.name, motion.name_key),
+              })}
               others={[
                 ...errorCells(motion),
                 formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),

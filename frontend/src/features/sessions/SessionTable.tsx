@@ -1,8 +1,8 @@
 import { Table, Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { formatAfter, formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
-import { SESSIONS } from "./sessionListMessages";
 
 /** A table of sessions, optionally with the patients' names. */
 export function SessionTable(props: {
@@ -11,20 +11,20 @@ export function SessionTable(props: {
   narrowed?: boolean;
 }) {
   if (props.items.length === 0) {
-    return <Text>{props.narrowed ? SESSIONS.noneMatches : SESSIONS.none}</Text>;
+    return <Text>{props.narrowed ? t("sessions:sessions.noneMatches") : t("sessions:sessions.none")}</Text>;
   }
   return (
     <Table verticalSpacing="md" highlightOnHover>
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>{SESSIONS.began}</Table.Th>
-          {props.withPatient && <Table.Th>{SESSIONS.patient}</Table.Th>}
-          <Table.Th>{SESSIONS.therapist}</Table.Th>
-          <Table.Th>{SESSIONS.station}</Table.Th>
-          <Table.Th ta="right">{SESSIONS.playbacks}</Table.Th>
-          <Table.Th ta="right">{SESSIONS.stopped}</Table.Th>
-          <Table.Th>{SESSIONS.ended}</Table.Th>
-          <Table.Th>{SESSIONS.signed}</Table.Th>
+          <Table.Th>{t("sessions:sessions.began")}</Table.Th>
+          {props.withPatient && <Table.Th>{t("sessions:sessions.patient")}</Table.Th>}
+          <Table.Th>{t("sessions:sessions.therapist")}</Table.Th>
+          <Table.Th>{t("sessions:sessions.station")}</Table.Th>
+          <Table.Th ta="right">{t("sessions:sessions.playbacks")}</Table.Th>
+          <Table.Th ta="right">{t("sessions:sessions.stopped")}</Table.Th>
+          <Table.Th>{t("sessions:sessions.ended")}</Table.Th>
+          <Table.Th>{t("sessions:sessions.signed")}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -50,10 +50,14 @@ export function SessionTable(props: {
             <Table.Td ta="right">{session.runs}</Table.Td>
             <Table.Td ta="right">{session.stops}</Table.Td>
             <Table.Td>
-              {session.ended_at ? formatAfter(session.ended_at, session.started_at) : SESSIONS.open}
+              {session.ended_at
+                ? formatAfter(session.ended_at, session.started_at)
+                : t("sessions:sessions.open")}
             </Table.Td>
             <Table.Td>
-              {session.signed_at ? formatAfter(session.signed_at, session.started_at) : SESSIONS.notYet}
+              {session.signed_at
+                ? formatAfter(session.signed_at, session.started_at)
+                : t("sessions:sessions.notYet")}
             </Table.Td>
           </Table.Tr>
         ))}

@@ -3,17 +3,17 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SessionFilters } from "./SessionFilters";
 import { SessionTable } from "./SessionTable";
 import { asWanted } from "./sessionFilters";
-import { SESSIONS } from "./sessionListMessages";
 
 /** All sessions, newest first. The address holds the filters. */
 export function SessionsPage() {
-  useTitle(SESSIONS.title);
+  useTitle(t("sessions:sessions.title"));
   const filters = useSearch({ from: "/sessions" });
   const navigate = useNavigate({ from: "/sessions" });
   const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
@@ -21,7 +21,7 @@ export function SessionsPage() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        {SESSIONS.title}
+        {t("sessions:sessions.title")}
       </Title>
       <SessionFilters
         value={filters}

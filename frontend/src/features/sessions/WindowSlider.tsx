@@ -1,7 +1,7 @@
 import { Button, Group, RangeSlider, Text } from "@mantine/core";
 import { formatDeg } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import type { PlotWindow } from "../../ui/plotWindow";
-import { COMPARED } from "./sessionMessages";
 
 const STEPS = 50;
 
@@ -20,9 +20,9 @@ export function WindowSlider(props: {
   const start_s = window?.start_s ?? 0;
   const end_s = Math.min(window?.end_s ?? length_s, length_s);
   return (
-    <Group role="group" aria-label={COMPARED.part} gap="lg" mt="sm" wrap="nowrap">
+    <Group role="group" aria-label={t("sessions:compared.part")} gap="lg" mt="sm" wrap="nowrap">
       <Text w={190} style={{ fontVariantNumeric: "tabular-nums" }} data-testid="window">
-        {COMPARED.shown(formatDeg(start_s), formatDeg(end_s))}
+        {t("sessions:compared.shown", { from: formatDeg(start_s), to: formatDeg(end_s) })}
       </Text>
       <RangeSlider
         flex={1}
@@ -33,15 +33,15 @@ export function WindowSlider(props: {
         step={step}
         minRange={step}
         value={[start_s, end_s]}
-        label={(value) => COMPARED.seconds(formatDeg(value))}
-        thumbFromLabel={COMPARED.from}
-        thumbToLabel={COMPARED.to}
+        label={(value) => t("sessions:compared.seconds", { seconds: formatDeg(value) })}
+        thumbFromLabel={t("sessions:compared.from")}
+        thumbToLabel={t("sessions:compared.to")}
         onChange={([start, end]) =>
           onChange(start === 0 && end === length_s ? null : { start_s: start, end_s: end })
         }
       />
       <Button variant="default" h={44} disabled={window === null} onClick={() => onChange(null)}>
-        {COMPARED.all}
+        {t("sessions:compared.all")}
       </Button>
     </Group>
   );

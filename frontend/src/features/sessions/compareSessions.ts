@@ -1,7 +1,7 @@
 import type { Run, Session } from "../../lib/api/client";
 import { formatDeg, formatRange } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
-import { BESIDE, COMPARED } from "./sessionMessages";
 
 /** One compared value: the other session's, this session's and the numeric change. */
 export type Line = { what: string; other: string; here: string; change: string };
@@ -18,11 +18,11 @@ export function compareSessions(other: Told, here: Told): Part[] {
   return [
     {
       key: "pain",
-      title: BESIDE.pain,
+      title: t("sessions:beside.pain"),
       lines: [
-        numbers(BESIDE.before, other.pain_before, here.pain_before, 0),
-        numbers(BESIDE.during, other.pain_during, here.pain_during, 0),
-        numbers(BESIDE.after, other.pain_after, here.pain_after, 0),
+        numbers(t("sessions:beside.before"), other.pain_before, here.pain_before, 0),
+        numbers(t("sessions:beside.during"), other.pain_during, here.pain_during, 0),
+        numbers(t("sessions:beside.after"), other.pain_after, here.pain_after, 0),
       ],
     },
     ...[...recordings].map(([id, title]) => ({
@@ -44,20 +44,23 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
     numbers(what, other && of(other), here && of(here), digits);
   const motions = here?.comparison?.motions ?? other?.comparison?.motions ?? [];
   return [
-    numbersOf(BESIDE.repetitions, (run) => run.repetitions_done, 0),
-    numbersOf(BESIDE.range, (run) => run.range_percent, 0),
-    numbersOf(BESIDE.level, (run) => run.load_level, 0),
-    numbersOf(BESIDE.takenBack, (run) => run.reversals, 0),
-    numbersOf(BESIDE.rmse, (run) => worst(run, "rmse_deg"), 2),
-    numbersOf(BESIDE.peak, (run) => worst(run, "peak_deg"), 2),
+    numbersOf(t("sessions:beside.repetitions"), (run) => run.repetitions_done, 0),
+    numbersOf(t("sessions:beside.range"), (run) => run.range_percent, 0),
+    numbersOf(t("sessions:beside.level"), (run) => run.load_level, 0),
+    numbersOf(t("sessions:beside.takenBack"), (run) => run.reversals, 0),
+    numbersOf(t("sessions:beside.rmse"), (run) => worst(run, "rmse_deg"), 2),
+    numbersOf(t("sessions:beside.peak"), (run) => worst(run, "peak_deg"), 2),
     ...motions.map((motion) => {
       const reached = (run: Run | undefined) => {
         const same = run?.comparison?.motions.find((one) => one.motion === motion.motion);
         return formatRange(same?.played_min_deg ?? null, same?.played_max_deg ?? null);
       };
-      const what = BESIDE.reached(
-        COMPARED.motionNamed(motion.motion, translateServerText(motion.name, motion.name_key)),
-      );
+      const what = t("sessions:beside.reached", {
+        motion: t("sessions:compared.motionNamed", {
+          number: motion.motion,
+          name: translateServerText(motion.name, motion.name_key),
+        }),
+      });
       return { what, other: reached(other), here: reached(here), change: "" };
     }),
   ];

@@ -2,8 +2,8 @@ import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { lazy, Suspense } from "react";
 import type { Live } from "../../lib/api/client";
 import { formatDegrees } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive, useStation } from "../../lib/live/hooks";
-import { ANGLES } from "./messages";
 import classes from "./station.module.css";
 
 // Loaded separately: the chart library must not delay the numbers.
@@ -11,11 +11,11 @@ const Strip = lazy(() => import("./AxisSparkline").then((module) => ({ default: 
 
 const LINE = "━";
 const WHAT = [
-  { motor: 1, what: ANGLES.scapula },
-  { motor: 2, what: ANGLES.scapula },
-  { motor: 3, what: ANGLES.abduction },
-  { motor: 4, what: ANGLES.flexion },
-  { motor: 5, what: ANGLES.rotation },
+  { motor: 1, what: t("station:angles.scapula") },
+  { motor: 2, what: t("station:angles.scapula") },
+  { motor: 3, what: t("station:angles.abduction") },
+  { motor: 4, what: t("station:angles.flexion") },
+  { motor: 5, what: t("station:angles.rotation") },
 ];
 
 /** The five motor angles with their setpoints and ranges. */
@@ -23,21 +23,21 @@ export function Angles() {
   const alive = useAlive();
   const torque = useLive("torque");
   return (
-    <Card withBorder component="section" aria-label={ANGLES.title}>
+    <Card withBorder component="section" aria-label={t("station:angles.title")}>
       <Group justify="space-between" mb="sm">
         <Title order={2} size="h3">
-          {ANGLES.title}
+          {t("station:angles.title")}
         </Title>
         <Group gap="lg">
           <Text size="sm">
             <Text span c="var(--kata-setpoint)" fw={700}>
               {LINE}
             </Text>{" "}
-            {ANGLES.setpoint}{" "}
+            {t("station:angles.setpoint")}{" "}
             <Text span c="var(--kata-measured)" fw={700}>
               {LINE}
             </Text>{" "}
-            {ANGLES.measured}
+            {t("station:angles.measured")}
           </Text>
           <Text fw={600} data-testid="torque">
             {torqueWords(alive ? torque : null)}
@@ -54,7 +54,11 @@ export function Angles() {
 }
 
 function torqueWords(torque: Live["torque"] | null): string {
-  return torque === "on" ? ANGLES.torqueOn : torque === "off" ? ANGLES.torqueOff : ANGLES.torqueUnknown;
+  return torque === "on"
+    ? t("station:angles.torqueOn")
+    : torque === "off"
+      ? t("station:angles.torqueOff")
+      : t("station:angles.torqueUnknown");
 }
 
 function Axis({ axis, what }: { axis: number; what: string }) {
@@ -71,7 +75,7 @@ function Axis({ axis, what }: { axis: number; what: string }) {
   return (
     <div className={classes.axis}>
       <div>
-        <Text fw={600}>{ANGLES.motor(axis + 1)}</Text>
+        <Text fw={600}>{t("station:angles.motor", { motor: axis + 1 })}</Text>
         <Text size="sm" c="dimmed">
           {what}
         </Text>

@@ -3,10 +3,10 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconRotate2 } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMayOperate } from "../auth/hooks";
-import { STANDS } from "./messages";
 
 type Side = Schemas["Live"]["side"];
 
@@ -28,39 +28,39 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
       disabled={!alive || mode !== "idle"}
       onClick={dialog.open}
     >
-      {STANDS.turned(other)}
+      {t(`station:stands.turned.${other}`)}
     </Button>
   );
   return (
     <div className={alive ? "" : "stale"}>
       {differs ? (
-        <Alert variant="outline" color="gray" title={STANDS.standsFor(side)}>
+        <Alert variant="outline" color="gray" title={t(`station:stands.standsFor.${side}`)}>
           <Group justify="space-between">
-            <Text>{STANDS.treated(wanted)}</Text>
+            <Text>{t(`station:stands.treated.${wanted}`)}</Text>
             {button}
           </Group>
         </Alert>
       ) : (
         <Group justify="space-between">
-          <Text>{side && STANDS.standsFor(side)}</Text>
+          <Text>{side && t(`station:stands.standsFor.${side}`)}</Text>
           {button}
         </Group>
       )}
-      <Modal opened={asking} onClose={dialog.close} title={STANDS.turning(other)} size="lg">
+      <Modal opened={asking} onClose={dialog.close} title={t(`station:stands.turning.${other}`)} size="lg">
         <Stack>
-          <Text>{STANDS.before}</Text>
+          <Text>{t("station:stands.before")}</Text>
           <List>
-            <List.Item>{STANDS.armOut}</List.Item>
-            <List.Item>{STANDS.isTurned(other)}</List.Item>
-            <List.Item>{STANDS.armIn}</List.Item>
+            <List.Item>{t("station:stands.armOut")}</List.Item>
+            <List.Item>{t(`station:stands.isTurned.${other}`)}</List.Item>
+            <List.Item>{t("station:stands.armIn")}</List.Item>
           </List>
           <ProblemNote error={turn.error} />
           <Group>
             <Button size="xl" loading={turn.isPending} onClick={() => turn.mutate()}>
-              {STANDS.confirm(other)}
+              {t(`station:stands.confirm.${other}`)}
             </Button>
             <Button size="xl" variant="default" onClick={dialog.close}>
-              {STANDS.notNow}
+              {t("station:stands.notNow")}
             </Button>
           </Group>
         </Stack>

@@ -2,13 +2,13 @@ import { Button, type ButtonProps, Text } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useId } from "react";
 import type { CommandName } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useRefusal } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
 import hold from "../../safety/hold.module.css";
 import { useHold } from "../../safety/useHold";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMayOperate } from "../auth/hooks";
-import { STATION } from "./messages";
 import classes from "./station.module.css";
 
 type Props = ButtonProps & {
@@ -40,7 +40,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
   const possible = refusal === null && disabled !== true;
   const { holding, handlers } = useHold(possible && !waits, () => sending.mutate());
   if (!operates) return null;
-  const hint = held ? (holding === "again" ? STATION.again : STATION.hold) : "";
+  const hint = held ? (holding === "again" ? t("station:station.again") : t("station:station.hold")) : "";
   return (
     <div>
       <Button
@@ -56,7 +56,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
         {children}
       </Button>
       <Text size="sm" maw={320} id={about} className={waits ? (classes.waits ?? "") : ""}>
-        {waits ? STATION.waits : refusal ? `${refusal.message} ${refusal.next_step}` : hint}
+        {waits ? t("station:station.waits") : refusal ? `${refusal.message} ${refusal.next_step}` : hint}
       </Text>
       {sending.error && (
         <Text component="div" mt="xs">

@@ -1,10 +1,10 @@
 import { Button, Card, Group, Stack, Text, Title } from "@mantine/core";
 import { useLocalStorage } from "@mantine/hooks";
+import { t } from "../../lib/i18n";
 import { useNewestSession, useRecordings } from "../../lib/patientQueries";
 import { ButtonLink } from "../../ui/links";
 import { useFound } from "../patients/PatientSelect";
 import { FIRST_STEPS, firstStep } from "./firstSteps";
-import { FIRST, FIRST_WORDS } from "./messages";
 
 /** Guides a new user through the main tasks on the simulated apparatus, until the user hides it. */
 export function FirstSteps({ patientId }: { patientId: string | null }) {
@@ -31,20 +31,20 @@ function Told({ patientId, onHide }: { patientId: string | null; onHide: () => v
     session: visit.data ?? null,
   });
   return (
-    <Card withBorder component="section" aria-label={FIRST.title}>
+    <Card withBorder component="section" aria-label={t("station:first.title")}>
       <Stack gap="sm">
         <Group justify="space-between">
           <Title order={2} size="h4">
-            {FIRST.at(FIRST_STEPS.indexOf(step) + 1, FIRST_STEPS.length)}
+            {t("station:first.at", { step: FIRST_STEPS.indexOf(step) + 1, of: FIRST_STEPS.length })}
           </Title>
           <Button variant="subtle" size="md" onClick={onHide}>
-            {FIRST.hide}
+            {t("station:first.hide")}
           </Button>
         </Group>
-        <Text role="status">{FIRST_WORDS[step]}</Text>
+        <Text role="status">{t(`station:firstWords.${step}`)}</Text>
         {step === "sign_up" && (
           <Group>
-            <ButtonLink to="/patients">{FIRST.signUp}</ButtonLink>
+            <ButtonLink to="/patients">{t("station:first.signUp")}</ButtonLink>
           </Group>
         )}
       </Stack>

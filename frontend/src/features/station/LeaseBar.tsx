@@ -4,11 +4,11 @@ import { IconEye, IconHandFinger } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { formatClock } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { isMoving } from "../../safety/modes";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
-import { LEASE } from "./messages";
 
 /**
  * Shows who operates the apparatus: one user in one browser at a time. Others watch, can take over, and can
@@ -31,33 +31,35 @@ export function LeaseBar() {
   return (
     <Stack gap="xs" data-testid="lease" data-mine={lease.mine}>
       {lease.holder === null ? (
-        <Text>{LEASE.nobody}</Text>
+        <Text>{t("station:lease.nobody")}</Text>
       ) : lease.mine ? (
         <Group justify="space-between">
           <Group gap="xs">
             <IconHandFinger size={22} />
             <Text fw={600}>
-              {lease.taken_from ? LEASE.youFrom(since, lease.taken_from) : LEASE.you(since)}
+              {lease.taken_from
+                ? t("station:lease.youFrom", { since, from: lease.taken_from })
+                : t("station:lease.you", { since })}
             </Text>
           </Group>
           <Button variant="default" loading={release.isPending} onClick={() => release.mutate()}>
-            {LEASE.release}
+            {t("station:lease.release")}
           </Button>
         </Group>
       ) : (
         <Alert color="indigo" variant="light" icon={<IconEye />} role="status">
           <Group justify="space-between">
             <div>
-              <Text fw={600}>{LEASE.other(lease.holder, since)}</Text>
+              <Text fw={600}>{t("station:lease.other", { who: lease.holder, since })}</Text>
               <Text>
                 {lease.unreachable_since
-                  ? LEASE.away(formatClock(new Date(lease.unreachable_since)))
-                  : LEASE.youWatch}
+                  ? t("station:lease.away", { since: formatClock(new Date(lease.unreachable_since)) })
+                  : t("station:lease.youWatch")}
               </Text>
             </div>
             {operates && (
               <Button size="lg" variant="default" onClick={dialog.open}>
-                {LEASE.takeOver}
+                {t("station:lease.takeOver")}
               </Button>
             )}
           </Group>
@@ -65,25 +67,29 @@ export function LeaseBar() {
       )}
       {lease.paused && (
         <Alert color="indigo" variant="outline" role="status">
-          {LEASE.paused}
+          {t("station:lease.paused")}
         </Alert>
       )}
       <ProblemNote error={release.error} />
       <Modal
         opened={asking}
         onClose={dialog.close}
-        title={lease.holder === null ? LEASE.takeOverNobody : LEASE.takeOverFrom(lease.holder)}
+        title={
+          lease.holder === null
+            ? t("station:lease.takeOverNobody")
+            : t("station:lease.takeOverFrom", { who: lease.holder })
+        }
       >
         <Stack>
-          <Text>{moving ? LEASE.moving : LEASE.standing}</Text>
-          {lease.holder !== null && <Text>{LEASE.isTold(lease.holder)}</Text>}
+          <Text>{moving ? t("station:lease.moving") : t("station:lease.standing")}</Text>
+          {lease.holder !== null && <Text>{t("station:lease.isTold", { who: lease.holder })}</Text>}
           <ProblemNote error={take.error} />
           <Group justify="end">
             <Button variant="default" onClick={dialog.close}>
-              {LEASE.watchOn}
+              {t("station:lease.watchOn")}
             </Button>
             <Button loading={take.isPending} onClick={() => take.mutate(true)}>
-              {LEASE.takeOver}
+              {t("station:lease.takeOver")}
             </Button>
           </Group>
         </Stack>

@@ -2,9 +2,9 @@ import { ActionIcon, Group, Slider, Stack, Text } from "@mantine/core";
 import { IconMinus, IconPlus } from "@tabler/icons-react";
 import { useId } from "react";
 import type { Run } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useNewestSession } from "../../lib/patientQueries";
 import { LOAD_LEVELS } from "./loadLevels";
-import { LEVEL } from "./playMessages";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS];
 
@@ -33,13 +33,15 @@ export function LoadLevel(props: {
     <Stack gap={4} role="group" aria-labelledby={label}>
       <Group justify="space-between" align="baseline">
         <Text size="lg" fw={600} id={label}>
-          {LEVEL.label}
+          {t("station:level.label")}
         </Text>
         <Text size="lg" fw={700} data-testid="level">
-          {value === null ? LEVEL.choose : LEVEL.of(value, LOAD_LEVELS)}
+          {value === null
+            ? t("station:level.choose")
+            : t("station:level.of", { level: value, most: LOAD_LEVELS })}
           {value !== null && value === props.last && (
             <Text span size="sm" fw={400}>
-              {LEVEL.asLast}
+              {t("station:level.asLast")}
             </Text>
           )}
         </Text>
@@ -48,7 +50,7 @@ export function LoadLevel(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={LEVEL.lower}
+          aria-label={t("station:level.lower")}
           disabled={value === null || value <= 1}
           onClick={() => step(-1)}
         >
@@ -64,21 +66,23 @@ export function LoadLevel(props: {
           label={null}
           size={22}
           thumbSize={44}
-          thumbLabel={LEVEL.label}
+          thumbLabel={t("station:level.label")}
           styles={{ mark: { visibility: "hidden" }, markLabel: { textAlign: "center", color: "inherit" } }}
         />
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={LEVEL.higher}
+          aria-label={t("station:level.higher")}
           disabled={value !== null && value >= highest}
           onClick={() => step(1)}
         >
           <IconPlus size={22} />
         </ActionIcon>
       </Group>
-      {props.highest !== null && <Text size="sm">{LEVEL.atMost(props.highest)}</Text>}
-      <Text size="sm">{LEVEL.means(LOAD_LEVELS)}</Text>
+      {props.highest !== null && (
+        <Text size="sm">{t("station:level.atMost", { highest: props.highest })}</Text>
+      )}
+      <Text size="sm">{t("station:level.means", { most: LOAD_LEVELS })}</Text>
     </Stack>
   );
 }

@@ -1,15 +1,21 @@
 import { Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
-import { LOOP } from "./messages";
 
 /** Describe the timing of the control loop in one line. */
 export function loopWords(loop: Schemas["LoopLive"]): string {
   return [
-    LOOP.at(loop.cycle_hz, loop.overruns === 0 ? LOOP.noneMissed : LOOP.missed(loop.overruns)),
-    LOOP.within(loop.lateness_p999_ms.toFixed(2)),
-    loop.real_time ? LOOP.realTime : LOOP.noRealTime,
-    loop.memory_locked ? LOOP.locked : LOOP.notLocked,
+    t("station:loop.at", {
+      hz: loop.cycle_hz,
+      missed:
+        loop.overruns === 0
+          ? t("station:loop.noneMissed")
+          : t("station:loop.missed", { count: loop.overruns }),
+    }),
+    t("station:loop.within", { ms: loop.lateness_p999_ms.toFixed(2) }),
+    loop.real_time ? t("station:loop.realTime") : t("station:loop.noRealTime"),
+    loop.memory_locked ? t("station:loop.locked") : t("station:loop.notLocked"),
   ].join(" · ");
 }
 

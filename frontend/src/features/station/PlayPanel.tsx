@@ -9,10 +9,10 @@ import {
 import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
-import { formatSpan, sideWord } from "../../lib/format";
+import { formatList, formatSpan, sideWord } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
-import { FORMAT } from "../../lib/messages";
 import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
 import { PageLink } from "../../ui/links";
@@ -20,7 +20,6 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { CommandButton } from "./CommandButton";
 import { LoadLevel, lastLevel, useLastRuns } from "./LoadLevel";
 import { firstLevel, LOAD_LEVELS } from "./loadLevels";
-import { PLAY } from "./messages";
 import { arePlayable, PlaySettings } from "./PlaySettings";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "./playSettingsModel";
 import { pathWords, ReversalNotice } from "./ReversalNotice";
@@ -34,7 +33,7 @@ export function PlayPanel(props: { patientId: string; session: Session | null; w
   // State of this component, so that it survives the run.
   const [level, setLevel] = useState<number | null>(null);
   return (
-    <Stack component="section" aria-label={PLAY.title}>
+    <Stack component="section" aria-label={t("station:play.title")}>
       {run ? (
         <Loaded run={run} />
       ) : (
@@ -53,7 +52,7 @@ type Choice = {
 };
 
 const PLANNED = "planned-";
-const itemWords = (item: string, done: boolean) => (done ? PLAY.done(item) : item);
+const itemWords = (item: string, done: boolean) => (done ? t("station:play.done", { item }) : item);
 
 function Choose({ session, wanted, level, onLevel }: Choice) {
   const patientId = session.patient.id;
@@ -70,11 +69,18 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const choices = [
     ...planned.map((one) => ({
       value: `${PLANNED}${one.position}`,
-      label: itemWords(PLAY.item(one.position, one.recording_name), isDone(one, session.runs)),
+      label: itemWords(
+        t("station:play.item", { position: one.position, name: one.recording_name }),
+        isDone(one, session.runs),
+      ),
     })),
     ...recorded.map((one) => ({
       value: one.id,
-      label: PLAY.lasting(one.name, sideWord(one.side), formatSpan(one.duration_s)),
+      label: t("station:play.lasting", {
+        name: one.name,
+        side: sideWord(one.side),
+        lasts: formatSpan(one.duration_s),
+      }),
       disabled: one.side !== side,
     })),
   ];
@@ -109,21 +115,21 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
     if (item) onLevel(null);
     void queries.invalidateQueries({ queryKey: ["session"] });
   };
-  if (recordings.data && choices.length === 0) return <Text>{PLAY.nothingYet}</Text>;
+  if (recordings.data && choices.length === 0) return <Text>{t("station:play.nothingYet")}</Text>;
   return (
     <>
       <ProblemNote error={recordings.error ?? last.error} />
       <Select
         size="lg"
-        label={PLAY.recording}
-        placeholder={PLAY.choose}
+        label={t("station:play.recording")}
+        placeholder={t("station:play.choose")}
         allowDeselect={false}
         data={
           planned.length === 0
             ? choices
             : [
-                { group: PLAY.planned, items: choices.slice(0, planned.length) },
-                { group: PLAY.besides, items: choices.slice(planned.length) },
+                { group: t("station:play.planned"), items: choices.slice(0, planned.length) },
+                { group: t("station:play.besides"), items: choices.slice(planned.length) },
               ]
         }
         value={value}
@@ -131,7 +137,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       />
       {checklist.data?.complete === false && (
         <>
-          <Text fw={600}>{PLAY.before}</Text>
+          <Text fw={600}>{t("station:play.before")}</Text>
           <PreflightChecklist sessionId={session.id} recordingId={recordingId} onlyOpen />
         </>
       )}
@@ -152,7 +158,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
         }
         send={load}
       >
-        {PLAY.load}
+        {t("station:play.load")}
       </CommandButton>
     </>
   );
@@ -166,21 +172,23 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
   return (
     <Stack className={alive ? "" : "stale"}>
       <Text size="lg" fw={600}>
-        {run.recording_name ?? PLAY.aRecording}
+        {run.recording_name ?? t("station:play.aRecording")}
         <Text span size="md" fw={400}>
-          {PLAY.level(run.load_level, LOAD_LEVELS)}
+          {t("station:play.level", { level: run.load_level, most: LOAD_LEVELS })}
         </Text>
       </Text>
       {run.changes.length > 0 && (
         <Text data-testid="changes">
-          {PLAY.played(
-            FORMAT.list(run.changes.map((one, place) => translateServerText(one, run.changes_keys[place]))),
-          )}
+          {t("station:play.played", {
+            changes: formatList(
+              run.changes.map((one, place) => translateServerText(one, run.changes_keys[place])),
+            ),
+          })}
         </Text>
       )}
       {mode === "ready" && (
         <>
-          <Text>{PLAY.check}</Text>
+          <Text>{t("station:play.check")}</Text>
           <Group align="start">
             <CommandButton
               held
@@ -188,22 +196,22 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               send={() => api.approach(store.seen())}
               leftSection={<IconTargetArrow size={26} />}
             >
-              {PLAY.approach}
+              {t("station:play.approach")}
             </CommandButton>
             <CommandButton command="unload" send={api.unload} variant="default">
-              {PLAY.notNow}
+              {t("station:play.notNow")}
             </CommandButton>
           </Group>
         </>
       )}
       {mode === "approaching" && (
         <Text fz={28} fw={700} role="status">
-          {PLAY.approaching(formatSpan(run.left_s))}
+          {t("station:play.approaching", { left: formatSpan(run.left_s) })}
         </Text>
       )}
       {mode === "returning" && (
         <Text fz={28} fw={700} role="status">
-          {PLAY.returning(formatSpan(run.left_s))}
+          {t("station:play.returning", { left: formatSpan(run.left_s) })}
         </Text>
       )}
       {(mode === "playing" || mode === "paused") && (
@@ -213,13 +221,18 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               {pathWords(mode, run)}
             </Text>
             <Text fz={28} data-testid="left">
-              {PLAY.left(formatSpan(run.left_s))}
+              {t("station:play.left", { left: formatSpan(run.left_s) })}
             </Text>
           </Group>
-          <Progress size={20} value={share} aria-label={PLAY.progress} transitionDuration={100} />
+          <Progress
+            size={20}
+            value={share}
+            aria-label={t("station:play.progress")}
+            transitionDuration={100}
+          />
           {run.range_percent < 99.5 && (
             <Text size="lg" data-testid="range">
-              {PLAY.range(Math.round(run.range_percent))}
+              {t("station:play.range", { percent: Math.round(run.range_percent) })}
             </Text>
           )}
           <ReversalNotice mode={mode} run={run} />
@@ -231,12 +244,12 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
                 send={() => api.play(store.seen())}
                 leftSection={<IconPlayerPlay size={26} />}
               >
-                {run.at_start && !run.reversing ? PLAY.play : PLAY.playOn}
+                {run.at_start && !run.reversing ? t("station:play.play") : t("station:play.playOn")}
               </CommandButton>
             )}
             {mode === "playing" && (
               <CommandButton command="pause" send={api.pause} leftSection={<IconPlayerPause size={26} />}>
-                {PLAY.pause}
+                {t("station:play.pause")}
               </CommandButton>
             )}
             <CommandButton
@@ -245,7 +258,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               variant="default"
               leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
             >
-              {PLAY.less}
+              {t("station:play.less")}
             </CommandButton>
             <CommandButton
               held
@@ -254,7 +267,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               variant="default"
               leftSection={<IconArrowBackUp size={26} />}
             >
-              {PLAY.back}
+              {t("station:play.back")}
             </CommandButton>
           </Group>
         </>
@@ -276,9 +289,9 @@ function LastRun({ patientId }: { patientId: string }) {
   if (!sessionId) return null;
   return (
     <Text>
-      {PLAY.saved}
+      {t("station:play.saved")}
       <PageLink to="/sessions/$sessionId" params={{ sessionId }}>
-        {PLAY.compare}
+        {t("station:play.compare")}
       </PageLink>
     </Text>
   );

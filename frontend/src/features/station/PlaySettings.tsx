@@ -1,29 +1,50 @@
 import { SegmentedControl, SimpleGrid, Stack, Text } from "@mantine/core";
+import { t } from "../../lib/i18n";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
-import { PLAYING } from "./playMessages";
 import { type Settings, settingsWords } from "./playSettingsModel";
 
 type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 
 /** The most changed first. The bounds are the service's. */
 const FIELDS: Field[] = [
-  { name: "speed_percent", label: PLAYING.speed, unit: PLAYING.percent, min: 10, max: 150, step: 10 },
-  { name: "range_percent", label: PLAYING.range, unit: PLAYING.percent, min: 10, max: 100, step: 5 },
-  { name: "repetitions", label: PLAYING.repetitions, unit: "", min: 1, max: 200, step: 1 },
-  { name: "pause_s", label: PLAYING.pause, unit: PLAYING.seconds, min: 0, max: 120, step: 1 },
+  {
+    name: "speed_percent",
+    label: t("station:playing.speed"),
+    unit: t("station:playing.percent"),
+    min: 10,
+    max: 150,
+    step: 10,
+  },
+  {
+    name: "range_percent",
+    label: t("station:playing.range"),
+    unit: t("station:playing.percent"),
+    min: 10,
+    max: 100,
+    step: 5,
+  },
+  { name: "repetitions", label: t("station:playing.repetitions"), unit: "", min: 1, max: 200, step: 1 },
+  {
+    name: "pause_s",
+    label: t("station:playing.pause"),
+    unit: t("station:playing.seconds"),
+    min: 0,
+    max: 120,
+    step: 1,
+  },
 ];
 
 const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
-  { value: "smooth", label: PLAYING.smooth, what: PLAYING.smoothIs },
+  { value: "smooth", label: t("station:playing.smooth"), what: t("station:playing.smoothIs") },
   {
     value: "learned",
-    label: PLAYING.learned,
-    what: PLAYING.learnedIs,
+    label: t("station:playing.learned"),
+    what: t("station:playing.learnedIs"),
   },
   {
     value: "paper",
-    label: PLAYING.paper,
-    what: PLAYING.paperIs,
+    label: t("station:playing.paper"),
+    what: t("station:playing.paperIs"),
   },
 ];
 
@@ -43,7 +64,7 @@ export function PlaySettings(props: {
   const { value, last, onChange } = props;
   const asLast =
     last !== null && value.method === last.method && FIELDS.every(({ name }) => value[name] === last[name]);
-  const words = arePlayable(value) ? (settingsWords(value) ?? PLAYING.asTaught) : null;
+  const words = arePlayable(value) ? (settingsWords(value) ?? t("station:playing.asTaught")) : null;
   return (
     <Stack gap="xs">
       <SimpleGrid cols={{ base: 1, sm: 2 }}>
@@ -60,14 +81,17 @@ export function PlaySettings(props: {
       <SegmentedControl
         fullWidth
         size="lg"
-        aria-label={PLAYING.way}
+        aria-label={t("station:playing.way")}
         data={METHODS.map(({ value, label }) => ({ value, label }))}
         value={value.method}
         onChange={(method) => onChange({ ...value, method })}
       />
       <Text size="sm">{METHODS.find((method) => method.value === value.method)?.what}</Text>
       <Text size="sm" data-testid="settings">
-        {words !== null && (asLast ? PLAYING.toldAsLast(words) : PLAYING.told(words))}
+        {words !== null &&
+          (asLast
+            ? t("station:playing.toldAsLast", { settings: words })
+            : t("station:playing.told", { settings: words }))}
       </Text>
     </Stack>
   );

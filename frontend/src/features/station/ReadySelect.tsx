@@ -1,8 +1,7 @@
 import { Alert, Select, Stack, Text } from "@mantine/core";
+import { t } from "../../lib/i18n";
 import { useReadyPatients } from "../../lib/offline";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { CHOICE } from "../patients/patientListMessages";
-import { AWAY } from "./messages";
 
 /** Offers the patients whose sessions this station can start or continue without the database. */
 export function ReadySelect(props: {
@@ -16,22 +15,24 @@ export function ReadySelect(props: {
   return (
     <Stack gap="xs">
       <Alert color="gray" variant="outline">
-        {all.length > 0 || ready.isPending ? AWAY.ofToday : AWAY.nobody}
+        {all.length > 0 || ready.isPending ? t("station:away.ofToday") : t("station:away.nobody")}
       </Alert>
       <Select
         size="lg"
-        label={CHOICE.label}
-        placeholder={CHOICE.who}
+        label={t("patients:choice.label")}
+        placeholder={t("patients:choice.who")}
         data={all.map(({ patient }) => ({
           value: patient.id,
-          label: CHOICE.one(patient.name, patient.clinic_number),
+          label: t("patients:choice.one", { name: patient.name, number: patient.clinic_number }),
         }))}
         value={chosen?.patient.id ?? null}
         disabled={(props.disabled ?? false) || all.length === 0}
         onChange={props.onChange}
       />
       {chosen?.contraindications && (
-        <Text style={{ whiteSpace: "pre-wrap" }}>{AWAY.contraindications(chosen.contraindications)}</Text>
+        <Text style={{ whiteSpace: "pre-wrap" }}>
+          {t("station:away.contraindications", { what: chosen.contraindications })}
+        </Text>
       )}
       <ProblemNote error={ready.error} />
     </Stack>

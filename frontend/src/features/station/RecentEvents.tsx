@@ -1,8 +1,8 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { formatClock } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useEvents } from "../../lib/live/hooks";
 import { translateServerText } from "../../lib/serverText";
-import { STATION } from "./messages";
 
 const SHOWN = 6;
 
@@ -11,9 +11,9 @@ export function RecentEvents() {
   const events = useEvents().filter((event) => event.code !== "mode");
   if (events.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label={STATION.lately}>
+    <Card withBorder component="section" aria-label={t("station:station.lately")}>
       <Title order={2} size="h3" mb="sm">
-        {STATION.lately}
+        {t("station:station.lately")}
       </Title>
       <Stack gap={4}>
         {events.slice(0, SHOWN).map((event) => (

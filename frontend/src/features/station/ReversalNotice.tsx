@@ -1,16 +1,16 @@
 import { Alert, Text } from "@mantine/core";
 import { IconArrowBackUpDouble } from "@tabler/icons-react";
 import type { Live, Schemas } from "../../lib/api/client";
-import { STOP } from "../../lib/messages";
+import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
-import { PLAY, TAKEN_BACK } from "./messages";
 
 /** Describe the state on the recording's path, readable from two metres. */
 export function pathWords(mode: Live["mode"], run: Schemas["RunLive"]): string {
-  if (mode === "playing") return run.reversing ? TAKEN_BACK.reversing : TAKEN_BACK.playing;
-  if (run.reversing) return TAKEN_BACK.heldBack;
-  return run.at_start ? TAKEN_BACK.atStart : TAKEN_BACK.paused;
+  if (mode === "playing")
+    return run.reversing ? t("station:takenBack.reversing") : t("station:takenBack.playing");
+  if (run.reversing) return t("station:takenBack.heldBack");
+  return run.at_start ? t("station:takenBack.atStart") : t("station:takenBack.paused");
 }
 
 /** Shows where the arm met resistance, how often it was taken back, and what the operator can do. */
@@ -19,7 +19,7 @@ export function ReversalNotice({ mode, run }: { mode: Live["mode"]; run: Schemas
   const waits = mode === "paused" && run.reversing;
   const title = (
     <Text inherit fz="lg">
-      {TAKEN_BACK.times(run.reversals)}
+      {t("station:takenBack.times", { count: run.reversals })}
     </Text>
   );
   return (
@@ -34,15 +34,15 @@ export function ReversalNotice({ mode, run }: { mode: Live["mode"]; run: Schemas
       <Text>{translateServerText(run.resistance ?? "", run.resistance_key)}</Text>
       {waits && (
         <Text mt="xs">
-          {TAKEN_BACK.look}
-          <InlineSlot words={TAKEN_BACK.playOn}>
-            <b>{PLAY.playOn}</b>
+          {t("station:takenBack.look")}
+          <InlineSlot words={(button) => t("station:takenBack.playOn", { button })}>
+            <b>{t("station:play.playOn")}</b>
           </InlineSlot>
-          <InlineSlot words={TAKEN_BACK.back}>
-            <b>{PLAY.back}</b>
+          <InlineSlot words={(button) => t("station:takenBack.back", { button })}>
+            <b>{t("station:play.back")}</b>
           </InlineSlot>
-          <InlineSlot words={TAKEN_BACK.stop}>
-            <b>{STOP.stop}</b>
+          <InlineSlot words={(button) => t("station:takenBack.stop", { button })}>
+            <b>{t("common:stop.stop")}</b>
           </InlineSlot>
         </Text>
       )}

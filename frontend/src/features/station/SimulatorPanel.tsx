@@ -3,11 +3,11 @@ import { IconHandGrab, IconUpload } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { useConnected } from "../../lib/live/hooks";
 import { replaceData } from "../../lib/replaceData";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { HAND, SIMULATOR, SOURCES } from "./messages";
 import classes from "./station.module.css";
 
 /** Simulates the therapist's hand and foot and the emergency stop of a simulated apparatus. */
@@ -30,31 +30,36 @@ export function SimulatorPanel() {
   const state = simulator.data;
   const motions = state?.motions ?? [];
   const value = chosen ?? motions[0]?.id ?? null;
-  const groups = Object.entries(SOURCES)
+  const groups = Object.entries(t("station:sources", { returnObjects: true }))
     .map(([source, group]) => ({
       group,
       items: motions
         .filter((motion) => motion.source === source)
         .map((motion) => ({
           value: motion.id,
-          label: SIMULATOR.lasting(
-            translateServerText(motion.name, motion.name_key),
-            motion.duration_s.toFixed(0),
-          ),
+          label: t("station:simulator.lasting", {
+            name: translateServerText(motion.name, motion.name_key),
+            seconds: motion.duration_s.toFixed(0),
+          }),
         })),
     }))
     .filter(({ items }) => items.length > 0);
   return (
-    <Card withBorder className={classes.simulator ?? ""} component="section" aria-label={SIMULATOR.title}>
+    <Card
+      withBorder
+      className={classes.simulator ?? ""}
+      component="section"
+      aria-label={t("station:simulator.title")}
+    >
       <Stack className={connected ? "" : "stale"}>
         <Title order={2} size="h3">
-          {SIMULATOR.title}
+          {t("station:simulator.title")}
         </Title>
-        <Text size="sm">{SIMULATOR.what}</Text>
+        <Text size="sm">{t("station:simulator.what")}</Text>
         <Group align="end" wrap="nowrap">
           <Select
             flex={1}
-            label={SIMULATOR.motion}
+            label={t("station:simulator.motion")}
             allowDeselect={false}
             searchable
             data={groups}
@@ -69,7 +74,7 @@ export function SimulatorPanel() {
                 leftSection={<IconUpload size={18} />}
                 loading={upload.isPending}
               >
-                {SIMULATOR.csv}
+                {t("station:simulator.csv")}
               </Button>
             )}
           </FileButton>
@@ -82,26 +87,28 @@ export function SimulatorPanel() {
             loading={guide.isPending}
             onClick={() => value && guide.mutate(value)}
           >
-            {SIMULATOR.guide}
+            {t("station:simulator.guide")}
           </Button>
           <Button
             variant={state?.pedal_down ? "filled" : "default"}
             aria-pressed={state?.pedal_down === true}
             onClick={() => pedal.mutate(!state?.pedal_down)}
           >
-            {state?.pedal_down ? SIMULATOR.lift : SIMULATOR.stepOn}
+            {state?.pedal_down ? t("station:simulator.lift") : t("station:simulator.stepOn")}
           </Button>
           <Button
             variant={state?.estop_pressed ? "filled" : "default"}
             aria-pressed={state?.estop_pressed === true}
             onClick={() => estop.mutate(!state?.estop_pressed)}
           >
-            {state?.estop_pressed ? SIMULATOR.release : SIMULATOR.press}
+            {state?.estop_pressed ? t("station:simulator.release") : t("station:simulator.press")}
           </Button>
         </Group>
         <Text size="sm" data-testid="hand">
-          {state ? HAND[state.hand.phase] : ""}
-          {state && state.hand.left_s > 0 ? SIMULATOR.left(state.hand.left_s.toFixed(0)) : ""}
+          {state ? t(`station:hand.${state.hand.phase}`) : ""}
+          {state && state.hand.left_s > 0
+            ? t("station:simulator.left", { seconds: state.hand.left_s.toFixed(0) })
+            : ""}
         </Text>
         <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error} />
       </Stack>

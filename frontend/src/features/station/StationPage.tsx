@@ -6,6 +6,7 @@ import { startTransition, useEffect, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Patient } from "../../lib/api/client";
 import { sideWord } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useLive, useStation } from "../../lib/live/hooks";
 import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
 import { useEpisodes } from "../../lib/patientQueries";
@@ -19,7 +20,6 @@ import { Angles } from "./Angles";
 import { ApparatusSideCard } from "./ApparatusSideCard";
 import { LeaseBar } from "./LeaseBar";
 import { LoopHealth } from "./LoopHealth";
-import { STATION } from "./messages";
 import { ReadySelect } from "./ReadySelect";
 import { RecentEvents } from "./RecentEvents";
 
@@ -53,7 +53,7 @@ export function StationPage() {
   const stop = useLive("stop");
   const navigate = useNavigate({ from: "/" });
   const work = useWork();
-  useTitle(station?.name ?? STATION.title);
+  useTitle(station?.name ?? t("station:station.title"));
   // The patient on the apparatus takes precedence over the one in the address.
   const away = useDatabaseUnavailable();
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
@@ -69,7 +69,7 @@ export function StationPage() {
   return (
     <Stack>
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
-        {station?.name ?? STATION.title}
+        {station?.name ?? t("station:station.title")}
       </Title>
       <StopBanner fullPage />
       <RevealWhenLoaded waits={!station || !work} now={run !== null || teaching !== null || stop !== null}>
@@ -81,7 +81,7 @@ export function StationPage() {
               <LeaseBar />
               {me && station && !worksAt(me, station.name) && (
                 <Alert color="gray" variant="outline">
-                  {STATION.notHere(station.name)}
+                  {t("station:station.notHere", { station: station.name })}
                 </Alert>
               )}
               {reads &&
@@ -106,7 +106,7 @@ export function StationPage() {
                 <work.SessionWizard key={patientId} patientId={patientId} wanted={search.recording ?? null} />
               )}
               {work && !operates && run && (
-                <Card withBorder component="section" aria-label={STATION.goesOn}>
+                <Card withBorder component="section" aria-label={t("station:station.goesOn")}>
                   <work.Loaded run={run} />
                 </Card>
               )}
@@ -141,7 +141,7 @@ function Contraindications({ patientId }: { patientId: string }) {
       color="gray"
       variant="outline"
       icon={<IconAlertTriangle />}
-      title={STATION.contraindications(one.side)}
+      title={t(`station:station.contraindications.${one.side}`)}
       data-testid="contraindications"
     >
       <Text fw={600} style={{ whiteSpace: "pre-wrap" }}>
@@ -152,6 +152,6 @@ function Contraindications({ patientId }: { patientId: string }) {
 }
 
 function patientWords({ affected_side, notes }: Patient): string {
-  const shoulder = affected_side === null ? sideWord(null) : STATION.shoulder(affected_side);
-  return notes ? STATION.shoulderNotes(shoulder, notes) : shoulder;
+  const shoulder = affected_side === null ? sideWord(null) : t(`station:station.shoulder.${affected_side}`);
+  return notes ? t("station:station.shoulderNotes", { shoulder, notes }) : shoulder;
 }

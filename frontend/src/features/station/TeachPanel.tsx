@@ -4,6 +4,7 @@ import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
 import { InlineSlot } from "../../ui/InlineSlot";
@@ -11,7 +12,6 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useUserName } from "../auth/hooks";
 import { CommandButton } from "./CommandButton";
-import { TEACH } from "./messages";
 import classes from "./station.module.css";
 import { CheckLine, useTeachingChecklist } from "./visit/PreflightChecklist";
 
@@ -26,10 +26,10 @@ export function TeachPanel({ patientId }: { patientId: string }) {
   const [chosen, setChosen] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
   return (
-    <Card withBorder component="section" aria-label={TEACH.title}>
+    <Card withBorder component="section" aria-label={t("station:teach.title")}>
       <Stack>
         <Title order={2} size="h3">
-          {TEACH.title}
+          {t("station:teach.title")}
         </Title>
         {teaching ? (
           <div className={alive ? "" : "stale"}>
@@ -37,11 +37,11 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             <Group justify="space-between" mt="md">
               <Text size="lg" data-testid="takes">
                 {teaching.takes === 0
-                  ? TEACH.nothing
-                  : TEACH.take(teaching.takes, teaching.take_s.toFixed(1))}
+                  ? t("station:teach.nothing")
+                  : t("station:teach.take", { take: teaching.takes, seconds: teaching.take_s.toFixed(1) })}
               </Text>
               <CommandButton command="finish_teaching" send={api.finishTeaching}>
-                {TEACH.finish}
+                {t("station:teach.finish")}
               </CommandButton>
             </Group>
           </div>
@@ -52,7 +52,9 @@ export function TeachPanel({ patientId }: { patientId: string }) {
           <List data-testid="saved">
             {saved.map((one) => (
               <List.Item key={one.id}>
-                <InlineSlot words={(name) => TEACH.saved(name, formatSpan(one.duration_s))}>
+                <InlineSlot
+                  words={(name) => t("station:teach.saved", { name, lasts: formatSpan(one.duration_s) })}
+                >
                   <PageLink to="/recordings/$recordingId" params={{ recordingId: one.id }}>
                     {one.name}
                   </PageLink>
@@ -90,15 +92,15 @@ function Before(props: {
     <>
       <SegmentedControl
         size="md"
-        aria-label={TEACH.fixtures}
+        aria-label={t("station:teach.fixtures")}
         value={chosen}
         onChange={onChoose}
         data={[
-          { value: "arm_fixer_1", label: TEACH.first },
-          { value: "arm_fixer_2,elbow_fixer_1", label: TEACH.second },
+          { value: "arm_fixer_1", label: t("station:teach.first") },
+          { value: "arm_fixer_2,elbow_fixer_1", label: t("station:teach.second") },
         ]}
       />
-      <Stack gap="sm" component="section" aria-label={TEACH.before}>
+      <Stack gap="sm" component="section" aria-label={t("station:teach.before")}>
         {checks.map(
           (one) => (!one.given || one.check === "fixtures") && <CheckLine key={one.check} check={one} />,
         )}
@@ -106,8 +108,8 @@ function Before(props: {
       <ProblemNote error={checklist.error} />
       <TextInput
         size="lg"
-        label={TEACH.name}
-        placeholder={TEACH.unnamed}
+        label={t("station:teach.name")}
+        placeholder={t("station:teach.unnamed")}
         value={name}
         maxLength={100}
         onChange={(event) => onName(event.currentTarget.value)}
@@ -119,7 +121,7 @@ function Before(props: {
         send={async () => {
           await api.teach({
             patient_id: patientId,
-            name: name.trim() || TEACH.unnamed,
+            name: name.trim() || t("station:teach.unnamed"),
             taught_by: who,
             // The checks were made for this side and these fixtures.
             side: side === "left" ? "left" : "right",
@@ -129,7 +131,9 @@ function Before(props: {
           void queries.invalidateQueries({ queryKey: ["session"] });
         }}
       >
-        {toLookAt.length === 0 ? TEACH.start : TEACH.allSo(toLookAt.length)}
+        {toLookAt.length === 0
+          ? t("station:teach.start")
+          : t("station:teach.allSo", { count: toLookAt.length })}
       </CommandButton>
     </>
   );
@@ -142,12 +146,12 @@ function Pedal() {
   const recording = teaching?.recording === true;
   const words =
     pedal === "stuck"
-      ? TEACH.liftFirst
+      ? t("station:teach.liftFirst")
       : pedal === "unknown"
-        ? TEACH.noPedal
+        ? t("station:teach.noPedal")
         : recording
-          ? TEACH.recording
-          : TEACH.press;
+          ? t("station:teach.recording")
+          : t("station:teach.press");
   return (
     <Group
       className={classes.pedal ?? ""}
@@ -162,7 +166,7 @@ function Pedal() {
       </Text>
       {recording && (
         <Text fz={28} ml="auto" ff="monospace">
-          {TEACH.seconds(teaching.take_s.toFixed(1))}
+          {t("station:teach.seconds", { seconds: teaching.take_s.toFixed(1) })}
         </Text>
       )}
     </Group>

@@ -1,6 +1,6 @@
 import type { Schemas } from "../../lib/api/client";
-import { FORMAT } from "../../lib/messages";
-import { PLAYING } from "./playMessages";
+import { formatList } from "../../lib/format";
+import { t } from "../../lib/i18n";
 
 /** The settings of a playback. */
 export type Settings = Pick<
@@ -21,13 +21,14 @@ export const AS_TAUGHT: Settings = {
 /** Describe what differs from the taught motion, or return null. */
 export function settingsWords(it: Kept): string | null {
   const words: string[] = [];
-  if (it.range_percent !== 100) words.push(PLAYING.ofTheRange(it.range_percent));
-  if (it.speed_percent !== 100) words.push(PLAYING.ofTheSpeed(it.speed_percent));
-  if (it.repetitions !== 1) words.push(PLAYING.times(it.repetitions));
-  if (it.repetitions !== 1 && it.pause_s !== 0) words.push(PLAYING.pauses(it.pause_s));
-  if (it.method === "learned") words.push(PLAYING.byLearning);
-  if (it.method === "paper") words.push(PLAYING.asInThePaper);
-  return words.length > 0 ? FORMAT.list(words) : null;
+  if (it.range_percent !== 100) words.push(t("station:playing.ofTheRange", { percent: it.range_percent }));
+  if (it.speed_percent !== 100) words.push(t("station:playing.ofTheSpeed", { percent: it.speed_percent }));
+  if (it.repetitions !== 1) words.push(t("station:playing.times", { count: it.repetitions }));
+  if (it.repetitions !== 1 && it.pause_s !== 0)
+    words.push(t("station:playing.pauses", { seconds: it.pause_s }));
+  if (it.method === "learned") words.push(t("station:playing.byLearning"));
+  if (it.method === "paper") words.push(t("station:playing.asInThePaper"));
+  return words.length > 0 ? formatList(words) : null;
 }
 
 /** Return the settings of the recording's newest run, or null. */

@@ -1,6 +1,7 @@
 import createClient from "openapi-fetch";
 import type { PlotWindow } from "../../ui/plotWindow";
-import { type Language, say } from "../language";
+import { t } from "../i18n";
+import type { Language } from "../language";
 import { translateServerText } from "../serverText";
 import type { components, paths } from "./schema";
 
@@ -45,19 +46,6 @@ export type AuditQuery = Omit<
   "after" | "limit"
 >;
 
-const UNHEARD = say(
-  {
-    unclear: "The service gave an answer that cannot be understood.",
-    silent: "The service does not answer.",
-    check: "Check the network, and that the service is running.",
-  },
-  {
-    unclear: "サービスの応答を理解できませんでした。",
-    silent: "サービスが応答しません。",
-    check: "ネットワークと、サービスが動いていることを確認してください。",
-  },
-);
-
 /** An error answer of the service, with a message and the next step. */
 export class ProblemError extends Error {
   readonly code: string;
@@ -68,7 +56,7 @@ export class ProblemError extends Error {
   constructor(problem: Partial<Schemas["Problem"]>) {
     super(
       problem.detail === undefined
-        ? UNHEARD.unclear
+        ? t("common:unheard.unclear")
         : translateServerText(problem.detail, problem.detail_key),
     );
     this.code = problem.code ?? "unknown";
@@ -101,8 +89,8 @@ async function unwrap<T>(
   } catch {
     throw new ProblemError({
       code: "no_connection",
-      detail: UNHEARD.silent,
-      next_step: UNHEARD.check,
+      detail: t("common:unheard.silent"),
+      next_step: t("common:unheard.check"),
     });
   }
   if (result.data === undefined || result.data === null) {

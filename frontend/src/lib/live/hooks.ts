@@ -1,15 +1,11 @@
 import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState, useSyncExternalStore } from "react";
 import type { CommandName, Live, Schemas, StationInfo } from "../api/client";
-import { say } from "../language";
+import { t } from "../i18n";
 import { translateServerText } from "../serverText";
 import { ageTenths, isAlive, type LiveState, store } from "./store";
 
 const AGE_UPDATE_MS = 500;
-const NOT_ALIVE = say(
-  { message: "There is no live connection to the apparatus.", nextStep: "Wait until it is back." },
-  { message: "装置とのライブ接続がありません。", nextStep: "接続が戻るまでお待ちください。" },
-);
 
 function useStore<T>(select: (state: LiveState) => T): T {
   return useSyncExternalStore(store.subscribe, () => select(store.get()));
@@ -58,8 +54,8 @@ export function useRefusal(
   if (!alive) {
     return {
       code: "not_alive",
-      message: NOT_ALIVE.message,
-      next_step: NOT_ALIVE.nextStep,
+      message: t("common:notAlive.message"),
+      next_step: t("common:notAlive.nextStep"),
     };
   }
   return (

@@ -2,12 +2,12 @@ import { Button, Group, Select, Stack, Text } from "@mantine/core";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type ReadyPatient, type Schemas, type Session } from "../../../lib/api/client";
+import { t } from "../../../lib/i18n";
 import { useDatabaseUnavailable, withOfflineCopy } from "../../../lib/offline";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useUserName } from "../../auth/hooks";
 import { settingsWords } from "../playSettingsModel";
-import { VISIT } from "./messages";
 
 const NONE = "none";
 
@@ -59,22 +59,37 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
     <Stack>
       <Select
         size="lg"
-        label={VISIT.programme}
+        label={t("station:visit.programme")}
         allowDeselect={false}
         data={[
-          ...choices.map((one) => ({ value: one.id, label: VISIT.version(one.name, one.number) })),
+          ...choices.map((one) => ({
+            value: one.id,
+            label: t("station:visit.version", { name: one.name, number: one.number }),
+          })),
           ...(planned && !version && chosen === planned && session?.programme
-            ? [{ value: planned, label: VISIT.version(session.programme.name, session.programme.number) }]
+            ? [
+                {
+                  value: planned,
+                  label: t("station:visit.version", {
+                    name: session.programme.name,
+                    number: session.programme.number,
+                  }),
+                },
+              ]
             : []),
           // Without the database only recordings fetched with the programme can be played.
-          ...(away && !session ? [] : [{ value: NONE, label: VISIT.none }]),
+          ...(away && !session ? [] : [{ value: NONE, label: t("station:visit.none") }]),
         ]}
         value={chosen}
         onChange={setGiven}
       />
       {items.map((item) => (
         <Text key={item.position}>
-          {VISIT.item(item.position, item.recording_name, settingsWords(item) ?? VISIT.asTaught)}
+          {t("station:visit.item", {
+            position: item.position,
+            name: item.recording_name,
+            settings: settingsWords(item) ?? t("station:visit.asTaught"),
+          })}
         </Text>
       ))}
       <Group>
@@ -84,7 +99,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
           disabled={programmes.isPending}
           onClick={() => begin.mutate()}
         >
-          {session ? VISIT.goOn : VISIT.begin}
+          {session ? t("station:visit.goOn") : t("station:visit.begin")}
         </Button>
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />

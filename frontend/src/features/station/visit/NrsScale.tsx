@@ -1,6 +1,6 @@
 import { Button, Group, Stack, Text } from "@mantine/core";
 import { useId } from "react";
-import { VISIT } from "./messages";
+import { t } from "../../../lib/i18n";
 
 const PAIN = Array.from({ length: 11 }, (_, pain) => pain);
 
@@ -28,7 +28,7 @@ export function NrsScale(props: {
             fz={22}
             variant={pain === value ? "filled" : "default"}
             aria-pressed={pain === value}
-            aria-label={VISIT.painIs(label, pain)}
+            aria-label={t("station:visit.painIs", { label, pain })}
             disabled={disabled}
             onClick={() => onChange(pain)}
           >
@@ -36,7 +36,7 @@ export function NrsScale(props: {
           </Button>
         ))}
       </Group>
-      <Text size="sm">{VISIT.painScale}</Text>
+      <Text size="sm">{t("station:visit.painScale")}</Text>
     </Stack>
   );
 }

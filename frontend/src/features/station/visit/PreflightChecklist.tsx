@@ -4,11 +4,11 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import type { ReactNode } from "react";
 import { api, type Check, type Schemas } from "../../../lib/api/client";
 import { formatClock } from "../../../lib/format";
+import { t } from "../../../lib/i18n";
 import { replaceData } from "../../../lib/replaceData";
 import { translateServerText } from "../../../lib/serverText";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useHasPermission, useUserName } from "../../auth/hooks";
-import { HOW, VISIT } from "./messages";
 import { CheckPicture } from "./pictures";
 
 const LOOK_AGAIN_MS = 1000;
@@ -75,10 +75,12 @@ export function PreflightChecklist(props: {
               flex="none"
               variant={toLookAt.length > 1 ? "default" : "filled"}
               disabled={tick.isPending}
-              aria-label={VISIT.isSoThat(translateServerText(check.sentence, check.sentence_key))}
+              aria-label={t("station:visit.isSoThat", {
+                check: translateServerText(check.sentence, check.sentence_key),
+              })}
               onClick={() => tick.mutate([check])}
             >
-              {VISIT.isSo}
+              {t("station:visit.isSo")}
             </Button>
           )}
         </CheckLine>
@@ -86,7 +88,7 @@ export function PreflightChecklist(props: {
       {toLookAt.length > 1 && (
         <Group justify="flex-end">
           <Button size="lg" disabled={tick.isPending} onClick={() => tick.mutate(toLookAt)}>
-            {VISIT.allSo(toLookAt.length)}
+            {t("station:visit.allSo", { count: toLookAt.length })}
           </Button>
         </Group>
       )}
@@ -114,8 +116,15 @@ export function CheckLine({ check, children }: { check: Check; children?: ReactN
   );
 }
 
+/** How to do what only the apparatus can tell. */
+const howTo = (check: Check["check"]) =>
+  check === "pedal" || check === "estop" ? t(`station:how.${check}`) : "";
+
 function answerWords(check: Check): string {
-  if (!check.given) return check.detected ? `${VISIT.notSeen}${HOW[check.check] ?? ""}` : VISIT.open;
+  if (!check.given)
+    return check.detected ? t("station:visit.notSeen") + howTo(check.check) : t("station:visit.open");
   const at = check.checked_at ? formatClock(new Date(check.checked_at)) : "";
-  return check.checked_by ? VISIT.givenBy(check.checked_by, at) : VISIT.seen(at);
+  return check.checked_by
+    ? t("station:visit.givenBy", { who: check.checked_by, at })
+    : t("station:visit.seen", { at });
 }

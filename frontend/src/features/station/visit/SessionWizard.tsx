@@ -3,6 +3,7 @@ import { IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
 import { api, type Session } from "../../../lib/api/client";
+import { t } from "../../../lib/i18n";
 import { useLive } from "../../../lib/live/hooks";
 import { useNewestSession, useRecordings } from "../../../lib/patientQueries";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
@@ -11,7 +12,6 @@ import { ProblemNote } from "../../../ui/ProblemNote";
 import { NoteCard } from "../../sessions/NoteCard";
 import { PlayPanel } from "../PlayPanel";
 import { BeginStep } from "./BeginStep";
-import { STEP_WORDS, VISIT } from "./messages";
 import { NrsScale } from "./NrsScale";
 import { PreflightChecklist, useChecklist } from "./PreflightChecklist";
 import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
@@ -52,20 +52,20 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
   }, [step, gone]);
   if (visit.isPending) return null;
   return (
-    <Card withBorder component="section" aria-label={VISIT.title}>
+    <Card withBorder component="section" aria-label={t("station:visit.title")}>
       <Stack>
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
         <Title order={2} size="h3" ref={heading} tabIndex={-1}>
-          {STEP_WORDS[step]}
+          {t(`station:stepWords.${step}`)}
         </Title>
         <ProblemNote error={visit.error} />
         {step === "begin" && (
           <>
             {newest?.signed_at && (
               <Text>
-                {VISIT.lastSigned}
+                {t("station:visit.lastSigned")}
                 <PageLink to="/sessions/$sessionId" params={{ sessionId: newest.id }}>
-                  {VISIT.look}
+                  {t("station:visit.look")}
                 </PageLink>
               </Text>
             )}
@@ -86,7 +86,7 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
                   variant={session.runs.length > 0 ? "filled" : "default"}
                   onClick={() => go("pain_after")}
                 >
-                  {VISIT.enough}
+                  {t("station:visit.enough")}
                 </Button>
               </Group>
             )}
@@ -98,7 +98,7 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
             {session.ended_at && (
               <Group>
                 <Button variant="default" size="lg" onClick={() => setAnother(true)}>
-                  {VISIT.signLater}
+                  {t("station:visit.signLater")}
                 </Button>
               </Group>
             )}
@@ -113,7 +113,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   const { step, session, locked, onGo } = props;
   const reached = STEPS.indexOf(stepOf(session));
   return (
-    <Group component="nav" gap="xs" aria-label={VISIT.steps}>
+    <Group component="nav" gap="xs" aria-label={t("station:visit.steps")}>
       {STEPS.map((one, place) => (
         <UnstyledButton
           key={one}
@@ -122,8 +122,12 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
           disabled={locked || !canGoTo(one, session)}
           onClick={() => onGo(one)}
         >
-          {place < reached ? <IconCircleCheckFilled size={22} aria-label={VISIT.done} /> : <b>{place + 1}</b>}{" "}
-          {STEP_WORDS[one]}
+          {place < reached ? (
+            <IconCircleCheckFilled size={22} aria-label={t("station:visit.done")} />
+          ) : (
+            <b>{place + 1}</b>
+          )}{" "}
+          {t(`station:stepWords.${one}`)}
         </UnstyledButton>
       ))}
     </Group>
@@ -141,11 +145,13 @@ function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
   const complete = checklist.data?.complete === true;
   return (
     <>
-      <Text>{name ? VISIT.checkedFor(name) : VISIT.nothingTaught}</Text>
+      <Text>
+        {name ? t("station:visit.checkedFor", { recording: name }) : t("station:visit.nothingTaught")}
+      </Text>
       <PreflightChecklist sessionId={session.id} recordingId={recordingId} onComplete={onDone} />
       <Group>
         <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
-          {complete ? VISIT.toPain : VISIT.toPainLater}
+          {complete ? t("station:visit.toPain") : t("station:visit.toPainLater")}
         </Button>
       </Group>
     </>
@@ -168,14 +174,14 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
     <>
       {when === "pain_after" && (
         <NrsScale
-          label={VISIT.worstPain}
+          label={t("station:visit.worstPain")}
           value={session.pain_during}
           disabled={say.isPending}
           onChange={(pain_during) => say.mutate({ pain_during })}
         />
       )}
       <NrsScale
-        label={when === "pain_before" ? VISIT.painBefore : VISIT.painAfter}
+        label={when === "pain_before" ? t("station:visit.painBefore") : t("station:visit.painAfter")}
         value={session[when]}
         disabled={say.isPending}
         onChange={(pain) => say.mutate({ [when]: pain })}
@@ -183,7 +189,7 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
       <ProblemNote error={say.error} />
       <Group>
         <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
-          {session[when] === null ? VISIT.notAsked : VISIT.goOn}
+          {session[when] === null ? t("station:visit.notAsked") : t("station:visit.goOn")}
         </Button>
       </Group>
     </>

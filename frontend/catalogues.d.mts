@@ -1,0 +1,2 @@
+export function checkCatalogues(): void;
+export function differences(reference: object, translation: object, language: string): string[];

@@ -1,0 +1,17 @@
+import i18next from "i18next";
+import { LANGUAGE } from "./language";
+
+// Modules use texts while they are loaded, so that they wait for the catalogue here. A catalogue imports no module of the
+// page: the import would wait for itself.
+const catalogue = LANGUAGE === "ja" ? await import("../locales/ja") : await import("../locales/en");
+
+await i18next.init({
+  lng: LANGUAGE,
+  fallbackLng: false,
+  resources: { [LANGUAGE]: catalogue.default },
+  // React escapes every text.
+  interpolation: { escapeValue: false },
+});
+
+/** Return a text of the page in its language: `t("station:lease.takeOver")`. Key and parameters are type-checked. */
+export const t = i18next.t;

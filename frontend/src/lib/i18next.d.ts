@@ -1,0 +1,9 @@
+import type { Resources } from "../locales/resources";
+
+declare module "i18next" {
+  interface CustomTypeOptions {
+    defaultNS: "common";
+    resources: Resources;
+    strictInterpolationChecks: true;
+  }
+}
