@@ -32,7 +32,7 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 
 # Each run has two workers, and a worker runs whole modules. Tests that move in real time and tests that measure run apart from those
 # that keep both processors busy. A journey's browser keeps an event loop in its worker, where no other test could start one; journeys that
-# move an arm run one after another in one worker (tests/e2e/conftest.py).
+# move an arm run one after another, because two arms that move at once on a busy computer have had drives that seemed silent.
 MEASURED := tests/bench tests/evaluation tests/simulator
 TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
 # Tests of the device that reach every line and branch of the modules that coverage counts. Counting takes more than twice the time, so
@@ -40,6 +40,7 @@ TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py crash.py de
 UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py documentation.py ipc.py journal.py latency_histogram.py loader.py \
 	matrix.py power.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
+ALONE := $(addprefix tests/e2e/test_,away.py clicks.py edit.py lease.py main_job.py programme.py steady.py visit.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
@@ -47,7 +48,8 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(TWO_BY_TWO) $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
 	@$(TWO_BY_TWO) $(MEASURED)
 	@$(TWO_BY_TWO) $(TIMED)
-	@$(TWO_BY_TWO) tests/e2e
+	@$(TWO_BY_TWO) tests/e2e $(addprefix --ignore=,$(ALONE))
+	@$(BIN)/python -m pytest $(ALONE)
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(TWO_BY_TWO) tests/device tests/motion tests/station tests/database

@@ -5,45 +5,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
-from xdist.scheduler import LoadFileScheduling
 
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import START_LIMIT_S, Clinic, clinic_in
 from tests.support.paths import ROOT
-
-MOVES_ARM: Final = {
-    "test_away",
-    "test_clicks",
-    "test_edit",
-    "test_lease",
-    "test_main_job",
-    "test_programme",
-    "test_visit",
-}
-"""Modules whose tests move the arm. Two moving arms at once on a busy computer have had drives that seemed silent."""
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give whole modules to a worker, and all modules that move the arm to the same worker."""
-    scheduler = LoadFileScheduling(config, log)
-    module_of = scheduler._split_scope
-
-    def group(nodeid: str) -> str:
-        module: str = module_of(nodeid)
-        return "arm" if Path(module).stem in MOVES_ARM else module
-
-    scheduler._split_scope = group
-    return scheduler
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Start with the journeys that move the arm: together they take the longest."""
-    items.sort(key=lambda item: item.path.stem not in MOVES_ARM)
 
 
 @pytest.fixture
