@@ -1,6 +1,7 @@
 """A Stop is measured behind a Load that is still being loaded; other draws are left out and counted."""
 
 import itertools
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
@@ -59,6 +60,10 @@ class ScriptedDevice:
         return self
 
     stops = 1
+    stop: SimpleNamespace | None = None
+
+    def stop_by(self, cause: str | None) -> None:
+        self.stop = SimpleNamespace(causes=[SimpleNamespace(code=cause)]) if cause else None
 
 
 DISCARDED = (STOPPED, STOP_ANSWERED_NS, False)
@@ -108,3 +113,14 @@ def test_loads_left_out_are_reported() -> None:
     stop._add_row(report, loaded, stop.StopFigures([2.0], 0, [], accepted_first=3))
     assert report.rows[0][1] == "1"
     assert any("3 Loads were accepted before the Stop was sent" in note for note in report.notes)
+
+
+def test_faults_are_left_out_and_slow_stops_are_errors() -> None:
+    device, error = ScriptedDevice(), BenchError("torque was not switched off")
+    for first in (None, stop.OPERATOR_STOP):
+        device.stop_by(first)
+        with pytest.raises(BenchError, match="torque was not switched off"):
+            stop._leave_out(cast(Device, device), error)
+    device.stop_by("timeout")
+    assert stop._leave_out(cast(Device, device), error) == "timeout"
+    assert device.commands == ["Acknowledge"]

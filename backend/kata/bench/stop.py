@@ -48,6 +48,8 @@ _DRAWS: Final = 100
 """Give up after so many Loads in a row that were accepted before the Stop was sent."""
 _PAUSE_S: Final = 0.002
 """Pause between two disturbances."""
+OPERATOR_STOP: Final = "operator_stop"
+"""Cause of a stop that was sent."""
 _UNANSWERED: Final = 0
 """Id of the Loads that only keep the device process busy; nothing waits for their answers."""
 
@@ -121,11 +123,20 @@ def _measure(folder: Path, case: StopLoad, stops: int, real_time: bool, progress
                         sample_ms, accepted = _stop_loading(device)
                         took_ms.append(sample_ms)
                         accepted_first += accepted
-                except BenchError:
-                    if not device.snapshot.stop:
-                        raise
-                    other_causes.append(_acknowledge(device, device.snapshot.stop.causes[0].code))
+                except BenchError as error:
+                    other_causes.append(_leave_out(device, error))
         return StopFigures(took_ms, device.snapshot.loop.overruns - before, other_causes, accepted_first)
+
+
+def _leave_out(device: Device, error: BenchError) -> str:
+    """Acknowledge a fault that came before the Stop, and return its cause.
+
+    :raises BenchError: the error, when no fault came first: a slow Stop must not be left out.
+    """
+    stop = device.snapshot.stop
+    if not stop or stop.causes[0].code == OPERATOR_STOP:
+        raise error
+    return _acknowledge(device, stop.causes[0].code)
 
 
 def _stop_held(device: Device, recording: Load) -> float:
@@ -142,8 +153,7 @@ def _stop_held(device: Device, recording: Load) -> float:
     if set(off) != set(AXES):
         raise BenchError("torque went off before the Stop was sent")
     device.until_mode("stopped")
-    device.insist(Acknowledge(stops=device.snapshot.stops, expires_ns=_expires_ns()))
-    device.until_mode("idle")
+    _acknowledge(device, OPERATOR_STOP)
     return (max(off.values()) - sent_ns) / 1e6
 
 
@@ -180,7 +190,7 @@ def _stop_one_load(device: Device) -> float | None:
     stopped = device.answer(number)
     if loaded.refusal is None:
         # It was accepted while the Stop was on its way. A Stop of a loaded station latches.
-        _acknowledge(device, "stop")
+        _acknowledge(device, OPERATOR_STOP)
         if loaded.at_ns < sent_ns:
             return None
     return (stopped.at_ns - sent_ns) / 1e6
