@@ -41,7 +41,9 @@ UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py docume
 	matrix.py power.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
 ALONE := $(addprefix tests/e2e/test_,away.py clicks.py edit.py lease.py main_job.py programme.py steady.py visit.py)
-TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# At a lower priority than the kernel's threads, which carry the bytes between the device and its simulated drives.
+PYTEST := nice -n 10 $(BIN)/python -m pytest
+TWO_BY_TWO := $(PYTEST) -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(TWO_BY_TWO) $(COUNTED) --cov
@@ -49,7 +51,7 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(TWO_BY_TWO) $(MEASURED)
 	@$(TWO_BY_TWO) $(TIMED)
 	@$(TWO_BY_TWO) tests/e2e $(addprefix --ignore=,$(ALONE))
-	@$(BIN)/python -m pytest $(ALONE)
+	@$(PYTEST) $(ALONE)
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(TWO_BY_TWO) tests/device tests/motion tests/station tests/database

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page
 
 from kata.auth.login_session import COOKIE
-from tests.support.browser_clinic import START_LIMIT_S, Clinic, clinic_in
+from tests.support.browser_clinic import Clinic, clinic_in
+from tests.support.page_actions import wait_until_idle
 from tests.support.paths import ROOT
 
 
@@ -41,7 +42,7 @@ def page(page: Page, clinic: Clinic) -> Page:
     """Return the station's page, signed in as an administrator, with an idle apparatus."""
     page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     page.goto(clinic.url)
-    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
+    wait_until_idle(page)
     return page
 
 

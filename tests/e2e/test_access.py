@@ -10,7 +10,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
 from tests.support.keyboard import choose, press, write
 from tests.support.page_accounts import PASSWORD, first_password, made, menu, sign_in
-from tests.support.page_actions import sign_up
+from tests.support.page_actions import sign_up, wait_until_idle
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_account_is_created_used_locked_and_closed(
     expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
     assert "Yamada" not in hers.content()
     assert "Yamada" not in hers.title()
-    expect(hers.get_by_test_id("mode")).to_have_text("Idle, torque off")
+    wait_until_idle(hers)
     expect(hers.get_by_test_id("estop")).to_have_attribute("data-state", "closed")
     hers.screenshot(path=artefacts / "locked.png")
     hers.get_by_role("button", name="Stop", exact=True).click()

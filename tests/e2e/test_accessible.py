@@ -12,8 +12,8 @@ from playwright.sync_api import Page, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.accessibility import addresses, wrong
-from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic, invented_clinic
-from tests.support.page_actions import acknowledge
+from tests.support.browser_clinic import LONG_MS, Clinic, invented_clinic
+from tests.support.page_actions import acknowledge, wait_until_idle
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def test_every_page_is_accessible(page: Page, clinic: Clinic, scheme: Any, artef
     for name, address in addresses(page, clinic).items():
         page.goto(clinic.url + address)
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
-        expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
+        wait_until_idle(page)
         if name in ("station", "station-patient"):
             expect(page.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
         page.wait_for_load_state("networkidle")

@@ -18,7 +18,7 @@ from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import motor_angles_deg
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import load_and_play, try_estop
+from tests.support.page_actions import load_and_play, try_estop, wait_until_idle
 from tests.support.recordings import LASTS_S, lifted
 
 FETCHED_MS = 20_000
@@ -126,7 +126,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
         load_and_play(page)
         page.screenshot(path=artefacts / "away-play.png", full_page=True)
-        expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+        wait_until_idle(page)
         # How it has ended is known here, and that nothing is left of what was planned.
         expect(visit.get_by_role("combobox", name="Recording")).to_have_value("", timeout=LONG_MS)
         visit.get_by_role("button", name="Finish playing: go to pain after").click()

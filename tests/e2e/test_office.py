@@ -9,6 +9,7 @@ from playwright.sync_api import Page, expect
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, reach, write
+from tests.support.page_actions import wait_until_idle
 
 PATIENT = "Ishii Nao"
 
@@ -18,7 +19,7 @@ def page(page: Page, demonstration: Clinic) -> Page:
     page.context.clear_cookies()
     page.context.add_cookies([{"name": COOKIE, "value": demonstration.cookie, "url": demonstration.url}])
     page.goto(demonstration.url)
-    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+    wait_until_idle(page)
     return page
 
 

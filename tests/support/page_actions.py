@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.support.browser_clinic import LONG_MS
+from tests.support.browser_clinic import LONG_MS, START_LIMIT_S
 
 HOLD_MS = 1500
 """Hold the button for a second, which asks the apparatus to move the arm."""
@@ -89,6 +89,15 @@ def acknowledge(page: Page, press: Press = click) -> None:
             continue
         return
     expect(banner).to_be_hidden()
+
+
+def wait_until_idle(page: Page) -> None:
+    """Wait until the apparatus is idle. Acknowledge a stop: on a busy computer the device misses answers while the service starts."""
+    mode = page.get_by_test_id("mode")
+    expect(mode).to_have_text(re.compile("^(Idle, torque off|Stopped)$"), timeout=START_LIMIT_S * 1000)
+    if mode.inner_text() == "Stopped":
+        acknowledge(page)
+    expect(mode).to_have_text("Idle, torque off")
 
 
 def begin_session(page: Page) -> None:
