@@ -58,7 +58,7 @@ def _one(defect: int, what: str, file: str, now: str, then: str, finder: Finder 
     return Revert(defect, what, (Edit(file, now, then),), finder)
 
 
-_COMPARED: Final = Edit("bus/verification.py", "        if mismatch:\n", "        if False:\n")
+_COMPARED: Final = Edit("bus/verification.py", "        if mismatches:\n", "        if False:\n")
 _NO_LIMITS_TIGHTEN: Final = Edit(
     "limits.py", "        self.now_deg = tuple(\n            (max(low, min(tight_low", "        _ = tuple(\n            (max(low, min(tight_low"
 )  # fmt: skip
@@ -218,8 +218,8 @@ REVERTS: Final = (
         9,
         "a watchdog that is not armed is not noticed",
         "bus/dynamixel/driver.py",
-        '            return ""\n        return "bus watchdog"',
-        '            return ""\n        return ""',
+        '            return ()\n        return ("bus watchdog",)',
+        "            return ()\n        return ()",
     ),
     _one(
         9,

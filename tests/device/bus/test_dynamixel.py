@@ -234,6 +234,21 @@ def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
     assert any(bus.read().inputs for _ in range(3))
 
 
+def test_mismatch_of_another_register_hides_no_pressed_switch() -> None:
+    """The position limits lie in the block with the modes of the ports. A held arm waits for a press of the switch."""
+    world = World()
+    bus = ready(world)
+    inputs_motor = world.config.inputs.drive_id
+    world.set_registers(inputs_motor, 48, b"\xff\x0f\0\0\0\0\0\0")
+    bus.close()
+    bus.open()
+    assert (inputs_motor, "position limits") in mismatches(world, bus, 50)
+    world.apparatus.press_estop(True)
+    read = bus.read().inputs
+    assert read is not None
+    assert read.estop_open
+
+
 def test_single_drive_without_an_armed_watchdog_is_found() -> None:
     world = World()
     bus = ready(world)

@@ -16,7 +16,7 @@ def verified(cycle_hz: int = 100) -> Verification:
     made = Verification(DRIVES, BLOCKS, cycle_hz)
     for drive in range(DRIVES):
         for block in range(BLOCKS):
-            made.found(drive, block, "")
+            made.found(drive, block, ())
     return made
 
 
@@ -29,7 +29,7 @@ def asked(
         due = verification.next_read()
         found.append(due)
         if due and due not in lost:
-            verification.found(*due, "")
+            verification.found(*due, ())
     return found
 
 
@@ -49,7 +49,7 @@ def test_lost_answer_is_requested_again_at_the_next_turn() -> None:
     first = next(due for due in iter(verification.next_read, ()) if due)
     again = next(due for due in iter(verification.next_read, ()) if due)
     assert again == first
-    verification.found(*again, "")
+    verification.found(*again, ())
     assert next(due for due in iter(verification.next_read, ()) if due) != first
 
 
@@ -61,8 +61,8 @@ def test_unanswered_block_delays_no_other() -> None:
 
     verification.forget(0)
     verification.forget(4)
-    verification.found(0, 0, "")
-    verification.found(4, 0, "")
+    verification.found(0, 0, ())
+    verification.found(4, 0, ())
     assert {(4, 1), (4, 2), (0, 2)} <= set(asked(verification, 12, lost=lost))
     assert verification.verified(4)
     assert not verification.verified(0)
@@ -79,7 +79,7 @@ def test_status_is_read_at_least_every_other_cycle(
     verification = verified(cycle_hz)
     for drive in forgotten:
         verification.forget(drive)
-        verification.found(drive, 0, "")
+        verification.found(drive, 0, ())
     reads = asked(verification, 4 * cycle_hz, lost=lost)
     assert all(before is None or after is None for before, after in itertools.pairwise(reads))
 
@@ -99,13 +99,13 @@ def test_nothing_is_read_of_drives_that_have_only_a_status() -> None:
 
 def test_wrong_register_stays_wrong_until_read_again() -> None:
     verification = verified()
-    verification.found(2, 1, "return delay time")
+    verification.found(2, 1, ["return delay time", "drive mode"])
     for _ in range(3):
         verification.heard(2, answered=False)
     assert verification.mismatch(2) == "return delay time"
-    verification.found(2, 1, "")
+    verification.found(2, 1, ())
     assert verification.mismatch(2) == ""
     assert not verification.verified(2), "the other blocks have not been read since it was silent"
     for block in range(BLOCKS):
-        verification.found(2, block, "")
+        verification.found(2, block, ())
     assert verification.verified(2)

@@ -1,6 +1,7 @@
 """Tracks which blocks of configured registers have been verified on each drive, and selects the next block to read."""
 
 import math
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -20,8 +21,8 @@ class _Drive:
     """Blocks that have not been read since the drive was configured or reappeared."""
     misses: int = 0
     """Consecutive missing answers."""
-    mismatches: dict[int, str] = field(default_factory=dict)
-    """By block: the name of a register with another value."""
+    mismatches: dict[int, Sequence[str]] = field(default_factory=dict)
+    """By block: the names of the registers with another value."""
 
 
 class Verification:
@@ -110,25 +111,25 @@ class Verification:
                 return place
         return None
 
-    def found(self, drive: int, block: int, mismatch: str) -> None:
-        """Record a block that was read. ``mismatch`` names a register with another value; empty if there is none."""
+    def found(self, drive: int, block: int, mismatches: Sequence[str]) -> None:
+        """Record a block that was read. ``mismatches``: names of the registers in it with another value than configured."""
         known = self._drives[drive]
         known.unread.discard(block)
         if self._rotation and (drive, block) == self._rotation[self._next]:
             self._move_on()
-        if mismatch:
-            known.mismatches[block] = mismatch
+        if mismatches:
+            known.mismatches[block] = mismatches
         else:
             known.mismatches.pop(block, None)
 
     def mismatch(self, drive: int) -> str:
         """Return the name of a register with another value than configured; empty if none is known."""
-        return next(iter(self._drives[drive].mismatches.values()), "")
+        return next((names[0] for names in self._drives[drive].mismatches.values()), "")
 
-    def block_matches(self, drive: int, block: int) -> bool:
-        """Return True if the block has been read and every register in it has its value."""
+    def registers_match(self, drive: int, block: int, names: Collection[str]) -> bool:
+        """Return True if the block has been read and the named registers in it have their values. Others may differ."""
         known = self._drives[drive]
-        return block not in known.unread and block not in known.mismatches
+        return block not in known.unread and not any(name in names for name in known.mismatches.get(block, ()))
 
     def verified(self, drive: int) -> bool:
         """Return True if every block has been read and every register has its value."""

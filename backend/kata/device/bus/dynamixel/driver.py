@@ -37,6 +37,7 @@ from kata.device.bus.dynamixel.registers import (
     Register,
     configured_registers,
     nearest_turn,
+    port_mode,
     zero_count,
 )
 from kata.device.bus.dynamixel.requests import ALERT, SYNC_WRITE, DynamixelRequests, OnReply, Replies
@@ -86,6 +87,7 @@ class DynamixelBus(DynamixelRequests):
         self._registers = [configured_registers(config, axis) for axis in config.axes]
         self._ports = (self._ids.index(config.inputs.drive_id), PORTS_BLOCK)
         """Drive and block that hold the modes of the input ports."""
+        self._port_modes = frozenset(port_mode(port) for port in config.inputs.ports)
         self._verification = Verification(len(self._ids), 1 + len(EEPROM_BLOCKS), config.cycle_hz, urgent=self._ports)
         self._armed_ns: int | None = None
         """When the bus watchdogs were armed; None while torque is off."""
@@ -200,10 +202,10 @@ class DynamixelBus(DynamixelRequests):
 
     def _read_inputs(self) -> InputSample | None:
         """Return the state of the contacts. None also if the ports are not verified as inputs: their values mean
-        nothing then.
+        nothing then. A mismatch of another register hides no pressed switch.
         """
         inputs = self._config.inputs
-        if not self._verification.block_matches(*self._ports):
+        if not self._verification.registers_match(*self._ports, self._port_modes):
             return None
         first = min(inputs.ports)
         length = self._input_bytes
@@ -241,7 +243,7 @@ class DynamixelBus(DynamixelRequests):
         if read is None:
             return None
         t_ns, data = read
-        self._compare(axis, 0, STATUS_BLOCK, data, self._watchdog_mismatch(t_ns, data))
+        self._compare(axis, 0, STATUS_BLOCK, data, *self._watchdog_mismatch(t_ns, data))
         return DriveStatus(
             t_ns=t_ns,
             axis=axis,
@@ -261,19 +263,21 @@ class DynamixelBus(DynamixelRequests):
         if read:
             self._compare(axis, block, addresses, read[1])
 
-    def _compare(self, axis: int, block: int, addresses: range, data: bytes, mismatch: str = "") -> None:
-        for register in self._registers[axis]:
-            at = register.address - addresses.start
-            if register.address in addresses and data[at : at + len(register.data)] != register.data:
-                mismatch = mismatch or register.name
-        self._verification.found(axis, block, mismatch)
+    def _compare(self, axis: int, block: int, addresses: range, data: bytes, *mismatches: str) -> None:
+        differing = [
+            register.name
+            for register in self._registers[axis]
+            if register.address in addresses
+            and data[(at := register.address - addresses.start) : at + len(register.data)] != register.data
+        ]
+        self._verification.found(axis, block, [*mismatches, *differing])
 
-    def _watchdog_mismatch(self, t_ns: int, data: bytes) -> str:
+    def _watchdog_mismatch(self, t_ns: int, data: bytes) -> tuple[str, ...]:
         """Return the watchdog's name if a drive with torque has not armed it: no drive confirms the write that arms it."""
         armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMING_LIMIT_NS
         if not armed or not data[0] or data[_WATCHDOG_AT] in (self._watchdog, _WATCHDOG_TRIPPED):
-            return ""
-        return "bus watchdog"
+            return ()
+        return ("bus watchdog",)
 
     # -- configuration ------------------------------------------------------------------------------------------------
 

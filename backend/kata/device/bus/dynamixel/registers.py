@@ -90,12 +90,17 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
         yield Register("position limits", _POSITION_LIMITS, limits)
     if axis.id == config.inputs.drive_id:
         for port in sorted(config.inputs.ports):
-            yield Register(f"mode of external port {port}", _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
+            yield Register(port_mode(port), _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
     yield Register("startup configuration", _STARTUP, bytes([_NOTHING_AT_STARTUP]))
     gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
     yield Register("position gains", _GAINS, gains)
     yield Register("goal current", _GOAL_CURRENT, struct.pack("<h", current))
     yield CONFIGURED
+
+
+def port_mode(port: int) -> str:
+    """Return the name of the register with the mode of external port 1 to 3."""
+    return f"mode of external port {port}"
 
 
 def _position_limits(axis: Axis) -> bytes | None:

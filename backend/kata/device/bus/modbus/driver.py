@@ -72,7 +72,7 @@ class ModbusBus(ModbusRequests):
             answer = self._read_drive(axis) if self._backoff.should_poll(axis.id) else None
             if answer and answer.data is not None:
                 drives.append(self._drive_sample(axis, answer.t_ns, answer.data))
-                self._verification.found(n, 0, "")
+                self._verification.found(n, 0, ())
                 self._verification.heard(n, answered=True)
                 statuses.append(self._drive_status(n, answer.t_ns, answer.data))
             else:
@@ -190,16 +190,16 @@ class ModbusBus(ModbusRequests):
         if answer.data is None:
             return
         data = answer.data[1:]
-        mismatch = ""
-        for name, first, wanted in self._registers[axis]:
-            at = 2 * (first - span.start)
-            if first in span and data[at : at + len(wanted)] != wanted:
-                mismatch = mismatch or name
+        mismatches = [
+            name
+            for name, first, wanted in self._registers[axis]
+            if first in span and data[(at := 2 * (first - span.start)) : at + len(wanted)] != wanted
+        ]
         watchdog_at = 2 * (self._map.watchdog_ms - span.start)
         if armed_ns is not None and self._map.watchdog_ms in span:
             armed = int.from_bytes(data[watchdog_at : watchdog_at + 2], "big")
-            mismatch = mismatch or ("" if armed == self._config.bus_watchdog_ms else "watchdog")
-        self._verification.found(axis, block, mismatch)
+            mismatches += [] if armed == self._config.bus_watchdog_ms else ["watchdog"]
+        self._verification.found(axis, block, mismatches)
 
     def _read_span(self, slave: int, span: range) -> ModbusAnswer:
         return self._transact(slave, READ, struct.pack(">HH", span.start, len(span)), 5 + 2 * len(span))
