@@ -93,7 +93,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
     # Somebody looks at the record; that is what makes it one of this day.
     page.goto(f"{clinic.url}/patients/{patient_id}")
     expect(page.get_by_role("heading", name="Yamada Hanako")).to_be_visible(timeout=LONG_MS)
-    page.get_by_role("link", name="To the station").click()
+    page.get_by_role("link", name="Go to the station").click()
     expect(page.get_by_role("button", name="Begin the session")).to_be_visible(timeout=LONG_MS)
 
     def is_ready() -> bool:
@@ -106,7 +106,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
     assert is_ready()
     page.goto(clinic.url)
     with server.killed():
-        expect(page.get_by_text("The database is away.")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_text("You can begin or continue sessions")).to_be_visible(timeout=LONG_MS)
         page.get_by_role("combobox", name="Patient").click()
         offered = page.get_by_role("option")
         expect(offered).to_have_text(["Yamada Hanako (K-1)"], timeout=LONG_MS)
@@ -119,7 +119,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
 
         expect(visit.get_by_role("heading", name="Checklist")).to_be_visible(timeout=LONG_MS)
         try_estop(page)
-        expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
+        expect(visit.get_by_test_id("check-estop")).to_contain_text("Detected by the apparatus", timeout=LONG_MS)
         page.screenshot(path=artefacts / "away-checklist.png", full_page=True)
         visit.get_by_role("button", name="Confirm all 3 checks").click()
         visit.get_by_role("button", name="Pain before: 4").click()
@@ -132,19 +132,19 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         visit.get_by_role("button", name="Finish playing: go to pain after").click()
         visit.get_by_role("button", name="Worst pain during the session: 5").click()
         visit.get_by_role("button", name="Pain after: 3").click()
-        visit.get_by_role("combobox", name="How did it end?").click()
+        visit.get_by_role("combobox", name="Reason for ending").click()
         page.get_by_role("option", name="Completed as planned").click()
         visit.get_by_role("button", name="End the session").click()
         expect(visit.get_by_role("button", name="Sign as")).to_be_visible(timeout=LONG_MS)
         page.screenshot(path=artefacts / "away-note.png", full_page=True)
 
     # By itself the page goes on with what the database has by now.
-    expect(page.get_by_text("The database is away.")).to_be_hidden(timeout=LONG_MS)
+    expect(page.get_by_text("You can begin or continue sessions")).to_be_hidden(timeout=LONG_MS)
     note = visit.get_by_role("textbox", name="Note of this session")
     expect(note).to_have_value(re.compile("Lift"), timeout=LONG_MS)
     page.screenshot(path=artefacts / "away-back.png", full_page=True)
     visit.get_by_role("button", name="Sign as").click()
-    visit.get_by_role("link", name="Look at it").click(timeout=LONG_MS)
+    visit.get_by_role("link", name="View it").click(timeout=LONG_MS)
     expect(page.get_by_test_id("signed")).to_contain_text("Signed by Test administrator", timeout=LONG_MS)
     expect(page.get_by_test_id("pain")).to_have_text("Pain (0 to 10): 4 before, 5 during, 3 after")
     there = page.request.get(f"{clinic.url}/api/patients/{patient_id}/sessions").json()["items"]

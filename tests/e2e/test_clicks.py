@@ -55,7 +55,7 @@ def choose(page: Page) -> None:
 
 def test_daily_tasks_take_few_clicks(page: Page, counted: dict[str, dict[str, float]]) -> None:
     sign_up(page, NAME)
-    page.get_by_role("link", name="To the station").click()
+    page.get_by_role("link", name="Go to the station").click()
     stand_for_left(page)
     # The day's first act at the apparatus, whoever comes.
     try_estop(page)

@@ -21,7 +21,7 @@ MOTION: Final = "5 Flexion / extension of the shoulder"
 @pytest.mark.campaign
 @pytest.mark.timeout(7200)
 def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic) -> None:
-    page.get_by_role("button", name="Show in three dimensions").click()
+    page.get_by_role("button", name="Show in 3D").click()
     expect(page.locator("canvas").first).to_be_visible()
     motion = page.get_by_role("combobox", name="Motion that the hand follows")
     motion.fill(MOTION)

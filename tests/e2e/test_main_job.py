@@ -45,7 +45,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     page.get_by_role("link", name="Sessions").click()
     expect(banner).to_be_visible()
     page.get_by_role("link", name="Yamada Hanako").click()
-    page.get_by_role("link", name="To the station").click()
+    page.get_by_role("link", name="Go to the station").click()
 
     page.get_by_role("button", name="Release the e-stop switch").click()
     expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
@@ -55,13 +55,13 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
 
     load_and_play(page)
-    expect(page.get_by_test_id("left")).to_contain_text("left")
+    expect(page.get_by_test_id("left")).to_contain_text("remaining")
     page.screenshot(path=artefacts / "playing.png")
     expect(first).to_contain_text("6 of 6")
-    first.get_by_role("button", name="Hide this").click()
+    first.get_by_role("button", name="Hide", exact=True).click()
     expect(first).to_be_hidden()
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
-    page.get_by_role("link", name="Look at teaching against playback").click()
+    page.get_by_role("link", name="Compare teaching and playback").click()
 
     runs = page.get_by_role("region", name=re.compile("Playback"))
     expect(runs).to_have_count(2)

@@ -71,7 +71,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     write(page, page.get_by_label("Name of the programme"), "Evening")
     choose(page, page.get_by_role("combobox", name="Add a recording"), "motors 3, 4 only")
     dialog = page.get_by_role("dialog")
-    press(page, dialog.get_by_role("button", name="Repetitions: more"))
+    press(page, dialog.get_by_role("button", name="Repetitions: increase"))
     press(page, dialog.get_by_role("slider", name="Resistance level"), "End")
     press(page, dialog.get_by_role("button", name="Done"))
     expect(dialog).to_be_hidden()
@@ -89,15 +89,15 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     expect(page.get_by_role("heading", name=re.compile("^Session of"))).to_be_visible(timeout=LONG_MS)
 
     # A part of its figures, from a little later on, and all of them again.
-    part = page.get_by_role("group", name="Part that the figures show").first
+    part = page.get_by_role("group", name="Part shown in the figures").first
     with page.expect_response(lambda answer: "/figures?start_s=" in answer.url):
         press(page, part.get_by_role("slider", name="From"), "ArrowRight")
     expect(part.get_by_test_id("window")).not_to_contain_text("Shown: 0.0")
-    press(page, part.get_by_role("button", name="All of it"))
+    press(page, part.get_by_role("button", name="Whole recording"))
     expect(part.get_by_test_id("window")).to_contain_text("Shown: 0.0")
 
-    beside = page.get_by_role("region", name="Beside another session")
-    choose(page, beside.get_by_role("combobox", name="Which session"), "2026")
+    beside = page.get_by_role("region", name="Compare with another session")
+    choose(page, beside.get_by_role("combobox", name="Session"), "2026")
     expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
     expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
     page.screenshot(path=artefacts / "office-beside.png", full_page=True)

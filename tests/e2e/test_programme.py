@@ -31,28 +31,28 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
             expect(page.get_by_test_id("whole")).to_have_text("Resistance level not chosen yet: Raise the arm")
             dialog.get_by_role("slider", name="Resistance level").press("End")
         for _ in range(more):
-            dialog.get_by_role("button", name="Repetitions: more").click()
+            dialog.get_by_role("button", name="Repetitions: increase").click()
         dialog.get_by_role("button", name="Done").click()
         expect(dialog).to_be_hidden()
         # Where it was before: until then what is focused by somebody else would lose it again.
         expect(page.get_by_role("combobox", name="Add a recording")).to_be_focused()
-    table = page.get_by_role("table", name="Recordings in their order")
+    table = page.get_by_role("table", name="Recordings in playing order")
     expect(table.get_by_role("row", name="A little less")).to_contain_text("4 repetitions")
     # By the keyboard: up, and the button stays in use where it has become the first.
-    up = page.get_by_role("button", name="A little less: up")
+    up = page.get_by_role("button", name="A little less: move up")
     up.focus()
     page.keyboard.press("Enter")
     expect(table.get_by_role("row").nth(1)).to_contain_text("A little less")
-    expect(page.get_by_role("button", name="A little less: down")).to_be_focused()
+    expect(page.get_by_role("button", name="A little less: move down")).to_be_focused()
     for control in (up, page.get_by_role("button", name="Raise the arm: settings")):
         box = control.bounding_box()
         assert box is not None
         assert min(box["width"], box["height"]) >= 42
-    for name in ("With timer", "With sessions a week"):
+    for name in ("With timer", "With sessions per week"):
         page.get_by_role("switch", name=name).press(" ")
         expect(page.get_by_role("switch", name=name)).to_be_checked()
     page.get_by_label("Prescribed by").fill("Aoki Rin")
-    expect(page.get_by_test_id("whole")).to_contain_text("of playing in all", timeout=LONG_MS)
+    expect(page.get_by_test_id("whole")).to_contain_text("Total playing time", timeout=LONG_MS)
     page.screenshot(path=artefacts / "programme-new.png", full_page=True)
     page.get_by_role("button", name="Save the programme").click()
     expect(page.get_by_role("heading", name="Morning")).to_be_visible()
@@ -60,14 +60,14 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
 
     page.get_by_role("button", name="Change").click()
     page.get_by_role("button", name="Raise the arm: settings").click()
-    page.get_by_role("button", name="Speed: less").click()
+    page.get_by_role("button", name="Speed: decrease").click()
     page.get_by_role("button", name="Done").click()
-    page.get_by_role("button", name="A little less: take out").click()
-    page.get_by_label("Why").fill("It hurt at the end.")
+    page.get_by_role("button", name="A little less: remove").click()
+    page.get_by_label("Reason").fill("It hurt at the end.")
     page.get_by_role("button", name="Save as version 2").click()
     changes = page.get_by_test_id("changes-2")
     expect(changes.get_by_role("listitem")).to_have_text(
-        ["A little less is left out", "Raise the arm: speed 90 % instead of 100 %"]
+        ["A little less removed", "Raise the arm: speed 90 % instead of 100 %"]
     )
     versions = page.get_by_role("region", name="Versions")
     versions.get_by_role("button", name="Show version 1").click()
@@ -76,7 +76,7 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
 
     # Today's visit is for the newest programme, as it now stands.
     page.get_by_role("link", name="Mori Sakura").click()
-    page.get_by_role("link", name="To the station").click()
+    page.get_by_role("link", name="Go to the station").click()
     visit = page.get_by_role("region", name="Session")
     expect(visit.get_by_role("combobox", name="Programme")).to_have_value("Morning (version 2)")
     expect(visit.get_by_text("1. Raise the arm: 90 % of the speed")).to_be_visible()
@@ -84,7 +84,7 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     expect(visit.get_by_role("combobox", name="Recording")).to_have_value("1. Raise the arm")
     load_and_play(page)
     expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
-    page.get_by_role("link", name="Look at teaching against playback").click()
+    page.get_by_role("link", name="Compare teaching and playback").click()
     expect(page.get_by_test_id("planned").get_by_role("row", name="Raise the arm")).to_contain_text("3 of 3")
 
     # On paper, in either language, and as a file.

@@ -22,7 +22,7 @@ NEXT_PICTURE: Final = """async (before) => {
 
 
 def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
-    page.get_by_role("button", name="Show in three dimensions").click()
+    page.get_by_role("button", name="Show in 3D").click()
     corner = page.evaluate(NEXT_PICTURE)
 
     page.get_by_role("radiogroup", name="View").get_by_text("Back", exact=True).click()

@@ -24,12 +24,12 @@ def sign_up(page: Page, name: str) -> None:
 
 
 def teach(page: Page, artefacts: Path) -> None:
-    press(page, page.get_by_role("link", name="To the station"))
+    press(page, page.get_by_role("link", name="Go to the station"))
     stand_for_left(page, press)
     # The checklist: somebody looks, and the apparatus sees for itself that its switch was tried.
-    before = page.get_by_role("region", name="Before teaching")
+    before = page.get_by_role("region", name="Checks before teaching")
     switch = before.get_by_test_id("check-estop")
-    expect(switch).to_contain_text("Not seen yet")
+    expect(switch).to_contain_text("Not detected yet")
     expect(before.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, closed")
     expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
     page.screenshot(path=artefacts / "before-teaching.png", full_page=True)
@@ -68,7 +68,7 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
 
     # Once more for this session; what the apparatus has seen today it says itself.
     line = visit.get_by_test_id("check-estop")
-    expect(line).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
+    expect(line).to_contain_text("Detected by the apparatus", timeout=LONG_MS)
     expect(line.get_by_role("button")).to_have_count(0)
     for check in ("side", "fixtures", "belt"):
         at_least_44(visit.get_by_test_id(f"check-{check}").get_by_role("button"))
@@ -137,13 +137,15 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     expect(note).to_have_value(re.compile(re.escape("2 after. Did well.")))
     press(page, visit.get_by_role("button", name="End the session"))
     press(page, visit.get_by_role("button", name="Sign as Test administrator"))
-    press(page, page.get_by_role("link", name="Look at it"))
+    press(page, page.get_by_role("link", name="View it"))
 
     # On its own page: what was answered and measured, signed; then only added to.
     expect(page.get_by_test_id("signed")).to_contain_text("Signed by Test administrator")
     expect(page.get_by_test_id("note")).to_contain_text("Did well.")
     expect(page.get_by_test_id("pain")).to_have_text("Pain (0 to 10): 4 before, 5 during, 2 after")
-    expect(page.get_by_role("region", name="Checklist")).to_contain_text("Emergency stop tried: seen by the apparatus")
+    expect(page.get_by_role("region", name="Checklist")).to_contain_text(
+        "Emergency stop tested: detected by the apparatus"
+    )
     expect(page.get_by_test_id("end-reason")).to_have_text("Completed as planned")
     expect(page.get_by_label("Note of this session")).to_have_count(0)
     write(page, page.get_by_label("Addendum"), "Slept well.")

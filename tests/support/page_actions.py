@@ -31,20 +31,20 @@ def sign_up(page: Page, name: str, number: str = "K-0042") -> None:
 
 def stand_for_left(page: Page, press: Press = click) -> None:
     """Turn the apparatus, which starts at the right side, for the patient's left side."""
-    expect(page.get_by_text("The apparatus stands for the right shoulder", exact=True)).to_be_visible()
-    press(page, page.get_by_role("button", name="Turned to the left shoulder"))
-    press(page, page.get_by_role("button", name="It stands for the left shoulder"))
+    expect(page.get_by_text("The apparatus is set up for the right shoulder", exact=True)).to_be_visible()
+    press(page, page.get_by_role("button", name="Set up for the left shoulder …"))
+    press(page, page.get_by_role("button", name="Confirm: set up for the left shoulder"))
     expect(page.get_by_role("dialog")).to_be_hidden(timeout=LONG_MS)
-    expect(page.get_by_text("The apparatus stands for the left shoulder", exact=True)).to_be_visible()
+    expect(page.get_by_text("The apparatus is set up for the left shoulder", exact=True)).to_be_visible()
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
 
 
 def teach(page: Page, motion: str) -> None:
-    page.get_by_role("link", name="To the station").click()
+    page.get_by_role("link", name="Go to the station").click()
     stand_for_left(page)
-    before = page.get_by_role("region", name="Before teaching")
+    before = page.get_by_role("region", name="Checks before teaching")
     start = page.get_by_role("button", name="Confirm all 3 checks and start teaching")
-    expect(before.get_by_test_id("check-estop")).to_contain_text("Not seen yet")
+    expect(before.get_by_test_id("check-estop")).to_contain_text("Not detected yet")
     expect(start).to_be_disabled()
     try_estop(page)
     expect(before.get_by_test_id("check-estop")).to_be_hidden(timeout=LONG_MS)
@@ -105,7 +105,7 @@ def begin_session(page: Page) -> None:
     visit = page.get_by_role("region", name="Session")
     visit.get_by_role("button", name="Begin the session").click()
     # The emergency stop was tested before teaching.
-    expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
+    expect(visit.get_by_test_id("check-estop")).to_contain_text("Detected by the apparatus", timeout=LONG_MS)
     for check in ("side", "fixtures"):
         line = visit.get_by_test_id(f"check-{check}")
         line.get_by_role("button").click()

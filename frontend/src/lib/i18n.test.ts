@@ -30,11 +30,11 @@ test("what a person has written is shown as it is", async () => {
 
 test("plurals and lists follow the language", async () => {
   const t = await speaking("en");
-  expect(t("sessions:session.takenBack", { count: 1 })).toBe("taken back once");
-  expect(t("sessions:session.takenBack", { count: 2 })).toBe("taken back 2 times");
+  expect(t("sessions:session.reversals", { count: 1 })).toBe("taken back once");
+  expect(t("sessions:session.reversals", { count: 2 })).toBe("taken back 2 times");
   expect(t("common:format.list", { words: ["a", "b", "c"] })).toBe("a, b, c");
   vi.resetModules();
   const japanese = await speaking("ja");
-  expect(japanese("sessions:session.takenBack", { count: 1 })).toBe("抵抗による引き戻し1回");
+  expect(japanese("sessions:session.reversals", { count: 1 })).toBe("抵抗による引き戻し1回");
   expect(japanese("common:format.list", { words: ["a", "b", "c"] })).toBe("a、b、c");
 });

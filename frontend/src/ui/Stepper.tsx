@@ -35,7 +35,7 @@ export function Stepper(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={t("station:playing.less", { label })}
+          aria-label={t("station:settings.decrease", { label })}
           disabled={disabled || value <= min}
           onClick={() => changeTo(value - step)}
         >
@@ -61,7 +61,7 @@ export function Stepper(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={t("station:playing.more", { label })}
+          aria-label={t("station:settings.increase", { label })}
           disabled={disabled || value >= max}
           onClick={() => changeTo(value + step)}
         >
@@ -70,7 +70,7 @@ export function Stepper(props: {
       </Group>
       {!valid && !disabled && (
         <Text size="sm" c="grape.9" role="alert">
-          {t("station:playing.outOfRange", { min, max, unit: unit && ` ${unit}` })}
+          {t("station:settings.outOfRange", { min, max, unit: unit && ` ${unit}` })}
         </Text>
       )}
     </Stack>

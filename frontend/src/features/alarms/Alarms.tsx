@@ -28,7 +28,7 @@ export function AlarmFrame(props: { priority: Priority; testid?: string; childre
   return (
     <div className={classes.alarm} data-priority={props.priority} data-testid={props.testid} role="alert">
       <div className={classes.mark}>
-        <Icon size={40} role="img" aria-label={t(`alarms:priorityWords.${props.priority}`)} />
+        <Icon size={40} role="img" aria-label={t(`alarms:priorities.${props.priority}`)} />
       </div>
       <div className={classes.told}>{props.children}</div>
     </div>
@@ -94,10 +94,10 @@ function AlarmSound({ alarms }: { alarms: Alarm[] }) {
           setNow(Date.now());
         }}
       >
-        {sounding ? t("alarms:words.pauseSound") : t("alarms:words.soundOn")}
+        {sounding ? t("alarms:texts.pauseSound") : t("alarms:texts.soundOn")}
       </Button>
       <Text size="sm" role="status">
-        {pause.paused ? t("alarms:words.soundPaused") : sounder.isUnlocked ? "" : t("alarms:words.noSound")}
+        {pause.paused ? t("alarms:texts.soundPaused") : sounder.isUnlocked ? "" : t("alarms:texts.noSound")}
       </Text>
     </Group>
   );

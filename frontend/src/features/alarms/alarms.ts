@@ -33,15 +33,15 @@ export function activeAlarms(state: LiveState): Alarm[] {
     raise(
       "connection_lost",
       unseen,
-      t("alarms:words.lost"),
-      unseen === "high" ? t("alarms:words.lostHeldNext") : t("alarms:words.lostNext"),
+      t("alarms:texts.connectionLost"),
+      unseen === "high" ? t("alarms:texts.connectionLostTorqueNext") : t("alarms:texts.connectionLostNext"),
     );
   if (connected && !alive && live !== null && live.device !== "starting") {
     raise(
       "device_silent",
       unseen,
-      t("alarms:words.restarting"),
-      unseen === "high" ? t("alarms:words.restartingHeldNext") : t("alarms:words.restartingNext"),
+      t("alarms:texts.deviceSilent"),
+      unseen === "high" ? t("alarms:texts.deviceSilentTorqueNext") : t("alarms:texts.deviceSilentNext"),
     );
   }
   const cause = live?.stop?.causes[0];
@@ -49,16 +49,16 @@ export function activeAlarms(state: LiveState): Alarm[] {
     raise(
       "not_kept",
       "medium",
-      t("alarms:words.notKept", { since: formatClock(new Date(live.database.spool_full_since)) }),
-      t("alarms:words.notKeptNext"),
+      t("alarms:texts.spoolFull", { since: formatClock(new Date(live.database.spool_full_since)) }),
+      t("alarms:texts.spoolFullNext"),
     );
   } else if (connected && live?.database.unavailable_since) {
     const since = formatClock(new Date(live.database.unavailable_since));
     raise(
       "database_away",
       "low",
-      t("alarms:words.databaseAway", { since }),
-      t("alarms:words.databaseAwayNext"),
+      t("alarms:texts.databaseUnavailable", { since }),
+      t("alarms:texts.databaseUnavailableNext"),
     );
   }
   if (live?.stop && cause) {
@@ -73,21 +73,21 @@ export function activeAlarms(state: LiveState): Alarm[] {
   }
   if (alive && live !== null) {
     if (live.estop === "unknown" && !live.stop) {
-      raise("estop_missing", "high", t("alarms:words.estopMissing"), t("alarms:words.estopMissingNext"));
+      raise("estop_missing", "high", t("alarms:texts.estopMissing"), t("alarms:texts.estopMissingNext"));
     }
     if (live.lease?.unreachable_since && live.torque !== "off")
-      raise("holder_away", "medium", t("alarms:words.away"), t("alarms:words.awayNext"));
+      raise("holder_away", "medium", t("alarms:texts.browserLost"), t("alarms:texts.browserLostNext"));
     if (live.teaching && live.pedal === "unknown") {
-      raise("pedal_unknown", "low", t("alarms:words.pedal"), t("alarms:words.pedalNext"));
+      raise("pedal_unknown", "low", t("alarms:texts.pedal"), t("alarms:texts.pedalNext"));
     }
     if (live.run?.reversing && !live.stop) {
       raise(
         "reversing",
         "low",
         live.run.resistance === null
-          ? t("alarms:words.reversing")
+          ? t("alarms:texts.reversing")
           : translateServerText(live.run.resistance, live.run.resistance_key),
-        t("alarms:words.reversingNext"),
+        t("alarms:texts.reversingNext"),
       );
     }
   }

@@ -43,8 +43,8 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
   const buttons = [
     { label: t("digital-twin:view.left"), Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
     { label: t("digital-twin:view.right"), Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
-    { label: t("digital-twin:view.nearer"), Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
-    { label: t("digital-twin:view.further"), Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
+    { label: t("digital-twin:view.zoomIn"), Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
+    { label: t("digital-twin:view.zoomOut"), Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
   ];
   return (
     <Stack gap="xs">
@@ -54,7 +54,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
           size="md"
           value={named ?? ""}
           onChange={(name) => look(viewOf(name as ViewName, side), name as ViewName)}
-          data={VIEWS.map((value) => ({ value, label: t(`digital-twin:viewWords.${value}`) }))}
+          data={VIEWS.map((value) => ({ value, label: t(`digital-twin:views.${value}`) }))}
         />
         <Group gap={4}>
           {buttons.map(({ label: does, Icon, to }) => (
@@ -92,7 +92,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
             <span className={classes.disc ?? ""} style={{ background: MOTOR_COLOURS[motor] }}>
               {motor}
             </span>
-            {t(`digital-twin:moves.${motor}`)}
+            {t(`digital-twin:motorMotions.${motor}`)}
           </UnstyledButton>
         ))}
       </Group>
@@ -113,7 +113,7 @@ function InWords({ source, side, limits }: { source: AnglesSource | null; side: 
     <div data-testid="apparatus-words">
       {body && (
         <dl className={classes.body ?? ""}>
-          {t("digital-twin:body", { returnObjects: true }).map((name, n) => (
+          {t("digital-twin:bodyMotions", { returnObjects: true }).map((name, n) => (
             <div key={name}>
               <dt>{name}</dt>
               <dd>{body[n]}</dd>
@@ -142,7 +142,7 @@ function inWords(source: AnglesSource | null, side: Side, limits: Limits) {
   const ends = endsReached(angles, limits);
   const notes = MOTORS.flatMap((motor) => {
     const end = ends[motor - 1];
-    return end ? [t(`digital-twin:atEnd.${end}`, { motor })] : [];
+    return end ? [t(`digital-twin:atLimit.${end}`, { motor })] : [];
   });
   if (posture === null) return { body: null, notes: [t("digital-twin:view.noPose"), ...notes] };
   return { body: posture.pose_deg.map((angle) => formatDegrees(angle, 0)), notes };

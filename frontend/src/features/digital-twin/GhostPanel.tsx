@@ -61,7 +61,7 @@ export function GhostPanel({
       </Group>
       {leaving.map((one) => (
         <Text key={one.motor} fw={600}>
-          {t("digital-twin:ghost.leaves", {
+          {t("digital-twin:ghost.leavesRange", {
             motor: one.motor,
             at: formatDeg(one.at_s),
             angle: formatDeg(one.angle_deg),

@@ -38,7 +38,7 @@ export default function RecordingApparatus({ recordingId }: { recordingId: strin
             limits={limits}
             real={null}
             ghost={ghost}
-            label={t("digital-twin:view.taught")}
+            label={t("digital-twin:view.recordingLabel")}
           />
         </>
       )}

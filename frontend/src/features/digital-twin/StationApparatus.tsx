@@ -47,7 +47,7 @@ export default function StationApparatus() {
             <Text span c={GHOST_COLOUR} inherit aria-hidden>
               {SQUARE}{" "}
             </Text>
-            {t("digital-twin:ghost.shows")}
+            {t("digital-twin:ghost.explanation")}
           </Text>
         )}
       </Group>
@@ -59,7 +59,7 @@ export default function StationApparatus() {
           limits={limits}
           real={liveAngles}
           ghost={shown}
-          label={t("digital-twin:view.now")}
+          label={t("digital-twin:view.liveLabel")}
         />
       </div>
     </Card>

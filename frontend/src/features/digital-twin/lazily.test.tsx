@@ -19,7 +19,7 @@ function opener(torque: Live["torque"]) {
       <LiveApparatus />
     </MantineProvider>,
   );
-  return screen.getByRole("button", { name: "Show in three dimensions" }) as HTMLButtonElement;
+  return screen.getByRole("button", { name: "Show in 3D" }) as HTMLButtonElement;
 }
 
 afterEach(() => {
@@ -30,7 +30,7 @@ afterEach(() => {
 describe("the apparatus in three dimensions", () => {
   it("opens only without torque, because drawing may delay Stop", () => {
     expect(opener("on").disabled).toBe(true);
-    expect(screen.getByText("To be opened while the motors have no torque.")).toBeTruthy();
+    expect(screen.getByText("Available when the motors have no torque.")).toBeTruthy();
     cleanup();
     expect(opener("unknown").disabled).toBe(true);
     cleanup();

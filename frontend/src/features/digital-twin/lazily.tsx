@@ -19,7 +19,7 @@ export function LiveApparatus() {
   return (
     <Opened
       title={t("digital-twin:view.title")}
-      notNow={torque !== "off" && torque !== null ? t("digital-twin:view.notNow") : ""}
+      notNow={torque !== "off" && torque !== null ? t("digital-twin:view.torqueOn") : ""}
     >
       <StationApparatus />
     </Opened>

@@ -32,7 +32,7 @@ export function EditableItems(props: {
     const ways = by === 1 ? ["down", "up"] : ["up", "down"];
     focus.current = ways.map((way) => `${item.key} ${way}`);
     setTold(
-      t("programmes:items.isNow", {
+      t("programmes:items.moved", {
         recording: item.recording_name,
         place: place + by + 1,
         of: draft.items.length,
@@ -43,7 +43,7 @@ export function EditableItems(props: {
   return (
     <>
       <VisuallyHidden role="status">{told}</VisuallyHidden>
-      <Table verticalSpacing="sm" aria-label={t("programmes:items.inOrder")}>
+      <Table verticalSpacing="sm" aria-label={t("programmes:items.caption")}>
         <Table.Thead>
           <Table.Tr>
             <Table.Th w={40}>{t("programmes:items.number")}</Table.Th>
@@ -102,7 +102,7 @@ export function EditableItems(props: {
                     <ActionIcon
                       size={44}
                       variant="default"
-                      aria-label={t("programmes:items.takeOut", { recording: name })}
+                      aria-label={t("programmes:items.remove", { recording: name })}
                       onClick={() =>
                         onChange({ ...draft, items: draft.items.filter((one) => one.key !== item.key) })
                       }

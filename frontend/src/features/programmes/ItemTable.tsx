@@ -8,7 +8,7 @@ import { itemWords } from "./describeProgramme";
 /** The items of a programme version, read-only. */
 export function ItemTable({ version }: { version: ProgrammeVersion }) {
   return (
-    <Table verticalSpacing="sm" aria-label={t("programmes:versions.one", { number: version.number })}>
+    <Table verticalSpacing="sm" aria-label={t("programmes:versions.number", { number: version.number })}>
       <Table.Thead>
         <Table.Tr>
           <Table.Th w={40}>{t("programmes:items.number")}</Table.Th>

@@ -62,8 +62,8 @@ export function NewProgramme(props: {
       {episodes.data && open.length === 0 && <Text>{t("programmes:new.noEpisode")}</Text>}
       {open.length > 1 && (
         <Radio.Group
-          label={t("programmes:new.which")}
-          description={t("programmes:new.whichMeans")}
+          label={t("programmes:new.whichEpisode")}
+          description={t("programmes:new.whichExplanation")}
           size="md"
           value={chosen}
           onChange={setChosen}

@@ -91,11 +91,13 @@ it("shows done, changed and omitted items", async () => {
   expect(cells(1)).toEqual(["10 of 10", "–"]);
   expect(cells(2)).toEqual([
     "4 of 10",
-    "stopped, range 80 % instead of 100 %, less range while it played, down to 60 %",
+    "stopped, range 80 % instead of 100 %, range reduced during playback, down to 60 %",
   ]);
-  expect(cells(3)).toEqual(["0 of 10", "Left out"]);
+  expect(cells(3)).toEqual(["0 of 10", "Not played"]);
   expect(screen.getByText(/14 of 30 planned/)).toBeTruthy();
-  expect(screen.getByTestId("besides").textContent).toBe("Played besides: Reach (10 repetitions).");
+  expect(screen.getByTestId("besides").textContent).toBe(
+    "Played outside the programme: Reach (10 repetitions).",
+  );
   expect(screen.getByTestId("timer").textContent).toContain("1:01 of 1 minute played: the time is up");
 });
 

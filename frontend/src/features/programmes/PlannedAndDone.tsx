@@ -25,7 +25,7 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
         <PageLink to="/programmes/$programmeId" params={{ programmeId: programme.id }}>
           {programme.name}
         </PageLink>
-        {t("programmes:plan.of", {
+        {t("programmes:plan.summary", {
           version: programme.number,
           done: plan.data.repetitions_done,
           planned: plan.data.repetitions_planned,
@@ -46,7 +46,7 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
             <Table.Th>{t("programmes:plan.recording")}</Table.Th>
             <Table.Th>{t("programmes:plan.planned")}</Table.Th>
             <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
-            <Table.Th>{t("programmes:plan.otherwise")}</Table.Th>
+            <Table.Th>{t("programmes:plan.differences")}</Table.Th>
           </Table.Tr>
         </Table.Thead>
         <Table.Tbody>
@@ -65,10 +65,10 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
       </Table>
       {besides.length > 0 && (
         <Text data-testid="besides">
-          {t("programmes:plan.besides", {
+          {t("programmes:plan.notPlanned", {
             runs: besides
               .map((run) =>
-                t("programmes:plan.besidesRun", {
+                t("programmes:plan.notPlannedRun", {
                   recording: run.recording_name,
                   played: lower(itemWords(run)),
                 }),
@@ -88,9 +88,10 @@ function otherwise(item: Schemas["ItemDone"], ended: boolean): string {
       differences(item, run, run.changed),
       run.least_range_percent === null
         ? []
-        : t("programmes:plan.lessRange", { percent: Math.round(run.least_range_percent) }),
+        : t("programmes:plan.rangeReduced", { percent: Math.round(run.least_range_percent) }),
     ].flat(),
   );
-  if (item.done === "none") words.unshift(ended ? t("programmes:plan.leftOut") : t("programmes:plan.notYet"));
-  return words.length > 0 ? t("programmes:played.several", { words }) : "–";
+  if (item.done === "none")
+    words.unshift(ended ? t("programmes:plan.notPlayed") : t("programmes:plan.notYet"));
+  return words.length > 0 ? t("programmes:played.list", { words }) : "–";
 }

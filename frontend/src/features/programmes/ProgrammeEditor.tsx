@@ -17,9 +17,14 @@ import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft
 import { EditableItems } from "./EditableItems";
 
 type Treated = { id: string; side: "left" | "right" };
-type Field = Steps & { label: string; none: string; withIt: string; unit: string };
+type Field = Steps & { label: string; none: string; enable: string; unit: string };
 const TIMER: Field = { ...t("programmes:editor.timer", { returnObjects: true }), min: 1, max: 240, step: 1 };
-const WISH: Field = { ...t("programmes:editor.wish", { returnObjects: true }), min: 1, max: 21, step: 1 };
+const WEEKLY_GOAL: Field = {
+  ...t("programmes:editor.weeklyGoal", { returnObjects: true }),
+  min: 1,
+  max: 21,
+  step: 1,
+};
 
 /** True if an optional number is empty or within its bounds. */
 const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
@@ -83,12 +88,12 @@ export function ProgrammeEditor(props: {
       />
       <Text size="lg" fw={600} data-testid="whole">
         {preview.told
-          ? t("programmes:editor.whole", { duration: formatSpan(preview.told.duration_s) })
+          ? t("programmes:editor.total", { duration: formatSpan(preview.told.duration_s) })
           : withoutLevel.length > 0
-            ? t("programmes:editor.levelOpen", {
+            ? t("programmes:editor.levelMissing", {
                 recordings: withoutLevel.map((item) => item.recording_name),
               })
-            : draft.items.length > 0 && !preview.error && t("programmes:editor.working")}
+            : draft.items.length > 0 && !preview.error && t("programmes:editor.calculating")}
       </Text>
       {beyond && <Text data-testid="beyond">{beyond}</Text>}
       <ProblemNote error={preview.error} />
@@ -100,14 +105,14 @@ export function ProgrammeEditor(props: {
           onChange={(timer_minutes) => setDraft({ ...draft, timer_minutes })}
         />
         <Optional
-          field={WISH}
+          field={WEEKLY_GOAL}
           usual={3}
           value={draft.sessions_per_week}
           onChange={(sessions_per_week) => setDraft({ ...draft, sessions_per_week })}
         />
       </Group>
       <Textarea
-        label={t("programmes:editor.why")}
+        label={t("programmes:editor.reason")}
         rows={3}
         value={note}
         error={fields.note}
@@ -131,7 +136,7 @@ export function ProgrammeEditor(props: {
             checked.some((one) => one.problem !== null) ||
             !draft.items.every((item) => arePlayable(item) && item.load_level !== null) ||
             !isGiven(TIMER, draft.timer_minutes) ||
-            !isGiven(WISH, draft.sessions_per_week)
+            !isGiven(WEEKLY_GOAL, draft.sessions_per_week)
           }
           onClick={() => save.mutate()}
         >
@@ -244,7 +249,7 @@ function Optional(props: {
       <Switch
         size="lg"
         label={value === null ? field.none : field.label}
-        aria-label={field.withIt}
+        aria-label={field.enable}
         checked={value !== null}
         onChange={(event) => onChange(event.currentTarget.checked ? props.usual : null)}
       />

@@ -88,7 +88,7 @@ function show() {
 }
 const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
 const names = () =>
-  within(screen.getByRole("table", { name: "Recordings in their order" }))
+  within(screen.getByRole("table", { name: "Recordings in playing order" }))
     .getAllByRole("row")
     .slice(1)
     .map((row) => within(row).getAllByRole("cell")[1]?.textContent);
@@ -99,11 +99,11 @@ describe("a programme", { timeout: 30_000 }, () => {
     saved.mockResolvedValue(CHANGED);
     show();
     press("Change");
-    press("Turn: up");
+    press("Turn: move up");
     expect(names()).toEqual(["Turn", "Lift"]);
-    expect(screen.getByText("Turn is now 1 of 2.")).toBeTruthy();
+    expect(screen.getByText("Turn is now number 1 of 2.")).toBeTruthy();
     press("Lift: settings");
-    press("Range: less");
+    press("Range: decrease");
     press("One level lower");
     press("Done");
     fireEvent.click(screen.getByRole("switch", { name: "With timer" }));
@@ -130,16 +130,16 @@ describe("a programme", { timeout: 30_000 }, () => {
     ]);
     // The previous version stays listed, with the changes.
     await waitFor(() => expect(screen.queryByRole("button", { name: "Save as version 2" })).toBeNull());
-    expect(screen.getByTestId("changes-2").textContent).toBe("Lift is left out");
+    expect(screen.getByTestId("changes-2").textContent).toBe("Lift removed");
     expect(screen.getByText("To begin with.")).toBeTruthy();
   });
 
   it("keeps the focus on a moved item's buttons", () => {
     show();
     press("Change");
-    press("Lift: down");
-    expect(document.activeElement?.getAttribute("aria-label")).toBe("Lift: up");
-    press("Lift: take out");
+    press("Lift: move down");
+    expect(document.activeElement?.getAttribute("aria-label")).toBe("Lift: move up");
+    press("Lift: remove");
     expect(names()).toEqual(["Turn"]);
   });
 
@@ -154,7 +154,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     show();
     press("Change");
     expect((await screen.findByRole("alert")).textContent).toContain("motor 3 is too fast");
-    expect(screen.getByTestId("whole").textContent).toBe("0:30 of playing in all");
+    expect(screen.getByTestId("whole").textContent).toBe("Total playing time 0:30");
     expect(screen.getByRole("button", { name: "Save as version 2" }).hasAttribute("disabled")).toBe(true);
   });
 
@@ -165,13 +165,13 @@ describe("a programme", { timeout: 30_000 }, () => {
     vi.spyOn(api, "programme").mockResolvedValue(CHANGED);
     show();
     press("Change");
-    press("Turn: up");
+    press("Turn: move up");
     press("Save as version 2");
-    expect(await screen.findByText(/Baba has made version 2 in the meantime/)).toBeTruthy();
+    expect(await screen.findByText(/Baba has saved version 2 in the meantime/)).toBeTruthy();
     expect(screen.getByText("Too much.")).toBeTruthy();
     expect(names()).toEqual(["Turn", "Lift"]);
     saved.mockResolvedValue(CHANGED);
-    press("I have read version 2: mine comes after it");
+    press("I have read version 2: save mine after it");
     press("Save as version 3");
     await waitFor(() => expect(saved.mock.calls.at(-1)?.[1].based_on).toBe(2));
   });

@@ -109,7 +109,7 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
 function Says({ version }: { version: ProgrammeVersion }) {
   const beyond = timerWords(version.timer_minutes, version.duration_s);
   return (
-    <Stack gap="xs" component="section" aria-label={t("programmes:programme.saysNow")}>
+    <Stack gap="xs" component="section" aria-label={t("programmes:programme.currentContents")}>
       <Text size="lg" fw={600}>
         {versionWords(version)}
       </Text>
@@ -142,10 +142,10 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
         <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
           <Stack gap="xs" align="start">
             <Text>
-              {t("programmes:versions.meanwhile", { by: programme.current.made_by, number: newest })}
+              {t("programmes:versions.conflict", { by: programme.current.made_by, number: newest })}
             </Text>
             <Button variant="default" onClick={() => setBasedOn(newest)}>
-              {t("programmes:versions.read", { number: newest })}
+              {t("programmes:versions.confirmRead", { number: newest })}
             </Button>
           </Stack>
         </Alert>
@@ -176,12 +176,12 @@ function Version({ version, before }: { version: ProgrammeVersion; before: Progr
     <Card
       withBorder
       component="section"
-      aria-label={t("programmes:versions.one", { number: version.number })}
+      aria-label={t("programmes:versions.number", { number: version.number })}
     >
       <Stack gap="xs">
         <Group justify="space-between" align="start">
           <Title order={3} size="h4">
-            {t("programmes:versions.made", {
+            {t("programmes:versions.heading", {
               number: version.number,
               moment: formatMoment(version.made_at),
               by: version.made_by,

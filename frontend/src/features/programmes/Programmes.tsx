@@ -42,7 +42,7 @@ export function Programmes({ patientId }: { patientId: string }) {
           <Table.Thead>
             <Table.Tr>
               <Table.Th>{t("programmes:programme.nameColumn")}</Table.Th>
-              <Table.Th>{t("programmes:programme.says")}</Table.Th>
+              <Table.Th>{t("programmes:programme.contents")}</Table.Th>
               <Table.Th>{t("programmes:programme.since")}</Table.Th>
             </Table.Tr>
           </Table.Thead>
@@ -127,6 +127,6 @@ function weekWords(week: { sessions: number; wished: number | null; planned: num
   const held =
     wished === null
       ? t("programmes:regularity.sessions", { sessions })
-      : t("programmes:regularity.ofWished", { sessions, wished });
+      : t("programmes:regularity.ofGoal", { sessions, wished });
   return planned ? t("programmes:regularity.withRepetitions", { sessions: held, done, planned }) : held;
 }

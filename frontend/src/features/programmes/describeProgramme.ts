@@ -28,21 +28,21 @@ export function itemWords(item: PlayedSettings): string {
 
 /** Describe a version's settings. */
 export function versionWords(version: ProgrammeVersion): string {
-  let words: string = t("programmes:played.whole", {
+  let words: string = t("programmes:played.total", {
     count: version.items.length,
     duration: formatSpan(version.duration_s),
   });
   if (version.timer_minutes !== null)
     words = t("programmes:played.withTimer", { words, count: version.timer_minutes });
   if (version.sessions_per_week !== null)
-    words = t("programmes:played.withWish", { words, count: version.sessions_per_week });
+    words = t("programmes:played.withWeeklyGoal", { words, count: version.sessions_per_week });
   return words;
 }
 
 /** Describe that the timer ends the programme early; null if it does not. */
 export function timerWords(timerMinutes: number | null, durationS: number): string | null {
   if (timerMinutes === null || durationS <= 60 * timerMinutes) return null;
-  return t("programmes:played.beyond", { duration: formatSpan(durationS), count: timerMinutes });
+  return t("programmes:played.exceedsTimer", { duration: formatSpan(durationS), count: timerMinutes });
 }
 
 /** Describe differences from the plan or the previous version: "speed 80 % instead of 100 %". */
@@ -52,7 +52,7 @@ export function differences(
   which: Setting[] = NAMES.filter((name) => before[name] !== after[name]),
 ): string[] {
   return which.map((name) =>
-    t(`programmes:played.instead.${name}`, { after: value(name, after), before: value(name, before) }),
+    t(`programmes:played.difference.${name}`, { after: value(name, after), before: value(name, before) }),
   );
 }
 
@@ -71,15 +71,15 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
   const [old, now] = [named(before.items), named(after.items)];
   const words: string[] = [];
   for (const [key, { label }] of old)
-    if (!now.has(key)) words.push(t("programmes:changed.leftOut", { recording: label }));
+    if (!now.has(key)) words.push(t("programmes:changed.removed", { recording: label }));
   for (const [key, { label, item }] of now) {
     const was = old.get(key);
     if (!was) words.push(t("programmes:changed.added", { recording: label, played: lower(itemWords(item)) }));
     else if (differences(was.item, item).length > 0)
       words.push(
-        t("programmes:changed.set", {
+        t("programmes:changed.settings", {
           recording: label,
-          differences: t("programmes:played.several", { words: differences(was.item, item) }),
+          differences: t("programmes:played.list", { words: differences(was.item, item) }),
         }),
       );
   }
@@ -89,7 +89,7 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
   ];
   if (kept.join() !== stays.join()) words.push(t("programmes:changed.order"));
   words.push(...optional("timer", before.timer_minutes, after.timer_minutes));
-  words.push(...optional("wish", before.sessions_per_week, after.sessions_per_week));
+  words.push(...optional("weeklyGoal", before.sessions_per_week, after.sessions_per_week));
   return words.length > 0 ? words : [t("programmes:changed.nothing")];
 }
 
@@ -102,18 +102,18 @@ function named(items: ProgrammeItem[]): Map<string, { label: string; item: Progr
       const label =
         time === 1
           ? item.recording_name
-          : t("programmes:changed.again", { recording: item.recording_name, time });
+          : t("programmes:changed.nth", { recording: item.recording_name, time });
       return [`${item.recording_id} ${time}`, { label, item }];
     }),
   );
 }
 
-function optional(what: "timer" | "wish", before: number | null, after: number | null): string[] {
+function optional(what: "timer" | "weeklyGoal", before: number | null, after: number | null): string[] {
   if (before === after) return [];
-  if (after === null) return [t(`programmes:changed.${what}.gone`, { count: before ?? 0 })];
+  if (after === null) return [t(`programmes:changed.${what}.removed`, { count: before ?? 0 })];
   return [
     before === null
-      ? t(`programmes:changed.${what}.begun`, { count: after })
-      : t(`programmes:changed.${what}.moved`, { count: after, before }),
+      ? t(`programmes:changed.${what}.set`, { count: after })
+      : t(`programmes:changed.${what}.changed`, { count: after, before }),
   ];
 }

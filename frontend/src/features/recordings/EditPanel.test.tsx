@@ -68,8 +68,8 @@ const kept = () => screen.queryByRole("button", { name: "Keep as a new recording
 
 describe("an edited recording", () => {
   it("is previewed, then saved as previewed", async () => {
-    press("From: more");
-    press("To: less");
+    press("From: increase");
+    press("To: decrease");
     expect(kept()).toBeNull();
     press("Preview");
     await screen.findByRole("figure");
@@ -88,7 +88,7 @@ describe("an edited recording", () => {
     press("Preview");
     await screen.findByRole("figure");
     expect(kept()).not.toBeNull();
-    press("From: more");
+    press("From: increase");
     expect(kept()).toBeNull();
     expect(screen.queryByRole("figure")).toBeNull();
   });
@@ -98,7 +98,7 @@ describe("an edited recording", () => {
       new ProblemError({ detail: "motor 3 would go to 128.0 deg at 4.0 s.", next_step: "Choose less." }),
     );
     choose("Stretch at the end");
-    press("Beyond the end: more");
+    press("Beyond the end: increase");
     press("Preview");
     expect((await screen.findByRole("alert")).textContent).toContain(
       "motor 3 would go to 128.0 deg at 4.0 s.",
@@ -132,8 +132,8 @@ describe("an edited recording", () => {
   it("leaves half a second between the ends", () => {
     const to = screen.getByRole("textbox", { name: "To" });
     fireEvent.change(to, { target: { value: "0.5 s" } });
-    expect(screen.getByRole("button", { name: "From: more" }).hasAttribute("disabled")).toBe(true);
-    expect(screen.getByRole("button", { name: "To: less" }).hasAttribute("disabled")).toBe(true);
+    expect(screen.getByRole("button", { name: "From: increase" }).hasAttribute("disabled")).toBe(true);
+    expect(screen.getByRole("button", { name: "To: decrease" }).hasAttribute("disabled")).toBe(true);
   });
 });
 

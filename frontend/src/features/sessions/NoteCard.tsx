@@ -31,7 +31,7 @@ export function NoteCard({ session }: { session: Session }) {
         ) : writes ? (
           <Open session={session} />
         ) : (
-          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || t("sessions:note.nothing")}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || t("sessions:note.empty")}</Text>
         )}
       </Stack>
     </Card>
@@ -125,7 +125,7 @@ function Open({ session }: { session: Session }) {
               later(draft.data.text);
             }}
           >
-            {t("sessions:note.anew")}
+            {t("sessions:note.draftAgain")}
           </Button>
         )}
       </Group>
@@ -139,13 +139,13 @@ function Open({ session }: { session: Session }) {
           >
             {t("sessions:note.signAs", { who })}
           </Button>
-          <Text>{arriving ? t("sessions:note.arriving") : t("sessions:note.onceSigned")}</Text>
+          <Text>{arriving ? t("sessions:note.stillSaving") : t("sessions:note.signedIsFinal")}</Text>
         </Group>
       ) : (
         <Group align="end">
           <Select
             size="lg"
-            label={t("sessions:note.howEnded")}
+            label={t("sessions:note.endReason")}
             allowDeselect={false}
             data={Object.entries(t("sessions:endReasons", { returnObjects: true })).map(([value, label]) => ({
               value,
@@ -210,7 +210,7 @@ function Add({ session }: { session: Session }) {
     <>
       <Textarea
         label={t("sessions:note.addendum")}
-        description={t("sessions:note.addendumIs")}
+        description={t("sessions:note.addendumExplanation")}
         autosize
         minRows={2}
         value={text}

@@ -37,7 +37,7 @@ function show() {
 }
 
 async function choose(day: number) {
-  fireEvent.click(await screen.findByRole("combobox", { name: "Which session" }));
+  fireEvent.click(await screen.findByRole("combobox", { name: "Session" }));
   fireEvent.click(await screen.findByText(formatMoment(at(day))));
 }
 

@@ -25,22 +25,22 @@ export function SessionComparison({ session }: { session: Session }) {
   const others = (sessions.items ?? []).filter((one) => one.id !== session.id);
   if (others.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label={t("sessions:beside.title")}>
+    <Card withBorder component="section" aria-label={t("sessions:comparison.title")}>
       <Stack>
         <Title order={2} size="h3">
-          {t("sessions:beside.title")}
+          {t("sessions:comparison.title")}
         </Title>
         <Group align="end">
           <Select
-            label={t("sessions:beside.which")}
-            placeholder={t("sessions:beside.none")}
+            label={t("sessions:comparison.session")}
+            placeholder={t("sessions:comparison.none")}
             w={320}
             clearable
             data={others.map((one) => ({ value: one.id, label: formatMoment(one.started_at) }))}
             value={chosen}
             onChange={setChosen}
           />
-          <LoadMoreButton list={sessions} words={t("sessions:beside.older")} />
+          <LoadMoreButton list={sessions} words={t("sessions:comparison.older")} />
         </Group>
         <ProblemNote error={sessions.error ?? other.error} />
         {chosen && other.data && <Both other={other.data} here={session} />}
@@ -53,13 +53,13 @@ function Both({ other, here }: { other: Session; here: Session }) {
   return (
     <Table.ScrollContainer minWidth={640}>
       <Table withTableBorder verticalSpacing="xs" data-testid="beside">
-        <Table.Caption>{t("sessions:beside.caption")}</Table.Caption>
+        <Table.Caption>{t("sessions:comparison.caption")}</Table.Caption>
         <Head
-          first={t("sessions:beside.what")}
+          first={t("sessions:comparison.measure")}
           others={[
             formatMoment(other.started_at),
-            t("sessions:beside.here", { at: formatMoment(here.started_at) }),
-            t("sessions:beside.change"),
+            t("sessions:comparison.here", { at: formatMoment(here.started_at) }),
+            t("sessions:comparison.change"),
           ]}
         />
         {compareSessions(other, here).map((part) => (

@@ -19,19 +19,19 @@ export function SessionFacts({ session }: { session: Session }) {
             <Text data-testid="end-reason">{t(`sessions:endReasons.${session.end_reason}`)}</Text>
           )}
           <Text data-testid="pain">{painWords(session)}</Text>
-          {!session.programme && <Text>{t("sessions:facts.oneByOne")}</Text>}
+          {!session.programme && <Text>{t("sessions:facts.noProgramme")}</Text>}
         </Stack>
       </Card>
       <Card withBorder component="section" aria-label={t("sessions:facts.checklist")}>
         <Title order={3} size="h4">
           {t("sessions:facts.checklist")}
         </Title>
-        {session.checks.length === 0 && <Text>{t("sessions:facts.notGone")}</Text>}
+        {session.checks.length === 0 && <Text>{t("sessions:facts.noChecks")}</Text>}
         {session.checks.map((one) => (
           <Text key={`${one.check} ${one.at}`}>
             {t("sessions:facts.answer", {
               check: checkWords(one),
-              who: one.by || t("sessions:facts.seen"),
+              who: one.by || t("sessions:facts.detected"),
               at: formatClock(new Date(one.at)),
             })}
           </Text>
@@ -53,7 +53,10 @@ function whoWords({ side, therapist, station }: Session): string[] {
 function checkWords({ check, subject }: Schemas["CheckAnswer"]): string {
   const parts = subject.split("+").map((part) => SUBJECTS[part] ?? part.replaceAll("_", " "));
   return subject
-    ? t("sessions:facts.about", { check: t(`sessions:checks.${check}`), subject: formatList(parts) })
+    ? t("sessions:facts.checkAndSubject", {
+        check: t(`sessions:checks.${check}`),
+        subject: formatList(parts),
+      })
     : t(`sessions:checks.${check}`);
 }
 

@@ -22,7 +22,7 @@ describe("the filters of the sessions", () => {
   it("can be added one by one", () => {
     const onChange = show({ therapist: "Sato" });
     fireEvent.change(screen.getByLabelText("From"), { target: { value: "2026-11-01" } });
-    fireEvent.click(screen.getByRole("combobox", { name: "Stopped by" }));
+    fireEvent.click(screen.getByRole("combobox", { name: "Cause of stop" }));
     fireEvent.click(screen.getByRole("option", { name: "Emergency stop pressed" }));
     expect(onChange.mock.calls).toEqual([
       [{ therapist: "Sato", from: "2026-11-01" }],
@@ -71,5 +71,5 @@ describe("the address", () => {
 
 it.each([
   ["estop_pressed", "Emergency stop pressed"],
-  ["drive_silent", "Drive silent"],
+  ["drive_silent", "Motor does not answer"],
 ])("the stop cause %s reads %s", (code, words) => expect(stopWords(code)).toBe(words));

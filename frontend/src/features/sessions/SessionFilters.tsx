@@ -48,7 +48,7 @@ export function SessionFilters(props: {
       {day(t("sessions:sessions.to"), "to")}
       {choice(t("sessions:sessions.therapist"), "therapist", named(choices?.therapists ?? []))}
       {choice(t("sessions:sessions.station"), "station", named(choices?.stations ?? []))}
-      {choice(t("sessions:sessions.stoppedBy"), "stop", stops)}
+      {choice(t("sessions:sessions.stopCause"), "stop", stops)}
       {Object.keys(value).length > 0 && (
         <Button variant="subtle" onClick={() => onChange({})}>
           {t("sessions:sessions.showAll")}

@@ -28,7 +28,7 @@ export function SessionPage() {
   const session = useQuery({ queryKey: ["session", sessionId], queryFn: () => api.session(sessionId) });
   useTitle(
     session.data
-      ? t("sessions:session.of", { patient: session.data.patient.name })
+      ? t("sessions:session.ofPatient", { patient: session.data.patient.name })
       : t("sessions:session.title"),
   );
   if (session.error) return <ProblemNote error={session.error} />;
@@ -40,7 +40,7 @@ export function SessionPage() {
         <Group justify="space-between" align="start">
           <div>
             <Title order={1} size="h2">
-              <InlineSlot words={(patient) => t("sessions:session.of", { patient })}>
+              <InlineSlot words={(patient) => t("sessions:session.ofPatient", { patient })}>
                 <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
                   {it.patient.name}
                 </PageLink>
@@ -132,9 +132,9 @@ function doneWords(run: Run): string {
   if (run.repetitions_done !== null) {
     words.push(t("sessions:session.repetitions", { done: run.repetitions_done, planned: run.repetitions }));
   }
-  if (run.reversals) words.push(t("sessions:session.takenBack", { count: run.reversals }));
+  if (run.reversals) words.push(t("sessions:session.reversals", { count: run.reversals }));
   if (run.least_range_percent !== null)
-    words.push(t("sessions:session.leastRange", { percent: run.least_range_percent }));
+    words.push(t("sessions:session.smallestRange", { percent: run.least_range_percent }));
   return formatList(words);
 }
 

@@ -17,7 +17,7 @@ export function SessionTable(props: {
     <Table verticalSpacing="md" highlightOnHover>
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>{t("sessions:sessions.began")}</Table.Th>
+          <Table.Th>{t("sessions:sessions.started")}</Table.Th>
           {props.withPatient && <Table.Th>{t("sessions:sessions.patient")}</Table.Th>}
           <Table.Th>{t("sessions:sessions.therapist")}</Table.Th>
           <Table.Th>{t("sessions:sessions.station")}</Table.Th>
@@ -57,7 +57,7 @@ export function SessionTable(props: {
             <Table.Td>
               {session.signed_at
                 ? formatAfter(session.signed_at, session.started_at)
-                : t("sessions:sessions.notYet")}
+                : t("sessions:sessions.notSigned")}
             </Table.Td>
           </Table.Tr>
         ))}

@@ -42,7 +42,7 @@ it("moves both ends by keys and resets when full", () => {
   key("To", "ArrowRight");
   key("From", "ArrowLeft");
   expect(heard).toHaveBeenLastCalledWith(null);
-  const all = screen.getByRole<HTMLButtonElement>("button", { name: "All of it" });
+  const all = screen.getByRole<HTMLButtonElement>("button", { name: "Whole recording" });
   expect(all.disabled).toBe(true);
   key("From", "ArrowRight");
   fireEvent.click(all);

@@ -18,11 +18,11 @@ export function compareSessions(other: Told, here: Told): Part[] {
   return [
     {
       key: "pain",
-      title: t("sessions:beside.pain"),
+      title: t("sessions:comparison.pain"),
       lines: [
-        numbers(t("sessions:beside.before"), other.pain_before, here.pain_before, 0),
-        numbers(t("sessions:beside.during"), other.pain_during, here.pain_during, 0),
-        numbers(t("sessions:beside.after"), other.pain_after, here.pain_after, 0),
+        numbers(t("sessions:comparison.before"), other.pain_before, here.pain_before, 0),
+        numbers(t("sessions:comparison.during"), other.pain_during, here.pain_during, 0),
+        numbers(t("sessions:comparison.after"), other.pain_after, here.pain_after, 0),
       ],
     },
     ...[...recordings].map(([id, title]) => ({
@@ -44,18 +44,18 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
     numbers(what, other && of(other), here && of(here), digits);
   const motions = here?.comparison?.motions ?? other?.comparison?.motions ?? [];
   return [
-    numbersOf(t("sessions:beside.repetitions"), (run) => run.repetitions_done, 0),
-    numbersOf(t("sessions:beside.range"), (run) => run.range_percent, 0),
-    numbersOf(t("sessions:beside.level"), (run) => run.load_level, 0),
-    numbersOf(t("sessions:beside.takenBack"), (run) => run.reversals, 0),
-    numbersOf(t("sessions:beside.rmse"), (run) => worst(run, "rmse_deg"), 2),
-    numbersOf(t("sessions:beside.peak"), (run) => worst(run, "peak_deg"), 2),
+    numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done, 0),
+    numbersOf(t("sessions:comparison.range"), (run) => run.range_percent, 0),
+    numbersOf(t("sessions:comparison.level"), (run) => run.load_level, 0),
+    numbersOf(t("sessions:comparison.takenBack"), (run) => run.reversals, 0),
+    numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), 2),
+    numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), 2),
     ...motions.map((motion) => {
       const reached = (run: Run | undefined) => {
         const same = run?.comparison?.motions.find((one) => one.motion === motion.motion);
         return formatRange(same?.played_min_deg ?? null, same?.played_max_deg ?? null);
       };
-      const what = t("sessions:beside.reached", {
+      const what = t("sessions:comparison.reached", {
         motion: t("sessions:compared.motionNamed", {
           number: motion.motion,
           name: translateServerText(motion.name, motion.name_key),

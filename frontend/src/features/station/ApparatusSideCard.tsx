@@ -28,39 +28,39 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
       disabled={!alive || mode !== "idle"}
       onClick={dialog.open}
     >
-      {t(`station:stands.turned.${other}`)}
+      {t(`station:side.setUp.${other}`)}
     </Button>
   );
   return (
     <div className={alive ? "" : "stale"}>
       {differs ? (
-        <Alert variant="outline" color="gray" title={t(`station:stands.standsFor.${side}`)}>
+        <Alert variant="outline" color="gray" title={t(`station:side.current.${side}`)}>
           <Group justify="space-between">
-            <Text>{t(`station:stands.treated.${wanted}`)}</Text>
+            <Text>{t(`station:side.treated.${wanted}`)}</Text>
             {button}
           </Group>
         </Alert>
       ) : (
         <Group justify="space-between">
-          <Text>{side && t(`station:stands.standsFor.${side}`)}</Text>
+          <Text>{side && t(`station:side.current.${side}`)}</Text>
           {button}
         </Group>
       )}
-      <Modal opened={asking} onClose={dialog.close} title={t(`station:stands.turning.${other}`)} size="lg">
+      <Modal opened={asking} onClose={dialog.close} title={t(`station:side.dialogTitle.${other}`)} size="lg">
         <Stack>
-          <Text>{t("station:stands.before")}</Text>
+          <Text>{t("station:side.checksBefore")}</Text>
           <List>
-            <List.Item>{t("station:stands.armOut")}</List.Item>
-            <List.Item>{t(`station:stands.isTurned.${other}`)}</List.Item>
-            <List.Item>{t("station:stands.armIn")}</List.Item>
+            <List.Item>{t("station:side.armOut")}</List.Item>
+            <List.Item>{t(`station:side.turned.${other}`)}</List.Item>
+            <List.Item>{t("station:side.armIn")}</List.Item>
           </List>
           <ProblemNote error={turn.error} />
           <Group>
             <Button size="xl" loading={turn.isPending} onClick={() => turn.mutate()}>
-              {t(`station:stands.confirm.${other}`)}
+              {t(`station:side.confirm.${other}`)}
             </Button>
             <Button size="xl" variant="default" onClick={dialog.close}>
-              {t("station:stands.notNow")}
+              {t("station:side.cancel")}
             </Button>
           </Group>
         </Stack>

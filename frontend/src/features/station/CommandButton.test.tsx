@@ -41,7 +41,7 @@ it("is disabled until the command is confirmed and shown", async () => {
   const button = show({}, send);
   fireEvent.click(button);
   await waitFor(() => expect(button.hasAttribute("disabled")).toBe(true));
-  expect(screen.getByText(/waits for the apparatus/)).toBeTruthy();
+  expect(screen.getByText(/Waiting for the apparatus/)).toBeTruthy();
   await act(async () => confirmed());
   fireEvent.click(button);
   expect(button.hasAttribute("disabled")).toBe(true);
@@ -144,9 +144,9 @@ describe("a button that needs a hold", () => {
   it("accepts a second press from voice or switch control", async () => {
     render(possible());
     fireEvent.click(button(), { detail: 0 });
-    expect(screen.getByText(/Press once more/)).toBeTruthy();
+    expect(screen.getByText(/Press again/)).toBeTruthy();
     await wait(6000);
-    expect(screen.queryByText(/Press once more/)).toBeNull();
+    expect(screen.queryByText(/Press again/)).toBeNull();
     fireEvent.click(button(), { detail: 0 });
     expect(send).not.toHaveBeenCalled();
     fireEvent.click(button(), { detail: 0 });

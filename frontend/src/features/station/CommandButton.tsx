@@ -40,7 +40,11 @@ export function CommandButton({ command, send, onDone, held = false, children, d
   const possible = refusal === null && disabled !== true;
   const { holding, handlers } = useHold(possible && !waits, () => sending.mutate());
   if (!operates) return null;
-  const hint = held ? (holding === "again" ? t("station:station.again") : t("station:station.hold")) : "";
+  const hint = held
+    ? holding === "again"
+      ? t("station:station.pressAgain")
+      : t("station:station.holdToMove")
+    : "";
   return (
     <div>
       <Button
@@ -56,7 +60,11 @@ export function CommandButton({ command, send, onDone, held = false, children, d
         {children}
       </Button>
       <Text size="sm" maw={320} id={about} className={waits ? (classes.waits ?? "") : ""}>
-        {waits ? t("station:station.waits") : refusal ? `${refusal.message} ${refusal.next_step}` : hint}
+        {waits
+          ? t("station:station.waitingForApparatus")
+          : refusal
+            ? `${refusal.message} ${refusal.next_step}`
+            : hint}
       </Text>
       {sending.error && (
         <Text component="div" mt="xs">

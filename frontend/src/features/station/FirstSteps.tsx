@@ -31,20 +31,23 @@ function Told({ patientId, onHide }: { patientId: string | null; onHide: () => v
     session: visit.data ?? null,
   });
   return (
-    <Card withBorder component="section" aria-label={t("station:first.title")}>
+    <Card withBorder component="section" aria-label={t("station:firstSteps.title")}>
       <Stack gap="sm">
         <Group justify="space-between">
           <Title order={2} size="h4">
-            {t("station:first.at", { step: FIRST_STEPS.indexOf(step) + 1, of: FIRST_STEPS.length })}
+            {t("station:firstSteps.progress", {
+              step: FIRST_STEPS.indexOf(step) + 1,
+              of: FIRST_STEPS.length,
+            })}
           </Title>
           <Button variant="subtle" size="md" onClick={onHide}>
-            {t("station:first.hide")}
+            {t("station:firstSteps.hide")}
           </Button>
         </Group>
-        <Text role="status">{t(`station:firstWords.${step}`)}</Text>
+        <Text role="status">{t(`station:firstStepTexts.${step}`)}</Text>
         {step === "sign_up" && (
           <Group>
-            <ButtonLink to="/patients">{t("station:first.signUp")}</ButtonLink>
+            <ButtonLink to="/patients">{t("station:firstSteps.registerPatient")}</ButtonLink>
           </Group>
         )}
       </Stack>

@@ -31,14 +31,14 @@ export function LeaseBar() {
   return (
     <Stack gap="xs" data-testid="lease" data-mine={lease.mine}>
       {lease.holder === null ? (
-        <Text>{t("station:lease.nobody")}</Text>
+        <Text>{t("station:lease.noOperator")}</Text>
       ) : lease.mine ? (
         <Group justify="space-between">
           <Group gap="xs">
             <IconHandFinger size={22} />
             <Text fw={600}>
               {lease.taken_from
-                ? t("station:lease.youFrom", { since, from: lease.taken_from })
+                ? t("station:lease.youTookOver", { since, from: lease.taken_from })
                 : t("station:lease.you", { since })}
             </Text>
           </Group>
@@ -50,11 +50,11 @@ export function LeaseBar() {
         <Alert color="indigo" variant="light" icon={<IconEye />} role="status">
           <Group justify="space-between">
             <div>
-              <Text fw={600}>{t("station:lease.other", { who: lease.holder, since })}</Text>
+              <Text fw={600}>{t("station:lease.otherOperator", { who: lease.holder, since })}</Text>
               <Text>
                 {lease.unreachable_since
-                  ? t("station:lease.away", { since: formatClock(new Date(lease.unreachable_since)) })
-                  : t("station:lease.youWatch")}
+                  ? t("station:lease.unreachable", { since: formatClock(new Date(lease.unreachable_since)) })
+                  : t("station:lease.watching")}
               </Text>
             </div>
             {operates && (
@@ -76,17 +76,17 @@ export function LeaseBar() {
         onClose={dialog.close}
         title={
           lease.holder === null
-            ? t("station:lease.takeOverNobody")
+            ? t("station:lease.takeOverFree")
             : t("station:lease.takeOverFrom", { who: lease.holder })
         }
       >
         <Stack>
-          <Text>{moving ? t("station:lease.moving") : t("station:lease.standing")}</Text>
-          {lease.holder !== null && <Text>{t("station:lease.isTold", { who: lease.holder })}</Text>}
+          <Text>{moving ? t("station:lease.whileMoving") : t("station:lease.whileStill")}</Text>
+          {lease.holder !== null && <Text>{t("station:lease.otherNotified", { who: lease.holder })}</Text>}
           <ProblemNote error={take.error} />
           <Group justify="end">
             <Button variant="default" onClick={dialog.close}>
-              {t("station:lease.watchOn")}
+              {t("station:lease.keepWatching")}
             </Button>
             <Button loading={take.isPending} onClick={() => take.mutate(true)}>
               {t("station:lease.takeOver")}

@@ -38,7 +38,7 @@ export function LoadLevel(props: {
         <Text size="lg" fw={700} data-testid="level">
           {value === null
             ? t("station:level.choose")
-            : t("station:level.of", { level: value, most: LOAD_LEVELS })}
+            : t("station:level.value", { level: value, most: LOAD_LEVELS })}
           {value !== null && value === props.last && (
             <Text span size="sm" fw={400}>
               {t("station:level.asLast")}
@@ -80,9 +80,9 @@ export function LoadLevel(props: {
         </ActionIcon>
       </Group>
       {props.highest !== null && (
-        <Text size="sm">{t("station:level.atMost", { highest: props.highest })}</Text>
+        <Text size="sm">{t("station:level.maximum", { highest: props.highest })}</Text>
       )}
-      <Text size="sm">{t("station:level.means", { most: LOAD_LEVELS })}</Text>
+      <Text size="sm">{t("station:level.explanation", { most: LOAD_LEVELS })}</Text>
     </Stack>
   );
 }

@@ -6,14 +6,14 @@ import { useAlive, useLive } from "../../lib/live/hooks";
 /** Describe the timing of the control loop in one line. */
 export function loopWords(loop: Schemas["LoopLive"]): string {
   return [
-    t("station:loop.at", {
+    t("station:loop.summary", {
       hz: loop.cycle_hz,
       missed:
         loop.overruns === 0
           ? t("station:loop.noneMissed")
           : t("station:loop.missed", { count: loop.overruns }),
     }),
-    t("station:loop.within", { ms: loop.lateness_p999_ms.toFixed(2) }),
+    t("station:loop.latency", { ms: loop.lateness_p999_ms.toFixed(2) }),
     loop.real_time ? t("station:loop.realTime") : t("station:loop.noRealTime"),
     loop.memory_locked ? t("station:loop.locked") : t("station:loop.notLocked"),
   ].join(" · ");

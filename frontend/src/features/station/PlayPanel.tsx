@@ -76,7 +76,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
     })),
     ...recorded.map((one) => ({
       value: one.id,
-      label: t("station:play.lasting", {
+      label: t("station:play.recordingOption", {
         name: one.name,
         side: sideWord(one.side),
         lasts: formatSpan(one.duration_s),
@@ -115,7 +115,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
     if (item) onLevel(null);
     void queries.invalidateQueries({ queryKey: ["session"] });
   };
-  if (recordings.data && choices.length === 0) return <Text>{t("station:play.nothingYet")}</Text>;
+  if (recordings.data && choices.length === 0) return <Text>{t("station:play.noRecordings")}</Text>;
   return (
     <>
       <ProblemNote error={recordings.error ?? last.error} />
@@ -129,7 +129,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
             ? choices
             : [
                 { group: t("station:play.planned"), items: choices.slice(0, planned.length) },
-                { group: t("station:play.besides"), items: choices.slice(planned.length) },
+                { group: t("station:play.notPlanned"), items: choices.slice(planned.length) },
               ]
         }
         value={value}
@@ -137,7 +137,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       />
       {checklist.data?.complete === false && (
         <>
-          <Text fw={600}>{t("station:play.before")}</Text>
+          <Text fw={600}>{t("station:play.checksBeforeLoad")}</Text>
           <PreflightChecklist sessionId={session.id} recordingId={recordingId} onlyOpen />
         </>
       )}
@@ -172,14 +172,14 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
   return (
     <Stack className={alive ? "" : "stale"}>
       <Text size="lg" fw={600}>
-        {run.recording_name ?? t("station:play.aRecording")}
+        {run.recording_name ?? t("station:play.unnamed")}
         <Text span size="md" fw={400}>
           {t("station:play.level", { level: run.load_level, most: LOAD_LEVELS })}
         </Text>
       </Text>
       {run.changes.length > 0 && (
         <Text data-testid="changes">
-          {t("station:play.played", {
+          {t("station:play.settings", {
             changes: formatList(
               run.changes.map((one, place) => translateServerText(one, run.changes_keys[place])),
             ),
@@ -188,7 +188,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
       )}
       {mode === "ready" && (
         <>
-          <Text>{t("station:play.check")}</Text>
+          <Text>{t("station:play.safetyCheck")}</Text>
           <Group align="start">
             <CommandButton
               held
@@ -199,7 +199,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               {t("station:play.approach")}
             </CommandButton>
             <CommandButton command="unload" send={api.unload} variant="default">
-              {t("station:play.notNow")}
+              {t("station:play.cancel")}
             </CommandButton>
           </Group>
         </>
@@ -221,7 +221,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               {pathWords(mode, run)}
             </Text>
             <Text fz={28} data-testid="left">
-              {t("station:play.left", { left: formatSpan(run.left_s) })}
+              {t("station:play.remaining", { left: formatSpan(run.left_s) })}
             </Text>
           </Group>
           <Progress
@@ -232,7 +232,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
           />
           {run.range_percent < 99.5 && (
             <Text size="lg" data-testid="range">
-              {t("station:play.range", { percent: Math.round(run.range_percent) })}
+              {t("station:play.reducedRange", { percent: Math.round(run.range_percent) })}
             </Text>
           )}
           <ReversalNotice mode={mode} run={run} />
@@ -258,7 +258,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               variant="default"
               leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
             >
-              {t("station:play.less")}
+              {t("station:play.reduceRange")}
             </CommandButton>
             <CommandButton
               held
@@ -267,7 +267,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               variant="default"
               leftSection={<IconArrowBackUp size={26} />}
             >
-              {t("station:play.back")}
+              {t("station:play.returnAndRelease")}
             </CommandButton>
           </Group>
         </>

@@ -22,10 +22,10 @@ const press = (name: string) => fireEvent.click(screen.getByRole("button", { nam
 describe("playback settings", () => {
   it("change one value at a time in steps", () => {
     const onChange = show({ ...AS_TAUGHT, repetitions: 3 });
-    press("Speed: less");
-    press("Range: less");
-    press("Repetitions: more");
-    press("Pause at each end: more");
+    press("Speed: decrease");
+    press("Range: decrease");
+    press("Repetitions: increase");
+    press("Pause at each end: increase");
     const base = { ...AS_TAUGHT, repetitions: 3 };
     expect(onChange.mock.calls).toEqual([
       [{ ...base, speed_percent: 90 }],
@@ -37,9 +37,9 @@ describe("playback settings", () => {
 
   it("stay within the service's limits", () => {
     const onChange = show({ ...AS_TAUGHT, speed_percent: 145, repetitions: 2 });
-    press("Speed: more");
+    press("Speed: increase");
     expect(onChange).toHaveBeenCalledWith(expect.objectContaining({ speed_percent: 150 }));
-    for (const name of ["Range: more", "Pause at each end: less"]) {
+    for (const name of ["Range: increase", "Pause at each end: decrease"]) {
       expect(screen.getByRole("button", { name }).hasAttribute("disabled")).toBe(true);
     }
   });

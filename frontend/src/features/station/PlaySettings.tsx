@@ -9,25 +9,25 @@ type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 const FIELDS: Field[] = [
   {
     name: "speed_percent",
-    label: t("station:playing.speed"),
-    unit: t("station:playing.percent"),
+    label: t("station:settings.speed"),
+    unit: t("station:settings.percent"),
     min: 10,
     max: 150,
     step: 10,
   },
   {
     name: "range_percent",
-    label: t("station:playing.range"),
-    unit: t("station:playing.percent"),
+    label: t("station:settings.range"),
+    unit: t("station:settings.percent"),
     min: 10,
     max: 100,
     step: 5,
   },
-  { name: "repetitions", label: t("station:playing.repetitions"), unit: "", min: 1, max: 200, step: 1 },
+  { name: "repetitions", label: t("station:settings.repetitions"), unit: "", min: 1, max: 200, step: 1 },
   {
     name: "pause_s",
-    label: t("station:playing.pause"),
-    unit: t("station:playing.seconds"),
+    label: t("station:settings.pause"),
+    unit: t("station:settings.seconds"),
     min: 0,
     max: 120,
     step: 1,
@@ -35,16 +35,16 @@ const FIELDS: Field[] = [
 ];
 
 const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
-  { value: "smooth", label: t("station:playing.smooth"), what: t("station:playing.smoothIs") },
+  { value: "smooth", label: t("station:settings.smooth"), what: t("station:settings.smoothExplanation") },
   {
     value: "learned",
-    label: t("station:playing.learned"),
-    what: t("station:playing.learnedIs"),
+    label: t("station:settings.learned"),
+    what: t("station:settings.learnedExplanation"),
   },
   {
     value: "paper",
-    label: t("station:playing.paper"),
-    what: t("station:playing.paperIs"),
+    label: t("station:settings.paper"),
+    what: t("station:settings.paperExplanation"),
   },
 ];
 
@@ -64,7 +64,7 @@ export function PlaySettings(props: {
   const { value, last, onChange } = props;
   const asLast =
     last !== null && value.method === last.method && FIELDS.every(({ name }) => value[name] === last[name]);
-  const words = arePlayable(value) ? (settingsWords(value) ?? t("station:playing.asTaught")) : null;
+  const words = arePlayable(value) ? (settingsWords(value) ?? t("station:settings.asTaught")) : null;
   return (
     <Stack gap="xs">
       <SimpleGrid cols={{ base: 1, sm: 2 }}>
@@ -81,7 +81,7 @@ export function PlaySettings(props: {
       <SegmentedControl
         fullWidth
         size="lg"
-        aria-label={t("station:playing.way")}
+        aria-label={t("station:settings.method")}
         data={METHODS.map(({ value, label }) => ({ value, label }))}
         value={value.method}
         onChange={(method) => onChange({ ...value, method })}
@@ -90,8 +90,8 @@ export function PlaySettings(props: {
       <Text size="sm" data-testid="settings">
         {words !== null &&
           (asLast
-            ? t("station:playing.toldAsLast", { settings: words })
-            : t("station:playing.told", { settings: words }))}
+            ? t("station:settings.summaryAsLast", { settings: words })
+            : t("station:settings.summary", { settings: words }))}
       </Text>
     </Stack>
   );

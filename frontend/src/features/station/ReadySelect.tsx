@@ -15,7 +15,9 @@ export function ReadySelect(props: {
   return (
     <Stack gap="xs">
       <Alert color="gray" variant="outline">
-        {all.length > 0 || ready.isPending ? t("station:away.ofToday") : t("station:away.nobody")}
+        {all.length > 0 || ready.isPending
+          ? t("station:offline.todaysPatients")
+          : t("station:offline.noPatients")}
       </Alert>
       <Select
         size="lg"
@@ -31,7 +33,7 @@ export function ReadySelect(props: {
       />
       {chosen?.contraindications && (
         <Text style={{ whiteSpace: "pre-wrap" }}>
-          {t("station:away.contraindications", { what: chosen.contraindications })}
+          {t("station:offline.contraindications", { what: chosen.contraindications })}
         </Text>
       )}
       <ProblemNote error={ready.error} />

@@ -11,9 +11,9 @@ export function RecentEvents() {
   const events = useEvents().filter((event) => event.code !== "mode");
   if (events.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label={t("station:station.lately")}>
+    <Card withBorder component="section" aria-label={t("station:station.recentEvents")}>
       <Title order={2} size="h3" mb="sm">
-        {t("station:station.lately")}
+        {t("station:station.recentEvents")}
       </Title>
       <Stack gap={4}>
         {events.slice(0, SHOWN).map((event) => (

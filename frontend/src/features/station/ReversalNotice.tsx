@@ -8,9 +8,9 @@ import { InlineSlot } from "../../ui/InlineSlot";
 /** Describe the state on the recording's path, readable from two metres. */
 export function pathWords(mode: Live["mode"], run: Schemas["RunLive"]): string {
   if (mode === "playing")
-    return run.reversing ? t("station:takenBack.reversing") : t("station:takenBack.playing");
-  if (run.reversing) return t("station:takenBack.heldBack");
-  return run.at_start ? t("station:takenBack.atStart") : t("station:takenBack.paused");
+    return run.reversing ? t("station:reversal.reversing") : t("station:reversal.playing");
+  if (run.reversing) return t("station:reversal.heldAfterReversal");
+  return run.at_start ? t("station:reversal.atStart") : t("station:reversal.paused");
 }
 
 /** Shows where the arm met resistance, how often it was taken back, and what the operator can do. */
@@ -19,7 +19,7 @@ export function ReversalNotice({ mode, run }: { mode: Live["mode"]; run: Schemas
   const waits = mode === "paused" && run.reversing;
   const title = (
     <Text inherit fz="lg">
-      {t("station:takenBack.times", { count: run.reversals })}
+      {t("station:reversal.times", { count: run.reversals })}
     </Text>
   );
   return (
@@ -34,14 +34,14 @@ export function ReversalNotice({ mode, run }: { mode: Live["mode"]; run: Schemas
       <Text>{translateServerText(run.resistance ?? "", run.resistance_key)}</Text>
       {waits && (
         <Text mt="xs">
-          {t("station:takenBack.look")}
-          <InlineSlot words={(button) => t("station:takenBack.playOn", { button })}>
+          {t("station:reversal.checkPatient")}
+          <InlineSlot words={(button) => t("station:reversal.playOn", { button })}>
             <b>{t("station:play.playOn")}</b>
           </InlineSlot>
-          <InlineSlot words={(button) => t("station:takenBack.back", { button })}>
-            <b>{t("station:play.back")}</b>
+          <InlineSlot words={(button) => t("station:reversal.return", { button })}>
+            <b>{t("station:play.returnAndRelease")}</b>
           </InlineSlot>
-          <InlineSlot words={(button) => t("station:takenBack.stop", { button })}>
+          <InlineSlot words={(button) => t("station:reversal.stop", { button })}>
             <b>{t("common:stop.stop")}</b>
           </InlineSlot>
         </Text>

@@ -37,7 +37,7 @@ export function SimulatorPanel() {
         .filter((motion) => motion.source === source)
         .map((motion) => ({
           value: motion.id,
-          label: t("station:simulator.lasting", {
+          label: t("station:simulator.motionOption", {
             name: translateServerText(motion.name, motion.name_key),
             seconds: motion.duration_s.toFixed(0),
           }),
@@ -55,7 +55,7 @@ export function SimulatorPanel() {
         <Title order={2} size="h3">
           {t("station:simulator.title")}
         </Title>
-        <Text size="sm">{t("station:simulator.what")}</Text>
+        <Text size="sm">{t("station:simulator.explanation")}</Text>
         <Group align="end" wrap="nowrap">
           <Select
             flex={1}
@@ -94,20 +94,20 @@ export function SimulatorPanel() {
             aria-pressed={state?.pedal_down === true}
             onClick={() => pedal.mutate(!state?.pedal_down)}
           >
-            {state?.pedal_down ? t("station:simulator.lift") : t("station:simulator.stepOn")}
+            {state?.pedal_down ? t("station:simulator.releasePedal") : t("station:simulator.pressPedal")}
           </Button>
           <Button
             variant={state?.estop_pressed ? "filled" : "default"}
             aria-pressed={state?.estop_pressed === true}
             onClick={() => estop.mutate(!state?.estop_pressed)}
           >
-            {state?.estop_pressed ? t("station:simulator.release") : t("station:simulator.press")}
+            {state?.estop_pressed ? t("station:simulator.releaseEstop") : t("station:simulator.pressEstop")}
           </Button>
         </Group>
         <Text size="sm" data-testid="hand">
           {state ? t(`station:hand.${state.hand.phase}`) : ""}
           {state && state.hand.left_s > 0
-            ? t("station:simulator.left", { seconds: state.hand.left_s.toFixed(0) })
+            ? t("station:simulator.remaining", { seconds: state.hand.left_s.toFixed(0) })
             : ""}
         </Text>
         <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error} />

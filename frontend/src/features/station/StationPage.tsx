@@ -81,7 +81,7 @@ export function StationPage() {
               <LeaseBar />
               {me && station && !worksAt(me, station.name) && (
                 <Alert color="gray" variant="outline">
-                  {t("station:station.notHere", { station: station.name })}
+                  {t("station:station.notAssigned", { station: station.name })}
                 </Alert>
               )}
               {reads &&
@@ -106,7 +106,7 @@ export function StationPage() {
                 <work.SessionWizard key={patientId} patientId={patientId} wanted={search.recording ?? null} />
               )}
               {work && !operates && run && (
-                <Card withBorder component="section" aria-label={t("station:station.goesOn")}>
+                <Card withBorder component="section" aria-label={t("station:station.currentPlayback")}>
                   <work.Loaded run={run} />
                 </Card>
               )}

@@ -77,7 +77,7 @@ describe("before teaching", () => {
     const teach = show([side, fixtures, belt, PEDAL, ESTOP]);
     fireEvent.click(await enabled("Start teaching"));
     await waitFor(() => expect(teach).toHaveBeenCalledWith(expect.objectContaining({ looked_at: [] })));
-    const list = within(screen.getByRole("region", { name: "Before teaching" }));
+    const list = within(screen.getByRole("region", { name: "Checks before teaching" }));
     expect(list.getByText("About the fixtures.")).toBeTruthy();
     expect(list.queryByText("About the belt.")).toBeNull();
   });
@@ -85,7 +85,7 @@ describe("before teaching", () => {
   it("cannot confirm what the apparatus must detect", async () => {
     show([...LOOKED_AT, PEDAL, { ...ESTOP, given: false }]);
     expect((await screen.findByTestId("check-estop")).textContent).toContain(
-      "Not seen yet. Press the switch",
+      "Not detected yet. Press the switch",
     );
     const button = screen.getByRole("button", { name: "Confirm all 3 checks and start teaching" });
     expect(button.hasAttribute("disabled")).toBe(true);

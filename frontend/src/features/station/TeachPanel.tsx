@@ -37,7 +37,7 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             <Group justify="space-between" mt="md">
               <Text size="lg" data-testid="takes">
                 {teaching.takes === 0
-                  ? t("station:teach.nothing")
+                  ? t("station:teach.noTakes")
                   : t("station:teach.take", { take: teaching.takes, seconds: teaching.take_s.toFixed(1) })}
               </Text>
               <CommandButton command="finish_teaching" send={api.finishTeaching}>
@@ -96,11 +96,11 @@ function Before(props: {
         value={chosen}
         onChange={onChoose}
         data={[
-          { value: "arm_fixer_1", label: t("station:teach.first") },
-          { value: "arm_fixer_2,elbow_fixer_1", label: t("station:teach.second") },
+          { value: "arm_fixer_1", label: t("station:teach.fixer1") },
+          { value: "arm_fixer_2,elbow_fixer_1", label: t("station:teach.fixer2") },
         ]}
       />
-      <Stack gap="sm" component="section" aria-label={t("station:teach.before")}>
+      <Stack gap="sm" component="section" aria-label={t("station:teach.checklist")}>
         {checks.map(
           (one) => (!one.given || one.check === "fixtures") && <CheckLine key={one.check} check={one} />,
         )}
@@ -133,7 +133,7 @@ function Before(props: {
       >
         {toLookAt.length === 0
           ? t("station:teach.start")
-          : t("station:teach.allSo", { count: toLookAt.length })}
+          : t("station:teach.confirmAndStart", { count: toLookAt.length })}
       </CommandButton>
     </>
   );
@@ -146,12 +146,12 @@ function Pedal() {
   const recording = teaching?.recording === true;
   const words =
     pedal === "stuck"
-      ? t("station:teach.liftFirst")
+      ? t("station:teach.releasePedalFirst")
       : pedal === "unknown"
         ? t("station:teach.noPedal")
         : recording
           ? t("station:teach.recording")
-          : t("station:teach.press");
+          : t("station:teach.pressPedal");
   return (
     <Group
       className={classes.pedal ?? ""}

@@ -47,14 +47,14 @@ describe("the apparatus state", () => {
 describe("the control loop's timing", () => {
   it("is one line", () => {
     expect(loopWords(loop)).toBe(
-      "Control loop at 100 Hz: no cycle missed · 99.9 % began within 0.21 ms · real time granted · memory locked",
+      "Control loop at 100 Hz: no cycle missed · 99.9 % of cycles began within 0.21 ms · real-time priority granted · memory locked",
     );
   });
 
   it("names missing grants and missed cycles", () => {
     const words = loopWords({ ...loop, overruns: 1, real_time: false, memory_locked: false });
     expect(words).toContain("1 cycle missed");
-    expect(words).toContain("real time not granted · memory not locked");
+    expect(words).toContain("real-time priority not granted · memory not locked");
     expect(loopWords({ ...loop, overruns: 2 })).toContain("2 cycles missed");
   });
 });

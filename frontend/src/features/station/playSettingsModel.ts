@@ -21,13 +21,13 @@ export const AS_TAUGHT: Settings = {
 /** Describe what differs from the taught motion, or return null. */
 export function settingsWords(it: Kept): string | null {
   const words: string[] = [];
-  if (it.range_percent !== 100) words.push(t("station:playing.ofTheRange", { percent: it.range_percent }));
-  if (it.speed_percent !== 100) words.push(t("station:playing.ofTheSpeed", { percent: it.speed_percent }));
-  if (it.repetitions !== 1) words.push(t("station:playing.times", { count: it.repetitions }));
+  if (it.range_percent !== 100) words.push(t("station:settings.ofTheRange", { percent: it.range_percent }));
+  if (it.speed_percent !== 100) words.push(t("station:settings.ofTheSpeed", { percent: it.speed_percent }));
+  if (it.repetitions !== 1) words.push(t("station:settings.times", { count: it.repetitions }));
   if (it.repetitions !== 1 && it.pause_s !== 0)
-    words.push(t("station:playing.pauses", { seconds: it.pause_s }));
-  if (it.method === "learned") words.push(t("station:playing.byLearning"));
-  if (it.method === "paper") words.push(t("station:playing.asInThePaper"));
+    words.push(t("station:settings.pauses", { seconds: it.pause_s }));
+  if (it.method === "learned") words.push(t("station:settings.byLearning"));
+  if (it.method === "paper") words.push(t("station:settings.asInThePaper"));
   return words.length > 0 ? formatList(words) : null;
 }
 

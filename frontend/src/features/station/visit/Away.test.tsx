@@ -102,7 +102,7 @@ describe("while the database is away", () => {
   it("it is said that nobody is kept ready", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([]);
     show(<ReadySelect chosen={null} onChange={vi.fn()} />);
-    await screen.findByText(/nobody is kept ready here/);
+    await screen.findByText(/no patient is available/);
     expect(screen.getByRole("combobox", { name: "Patient" }).hasAttribute("disabled")).toBe(true);
   });
 
@@ -111,8 +111,8 @@ describe("while the database is away", () => {
     const create = vi.spyOn(api, "createSession").mockResolvedValue(SESSION);
     const onDone = vi.fn();
     show(<BeginStep patientId="p" session={null} onDone={onDone} />);
-    await screen.findByText("1. Flexion: as it was taught, once");
-    expect(screen.queryByText(/chosen one by one/)).toBeNull();
+    await screen.findByText("1. Flexion: as taught, once");
+    expect(screen.queryByText(/choose each recording/)).toBeNull();
     fireEvent.click(screen.getByRole("button", { name: "Begin the session" }));
     await waitFor(() => expect(onDone).toHaveBeenCalled());
     expect(create).toHaveBeenCalledWith({

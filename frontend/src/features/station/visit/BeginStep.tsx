@@ -59,18 +59,18 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
     <Stack>
       <Select
         size="lg"
-        label={t("station:visit.programme")}
+        label={t("station:wizard.programme")}
         allowDeselect={false}
         data={[
           ...choices.map((one) => ({
             value: one.id,
-            label: t("station:visit.version", { name: one.name, number: one.number }),
+            label: t("station:wizard.version", { name: one.name, number: one.number }),
           })),
           ...(planned && !version && chosen === planned && session?.programme
             ? [
                 {
                   value: planned,
-                  label: t("station:visit.version", {
+                  label: t("station:wizard.version", {
                     name: session.programme.name,
                     number: session.programme.number,
                   }),
@@ -78,17 +78,17 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
               ]
             : []),
           // Without the database only recordings fetched with the programme can be played.
-          ...(away && !session ? [] : [{ value: NONE, label: t("station:visit.none") }]),
+          ...(away && !session ? [] : [{ value: NONE, label: t("station:wizard.noProgramme") }]),
         ]}
         value={chosen}
         onChange={setGiven}
       />
       {items.map((item) => (
         <Text key={item.position}>
-          {t("station:visit.item", {
+          {t("station:wizard.item", {
             position: item.position,
             name: item.recording_name,
-            settings: settingsWords(item) ?? t("station:visit.asTaught"),
+            settings: settingsWords(item) ?? t("station:wizard.asTaught"),
           })}
         </Text>
       ))}
@@ -99,7 +99,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
           disabled={programmes.isPending}
           onClick={() => begin.mutate()}
         >
-          {session ? t("station:visit.goOn") : t("station:visit.begin")}
+          {session ? t("station:wizard.continue") : t("station:wizard.begin")}
         </Button>
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />

@@ -28,7 +28,7 @@ export function NrsScale(props: {
             fz={22}
             variant={pain === value ? "filled" : "default"}
             aria-pressed={pain === value}
-            aria-label={t("station:visit.painIs", { label, pain })}
+            aria-label={t("station:wizard.painButton", { label, pain })}
             disabled={disabled}
             onClick={() => onChange(pain)}
           >
@@ -36,7 +36,7 @@ export function NrsScale(props: {
           </Button>
         ))}
       </Group>
-      <Text size="sm">{t("station:visit.painScale")}</Text>
+      <Text size="sm">{t("station:wizard.painScale")}</Text>
     </Stack>
   );
 }

@@ -75,12 +75,12 @@ export function PreflightChecklist(props: {
               flex="none"
               variant={toLookAt.length > 1 ? "default" : "filled"}
               disabled={tick.isPending}
-              aria-label={t("station:visit.isSoThat", {
+              aria-label={t("station:wizard.confirmCheck", {
                 check: translateServerText(check.sentence, check.sentence_key),
               })}
               onClick={() => tick.mutate([check])}
             >
-              {t("station:visit.isSo")}
+              {t("station:wizard.confirm")}
             </Button>
           )}
         </CheckLine>
@@ -88,7 +88,7 @@ export function PreflightChecklist(props: {
       {toLookAt.length > 1 && (
         <Group justify="flex-end">
           <Button size="lg" disabled={tick.isPending} onClick={() => tick.mutate(toLookAt)}>
-            {t("station:visit.allSo", { count: toLookAt.length })}
+            {t("station:wizard.confirmAll", { count: toLookAt.length })}
           </Button>
         </Group>
       )}
@@ -118,13 +118,15 @@ export function CheckLine({ check, children }: { check: Check; children?: ReactN
 
 /** How to do what only the apparatus can tell. */
 const howTo = (check: Check["check"]) =>
-  check === "pedal" || check === "estop" ? t(`station:how.${check}`) : "";
+  check === "pedal" || check === "estop" ? t(`station:howToConfirm.${check}`) : "";
 
 function answerWords(check: Check): string {
   if (!check.given)
-    return check.detected ? t("station:visit.notSeen") + howTo(check.check) : t("station:visit.open");
+    return check.detected
+      ? t("station:wizard.notDetected") + howTo(check.check)
+      : t("station:wizard.notConfirmed");
   const at = check.checked_at ? formatClock(new Date(check.checked_at)) : "";
   return check.checked_by
-    ? t("station:visit.givenBy", { who: check.checked_by, at })
-    : t("station:visit.seen", { at });
+    ? t("station:wizard.confirmedBy", { who: check.checked_by, at })
+    : t("station:wizard.detected", { at });
 }

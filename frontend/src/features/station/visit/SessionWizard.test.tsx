@@ -72,7 +72,7 @@ describe("the checklist", () => {
     show(<PreflightChecklist sessionId="s" recordingId="r" />);
     await screen.findByText("About the side.");
     expect(screen.getByTestId("check-side").textContent).toContain("Ito Mai");
-    expect(screen.getByTestId("check-estop").textContent).toContain("Not seen yet. Press the switch");
+    expect(screen.getByTestId("check-estop").textContent).toContain("Not detected yet. Press the switch");
     expect(screen.getAllByRole("button")).toHaveLength(1);
     fireEvent.click(button("Confirm: About the belt."));
     await waitFor(() =>

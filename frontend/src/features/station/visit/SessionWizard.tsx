@@ -52,20 +52,20 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
   }, [step, gone]);
   if (visit.isPending) return null;
   return (
-    <Card withBorder component="section" aria-label={t("station:visit.title")}>
+    <Card withBorder component="section" aria-label={t("station:wizard.title")}>
       <Stack>
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
         <Title order={2} size="h3" ref={heading} tabIndex={-1}>
-          {t(`station:stepWords.${step}`)}
+          {t(`station:stepNames.${step}`)}
         </Title>
         <ProblemNote error={visit.error} />
         {step === "begin" && (
           <>
             {newest?.signed_at && (
               <Text>
-                {t("station:visit.lastSigned")}
+                {t("station:wizard.lastSigned")}
                 <PageLink to="/sessions/$sessionId" params={{ sessionId: newest.id }}>
-                  {t("station:visit.look")}
+                  {t("station:wizard.viewSession")}
                 </PageLink>
               </Text>
             )}
@@ -86,7 +86,7 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
                   variant={session.runs.length > 0 ? "filled" : "default"}
                   onClick={() => go("pain_after")}
                 >
-                  {t("station:visit.enough")}
+                  {t("station:wizard.finishPlaying")}
                 </Button>
               </Group>
             )}
@@ -98,7 +98,7 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
             {session.ended_at && (
               <Group>
                 <Button variant="default" size="lg" onClick={() => setAnother(true)}>
-                  {t("station:visit.signLater")}
+                  {t("station:wizard.signLater")}
                 </Button>
               </Group>
             )}
@@ -113,7 +113,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   const { step, session, locked, onGo } = props;
   const reached = STEPS.indexOf(stepOf(session));
   return (
-    <Group component="nav" gap="xs" aria-label={t("station:visit.steps")}>
+    <Group component="nav" gap="xs" aria-label={t("station:wizard.steps")}>
       {STEPS.map((one, place) => (
         <UnstyledButton
           key={one}
@@ -123,11 +123,11 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
           onClick={() => onGo(one)}
         >
           {place < reached ? (
-            <IconCircleCheckFilled size={22} aria-label={t("station:visit.done")} />
+            <IconCircleCheckFilled size={22} aria-label={t("station:wizard.done")} />
           ) : (
             <b>{place + 1}</b>
           )}{" "}
-          {t(`station:stepWords.${one}`)}
+          {t(`station:stepNames.${one}`)}
         </UnstyledButton>
       ))}
     </Group>
@@ -146,12 +146,12 @@ function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
   return (
     <>
       <Text>
-        {name ? t("station:visit.checkedFor", { recording: name }) : t("station:visit.nothingTaught")}
+        {name ? t("station:wizard.checksFor", { recording: name }) : t("station:wizard.nothingTaught")}
       </Text>
       <PreflightChecklist sessionId={session.id} recordingId={recordingId} onComplete={onDone} />
       <Group>
         <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
-          {complete ? t("station:visit.toPain") : t("station:visit.toPainLater")}
+          {complete ? t("station:wizard.toPain") : t("station:wizard.skipToPain")}
         </Button>
       </Group>
     </>
@@ -174,14 +174,14 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
     <>
       {when === "pain_after" && (
         <NrsScale
-          label={t("station:visit.worstPain")}
+          label={t("station:wizard.worstPain")}
           value={session.pain_during}
           disabled={say.isPending}
           onChange={(pain_during) => say.mutate({ pain_during })}
         />
       )}
       <NrsScale
-        label={when === "pain_before" ? t("station:visit.painBefore") : t("station:visit.painAfter")}
+        label={when === "pain_before" ? t("station:wizard.painBefore") : t("station:wizard.painAfter")}
         value={session[when]}
         disabled={say.isPending}
         onChange={(pain) => say.mutate({ [when]: pain })}
@@ -189,7 +189,7 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
       <ProblemNote error={say.error} />
       <Group>
         <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
-          {session[when] === null ? t("station:visit.notAsked") : t("station:visit.goOn")}
+          {session[when] === null ? t("station:wizard.skipPain") : t("station:wizard.continue")}
         </Button>
       </Group>
     </>
