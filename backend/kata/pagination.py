@@ -1,23 +1,25 @@
-"""Lists that grow, a page at a time (keyset): a page goes on behind the last row of the one before, however long the list is.
+"""The envelope of every list, and keyset pagination for lists that grow without bound.
 
-How many there are in all is not told: counting them costs more, the longer the list is.
+A page begins behind the last row of the page before, so each page costs the same. The total is not counted.
 """
 
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, Final, Generic, Self, TypeVar
 
 from fastapi import Query
 from pydantic import Field, TypeAdapter
-from sqlalchemy import Select, literal, tuple_
+from sqlalchemy import ColumnElement, Select, literal, tuple_
 from sqlalchemy.orm import InstrumentedAttribute
 
 from kata import texts
 from kata.errors import ProblemError
+from kata.types import Schema
 
+Item = TypeVar("Item")
 Row = TypeVar("Row")
 Keys = TypeVar("Keys", bound=tuple[Any, ...])
-Selected = TypeVar("Selected", bound=Select[Any])
+Selected = TypeVar("Selected", bound=Select[*tuple[Any, ...]])
 
 Limit = Annotated[int, Query(ge=1, le=200, description="How many at most.")]
 After = Annotated[
@@ -29,17 +31,31 @@ Next = Annotated[
 ]
 
 
-class Keyset(Generic[Keys]):
-    """The order of a list, by columns that no two rows have all alike."""
+class Page(Schema, Generic[Item]):
+    """A list, or one page of a list that grows without bound."""
 
-    def __init__(self, kinds: type[Keys], *columns: InstrumentedAttribute[Any], descending: bool = False) -> None:
-        """``kinds``: of the columns' values, as a tuple."""
+    items: list[Item]
+    next: Next
+
+    @classmethod
+    def complete(cls, items: list[Item]) -> Self:
+        """Return a whole list. Used for lists that are bounded by nature, which have no pages."""
+        return cls(items=items, next=None)
+
+
+class Keyset(Generic[Keys]):
+    """The order of a list, by columns whose values together are unique."""
+
+    def __init__(
+        self, kinds: type[Keys], *columns: InstrumentedAttribute[Any] | ColumnElement[Any], descending: bool = False
+    ) -> None:
+        """``kinds``: the types of the columns' values, as a tuple."""
         self._adapter = TypeAdapter(kinds)
         self._columns = columns
         self._descending = descending
 
     def page(self, query: Selected, after: str | None, limit: int) -> Selected:
-        """The rows of a page, and one more that tells whether another page follows.
+        """Return the query of a page and one more row, which shows whether another page follows.
 
         :raises ProblemError: 422 when ``after`` is damaged.
         """
@@ -53,7 +69,7 @@ class Keyset(Generic[Keys]):
         return query.order_by(*order).limit(limit + 1)
 
     def cut(self, rows: Sequence[Row], limit: int, keys: Callable[[Row], Keys]) -> tuple[Sequence[Row], str | None]:
-        """Of what :meth:`page` has found: the page's rows, and where the next page begins, if there is one."""
+        """Return the page's rows, and the cursor of the next page if :meth:`page` found one more row."""
         if len(rows) <= limit:
             return rows, None
         shown = rows[:limit]
@@ -64,10 +80,10 @@ class Keyset(Generic[Keys]):
             keys = self._adapter.validate_json(urlsafe_b64decode(after.encode()))
         except ValueError as error:
             raise _DAMAGED from error
-        # No column holds it, and PostgreSQL refuses to look for it.
+        # No column holds it, and PostgreSQL rejects it.
         if any("\0" in key for key in keys if isinstance(key, str)):
             raise _DAMAGED
         return keys
 
 
-_DAMAGED = ProblemError(422, "damaged_cursor", texts.LIST_POSITION_UNREADABLE(), texts.BEGIN_LIST_ANEW())
+_DAMAGED: Final = ProblemError(422, "damaged_cursor", texts.LIST_POSITION_UNREADABLE(), texts.BEGIN_LIST_ANEW())

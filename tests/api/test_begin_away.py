@@ -84,7 +84,7 @@ def wanted(patient: dict[str, Any]) -> dict[str, Any]:
 
 
 def ready(client: TestClient) -> list[str]:
-    return [one["patient"]["id"] for one in client.get("/api/station/ready-patients").json()]
+    return [one["patient"]["id"] for one in client.get("/api/station/ready-patients").json()["items"]]
 
 
 def all_arrived(client: TestClient) -> None:
@@ -126,7 +126,9 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
         (told,) = [
-            one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]
+            one
+            for one in client.get("/api/station/ready-patients").json()["items"]
+            if one["patient"]["id"] == patient["id"]
         ]
         assert (told["patient"]["name"], told["side"], told["session"]) == ("Kondo Emi", "right", None)
         assert told["programme"]["version_id"] == version_of(patient)
@@ -387,7 +389,9 @@ def test_session_that_cannot_be_saved_to_disk_does_not_begin(
             full.setattr(app.state.services.event_spool.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
         (told,) = [
-            one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]
+            one
+            for one in client.get("/api/station/ready-patients").json()["items"]
+            if one["patient"]["id"] == patient["id"]
         ]
         assert told["session"] is None
     all_arrived(client)

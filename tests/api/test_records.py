@@ -165,7 +165,13 @@ def test_lists_go_on_where_the_page_before_ended(client: TestClient, patient: di
         second = client.get(url, params={"limit": 2, "after": first["next"]}).json()
         assert [one["id"] for one in first["items"] + second["items"]][:3] == keys[::-1]
         problem(client.get(url, params={"after": "damaged"}), 422, "damaged_cursor")
-    problem(client.get("/api/patients", params={"after": "damaged"}), 422, "damaged_cursor")
+    for url in (
+        "/api/patients",
+        "/api/backups",
+        "/api/break-glass-accesses",
+        f"/api/patients/{patient['id']}/recordings",
+    ):
+        problem(client.get(url, params={"after": "damaged"}), 422, "damaged_cursor")
 
 
 def test_sessions_are_filtered_by_the_offered_options(client: TestClient, patient: dict[str, Any]) -> None:

@@ -45,7 +45,7 @@ def test_each_take_becomes_a_recording(clinic: Clinic) -> None:
     clinic.importer.run(path)
 
     with clinic.database.read() as session:
-        rows = recordings.of_patient(session, clinic.patient_id)
+        rows, _ = recordings.of_patient(session, clinic.patient_id, 10, None)
         assert [(row.name, row.take) for row in rows] == [("Flexion (3)", 3), ("Flexion", 1)]
         first = rows[1]
         assert (first.side, first.samples, first.rate_hz) == ("right", 201, 100)
@@ -402,7 +402,7 @@ def test_damaged_recording_is_reported_and_does_not_break_the_list(clinic: Clini
     with clinic.database.write() as session:
         session.get_one(RecordingSamplesRow, recording_id).data = b"damaged"
     with clinic.database.read() as session:
-        assert len(recordings.of_patient(session, clinic.patient_id)) == 1
+        assert len(recordings.of_patient(session, clinic.patient_id, 10, None)[0]) == 1
         with pytest.raises(ProblemError) as caught:
             recordings.samples(session, recording_id)
     assert caught.value.code == "unreadable_samples"

@@ -14,11 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sqlalchemy import event, select
 
+from kata.auth import accounts
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
 from kata.clinic.patients import search, service
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow, TeachingRow
+from kata.clinic.restricted import service as restricted
+from kata.clinic.restricted.tables import BreakGlassAccessRow
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
@@ -134,6 +139,52 @@ def test_new_patient_moves_no_one_between_pages(database: Database) -> None:
         second, end = service.find(session, search="", archived=False, limit=2, after=after)
     assert [row.name for row in (*first, *second)] == ["B", "D", "F", "H"]
     assert end is None
+
+
+def test_recordings_are_paged_newest_first_archived_ones_last(database: Database) -> None:
+    patient_id = sign_up(database, "1")
+    with database.write() as session:
+        teaching = TeachingRow(id=uuid4(), patient_id=patient_id, name="Lift", side="left", started_at=MONDAY)
+        session.add(teaching)
+        session.flush()
+        for hours, take, archived in ((0, 1, False), (1, 2, False), (1, 3, False), (2, None, True), (1, None, False)):
+            row = RecordingRow(
+                id=uuid4(), patient_id=patient_id, teaching_id=teaching.id if take else None, take=take, name="Lift",
+                side="left", station="Station 1", taught_at=MONDAY + timedelta(hours=hours), duration_s=1.0, rate_hz=100,
+                samples=0, note="", archived_at=MONDAY if archived else None,
+            )  # fmt: skip
+            session.add(row)
+    seen, after, pages = [], None, 0
+    while pages == 0 or after:
+        with database.read() as session:
+            rows, after = recordings.of_patient(session, patient_id, 2, after)
+            seen += [(row.taught_at.hour, row.take, row.archived_at is not None) for row in rows]
+        pages += 1
+    assert pages == 3
+    assert seen == [(10, 3, False), (10, 2, False), (10, None, False), (9, 1, False), (11, None, True)]
+
+
+def test_break_glass_accesses_are_paged_unreviewed_ones_first(database: Database) -> None:
+    patient_id = sign_up(database, "1")
+    with database.write() as session:
+        account = accounts.create(session, "sato", "Sato Ken", "therapist", [], MONDAY)
+        session.flush()
+        for hours, reviewed in ((0, False), (1, True), (2, False), (3, True), (4, True)):
+            at = MONDAY + timedelta(hours=hours)
+            row = BreakGlassAccessRow(
+                id=uuid4(), patient_id=patient_id, account_id=account.id, reason="Acute pain", at=at, until=at,
+                reviewed_at=at if reviewed else None,
+            )  # fmt: skip
+            session.add(row)
+    seen, after, pages = [], None, 0
+    while pages == 0 or after:
+        with database.read() as session:
+            items, after = restricted.break_glass_accesses(session, 2, after)
+            seen += [(item.at.hour, item.reviewed_at is not None, item.name) for item in items]
+        pages += 1
+    assert pages == 3
+    assert [entry[:2] for entry in seen] == [(11, False), (9, False), (13, True), (12, True), (10, True)]
+    assert {entry[2] for entry in seen} == {"Sato Ken"}
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from kata.reporting import charts, episode, letterhead, rendering, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, STOPS_JA, WORDS, Language, Phrases
-from kata.reporting.rendering import Page, Print
+from kata.reporting.rendering import Print, ReportPage
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
@@ -66,7 +66,7 @@ class Parsed(HTMLParser):
 
     EMPTY = frozenset({"meta", "img", "br", "line", "polyline", "circle"})
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: ReportPage) -> None:
         super().__init__()
         self.elements: list[tuple[str, dict[str, str | None]]] = []
         self.text = ""

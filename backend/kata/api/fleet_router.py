@@ -18,6 +18,7 @@ from kata.clinic.stations import service
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.pagination import Page
 from kata.station.fleet import StationShown
 from kata.types import Schema
 
@@ -37,12 +38,6 @@ class Station(Schema):
     version: int = Field(description="Version of configuration and calibration; 0: unknown.")
 
 
-class StationList(Schema):
-    """All stations, this service's own first."""
-
-    items: list[Station]
-
-
 class StationVersion(Schema):
     """Configuration and calibration that a station's device used from a moment on."""
 
@@ -50,12 +45,6 @@ class StationVersion(Schema):
     since: datetime
     software: str = Field(description="Version of Kata that recorded it.", examples=["0.1.0"])
     config: str = Field(description="TOML: configuration and calibration.")
-
-
-class StationVersionList(Schema):
-    """Versions, newest first."""
-
-    items: list[StationVersion]
 
 
 class StationsMessage(Schema):
@@ -107,8 +96,8 @@ TheFleet = Annotated[Fleet, Depends(_fleet)]
 
 
 @router.get("/api/stations", summary="List all stations with their states")
-async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor) -> StationList:
-    """Return every station with its current state. A patient is named only to users who may open that record."""
+async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor) -> Page[Station]:
+    """Return every station with its current state, this service's own first. The list has no pages. A patient is named only to users who may open that record."""
 
     def registered() -> dict[str, tuple[datetime, datetime, int]]:
         with database.read() as session:
@@ -121,17 +110,17 @@ async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor)
     for one in shown:
         registered_at, started_at, version = known.get(one.name, (None, None, 0))
         items.append(Station(shown=one, registered_at=registered_at, started_at=started_at, version=version))
-    return StationList(items=items)
+    return Page[Station].complete(items)
 
 
 @router.get("/api/station-versions", responses=PROBLEMS.of(404, 422), summary="List a station's configuration versions")
 def list_station_versions(
     database: TheDatabase, station: Annotated[str, Query(max_length=100, description="Its name.")]
-) -> StationVersionList:
-    """Return the configurations and calibrations that a station has used, newest first."""
+) -> Page[StationVersion]:
+    """Return the configurations and calibrations that a station has used, newest first. Changes are rare, so the list has no pages."""
     with database.read() as session:
         rows = service.versions(session, station)
-        return StationVersionList(items=[StationVersion.model_validate(row, from_attributes=True) for row in rows])
+        return Page[StationVersion].complete([StationVersion.model_validate(row, from_attributes=True) for row in rows])
 
 
 @router.websocket("/api/stations/live")

@@ -17,7 +17,7 @@ from kata.audit.entries import entry
 from kata.audit.tables import AuditRow
 from kata.database.availability import DATABASE_UNAVAILABLE
 from kata.dependencies import PROBLEMS, TheDatabase
-from kata.pagination import After, Keyset, Limit, Next
+from kata.pagination import After, Keyset, Limit, Page
 from kata.types import NO_NUL, Moment, Schema
 
 router = APIRouter(tags=["audit"])
@@ -131,13 +131,6 @@ class AuditEntry(Schema):
     detail: dict[str, Any] = Field(description="Which rows and fields changed, why it was refused.")
 
 
-class AuditPage(Schema):
-    """A part of the trail, newest first."""
-
-    items: list[AuditEntry]
-    next: Next
-
-
 _Text = Annotated[str | None, Query(max_length=100, pattern=NO_NUL)]
 
 
@@ -154,7 +147,7 @@ def list_audit(
     until: Annotated[Moment | None, Query(description="UTC; before this.")] = None,
     limit: Limit = 50,
     after: After = None,
-) -> AuditPage:
+) -> Page[AuditEntry]:
     """Return the audit trail, newest first. Every given filter must match."""
     services: AuditServices = request.app.state.services
     services.audit_log.until_written(1.0)
@@ -173,7 +166,7 @@ def list_audit(
     with database.read() as session:
         rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
         shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
-        return AuditPage(items=[_entry(row) for row in shown], next=further)
+        return Page[AuditEntry](items=[_entry(row) for row in shown], next=further)
 
 
 def _entry(row: AuditRow) -> AuditEntry:

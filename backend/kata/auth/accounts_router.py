@@ -13,6 +13,7 @@ from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import ProblemError, check_version
+from kata.pagination import Page
 from kata.types import NO_NUL, Moment, Name, Schema
 
 router = APIRouter(prefix="/api/accounts", tags=["accounts"])
@@ -66,12 +67,6 @@ class Account(Schema):
     disabled_at: Moment | None
 
 
-class AccountList(Schema):
-    """By user name."""
-
-    items: list[Account]
-
-
 class Reset(Schema):
     """What is good no longer."""
 
@@ -87,11 +82,11 @@ class OneTimeCode(Schema):
 
 
 @router.get("", responses=PROBLEMS.of(401, 403), summary="List all accounts")
-def list_accounts(database: TheDatabase, access: TheAccess) -> AccountList:
-    """Return every account, including disabled ones."""
+def list_accounts(database: TheDatabase, access: TheAccess) -> Page[Account]:
+    """Return every account by user name, including disabled ones. A clinic has few, so the list has no pages."""
     with database.read() as session:
         rows = accounts.every(session)
-        return AccountList(items=[_told(access, row, accounts.stations_of(session, row.id)) for row in rows])
+        return Page[Account].complete([_told(access, row, accounts.stations_of(session, row.id)) for row in rows])
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")

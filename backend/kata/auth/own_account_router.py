@@ -13,6 +13,7 @@ from kata.auth.tables import AccountRow, SignInRow
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import not_found
 from kata.i18n import Language
+from kata.pagination import Page
 from kata.types import Moment, Schema
 
 router = APIRouter(prefix="/api/me", tags=["own account"])
@@ -71,12 +72,6 @@ class OwnSignIn(Schema):
     seen_at: Moment = Field(description="When its user last did something. UTC.")
     address: str
     agent: str = Field(description="What the browser calls itself.")
-
-
-class OwnSignIns(Schema):
-    """The newest first."""
-
-    items: list[OwnSignIn]
 
 
 @router.put("/language", responses=PROBLEMS.of(401, 422), summary="Choose the page's language")
@@ -168,11 +163,11 @@ def remove_second_factor(
 
 
 @router.get("/sign-ins", responses=PROBLEMS.of(401), summary="List the own login sessions")
-def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor) -> OwnSignIns:
-    """Return the browsers at which this account is signed in."""
+def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor) -> Page[OwnSignIn]:
+    """Return the browsers at which this account is signed in, the newest first. There are few, so the list has no pages."""
     with database.read() as session:
         rows = login_session.present(session, actor.account_id, access.now(), access.limits)
-        return OwnSignIns(items=[_told(row, actor.sign_in_id) for row in rows])
+        return Page[OwnSignIn].complete([_told(row, actor.sign_in_id) for row in rows])
 
 
 @router.delete(

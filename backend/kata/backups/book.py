@@ -14,12 +14,15 @@ from kata.audit import entries
 from kata.backups.folder import notes_folder
 from kata.backups.tables import BackupRow
 from kata.database.engine import Database
+from kata.pagination import Keyset
 from kata.settings import Settings
 
 log = logging.getLogger(__name__)
 
 Kind = Literal["nightly", "asked"]
-_SHOWN: Final = 100
+DEFAULT_PAGE: Final = 100
+"""Backups on a page: some months of them."""
+_NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], BackupRow.at, BackupRow.id, descending=True)
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True):
@@ -67,9 +70,13 @@ def take_notes_in(settings: Settings, database: Database) -> None:
         file.unlink()
 
 
-def newest(session: Session) -> Sequence[BackupRow]:
-    """The newest first, some months of them."""
-    return session.scalars(select(BackupRow).order_by(BackupRow.at.desc(), BackupRow.id).limit(_SHOWN)).all()
+def newest(session: Session, limit: int, after: str | None = None) -> tuple[Sequence[BackupRow], str | None]:
+    """Return a page of backups (newest first) and the next cursor.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
+    rows = session.scalars(_NEWEST_FIRST.page(select(BackupRow), after, limit)).all()
+    return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.id))
 
 
 def last_made(session: Session) -> BackupRow | None:

@@ -21,13 +21,14 @@ from pydantic import Field
 from sqlalchemy import func, select
 
 from kata.backups import texts
-from kata.backups.book import Kind, Note, last_good, last_made, leave_note, newest, take_notes_in
+from kata.backups.book import DEFAULT_PAGE, Kind, Note, last_good, last_made, leave_note, newest, take_notes_in
 from kata.backups.key import whereabouts
 from kata.backups.tables import BackupRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS
 from kata.errors import ProblemError
+from kata.pagination import After, Limit, Page
 from kata.settings import Settings
 from kata.types import Moment, Schema
 
@@ -66,10 +67,9 @@ class Backup(Schema):
     there: bool = Field(description="The file is on this computer; another service may have made it on its own.")
 
 
-class BackupList(Schema):
+class BackupList(Page[Backup]):
     """Backups, newest first, and how they are made."""
 
-    items: list[Backup]
     last_good: Backup | None = Field(description="The newest that came back whole and equal when it was tried.")
     running: bool = Field(description="One is being made just now.")
     next_at: Moment | None = Field(description="When the next one is made by itself; null: never.")
@@ -122,12 +122,13 @@ class Backups:
         self._running = asyncio.create_task(self._make(kind), name="backup")
         self._running.add_done_callback(_say_why)
 
-    async def state(self) -> BackupList:
+    async def state(self, limit: int = DEFAULT_PAGE, after: str | None = None) -> BackupList:
         """What there is, and what comes next."""
-        rows, good = await asyncio.to_thread(self._rows)
+        rows, further, good = await asyncio.to_thread(self._rows, limit, after)
         settings = self._settings
         return BackupList(
             items=rows,
+            next=further,
             last_good=good,
             running=bool(self._running and not self._running.done()),
             next_at=next_at(utc_now(), settings.backup_time, _zone(settings)),
@@ -161,7 +162,7 @@ class Backups:
         """As far as the database tells, whoever on it has made or tried one."""
         with self._database.read() as session:
             made = last_made(session)
-            tried = [row.at for row in newest(session)[:1]]
+            tried = [row.at for row in newest(session, 1)[0]]
         made_at = made.at if made else None
         return due(utc_now(), self._settings.backup_time, _zone(self._settings), made_at, max(tried, default=None))
 
@@ -224,11 +225,12 @@ class Backups:
         with self._database.read() as session:
             return session.scalars(select(func.count()).select_from(BackupRow)).one()
 
-    def _rows(self) -> tuple[list[Backup], Backup | None]:
+    def _rows(self, limit: int, after: str | None) -> tuple[list[Backup], str | None, Backup | None]:
         self._take_notes_in()
         with self._database.read() as session:
             good = last_good(session)
-            return [_shown(row) for row in newest(session)], _shown(good) if good else None
+            rows, further = newest(session, limit, after)
+            return [_shown(row) for row in rows], further, _shown(good) if good else None
 
 
 def _say_why(made: asyncio.Task[None]) -> None:
@@ -319,10 +321,10 @@ def _backups(request: Request) -> Backups:
 TheBackups = Annotated[Backups, Depends(_backups)]
 
 
-@router.get("", summary="List backups")
-async def list_backups(backups: TheBackups) -> BackupList:
+@router.get("", summary="List backups", responses=PROBLEMS.of(422))
+async def list_backups(backups: TheBackups, limit: Limit = DEFAULT_PAGE, after: After = None) -> BackupList:
     """Return backups with their last restore test, newest first, and the time of the next backup."""
-    return await backups.state()
+    return await backups.state(limit, after)
 
 
 @router.post("", status_code=202, responses=PROBLEMS.of(409), summary="Start a backup")

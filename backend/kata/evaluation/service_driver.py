@@ -114,7 +114,7 @@ class ServiceDriver:
 
         def saved() -> RecordingRow | None:
             with self.database.read() as session:
-                found = recordings.of_patient(session, self._patient_id)
+                found, _ = recordings.of_patient(session, self._patient_id, limit=10, after=None)
             return next((recording for recording in found if recording.teaching_id == teaching.teaching_id), None)
 
         return await self._wait_until_saved(saved)

@@ -7,17 +7,18 @@ from fastapi import APIRouter
 from kata.clinic.restricted import service as restricted
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.interop import erasures
-from kata.interop.schemas import Erasure, ErasureConsent, ErasureList, ErasureRefusal, ErasureRequest
+from kata.interop.schemas import Erasure, ErasureConsent, ErasureRefusal, ErasureRequest
+from kata.pagination import Page
 
 router = APIRouter(tags=["erasures"])
 
 
 @router.get("/api/erasures", summary="List undecided requests for erasure")
-def list_erasures(database: TheDatabase, actor: TheActor) -> ErasureList:
-    """Return the undecided requests of patients whose records are open to you, oldest first."""
+def list_erasures(database: TheDatabase, actor: TheActor) -> Page[Erasure]:
+    """Return the undecided requests of patients whose records are open to you, oldest first. There are few, so the list has no pages."""
     with database.read() as session:
         rows = erasures.undecided(session, restricted.hidden(actor))
-        return ErasureList(items=[Erasure.model_validate(row) for row in rows])
+        return Page[Erasure].complete([Erasure.model_validate(row) for row in rows])
 
 
 @router.get(
@@ -25,10 +26,11 @@ def list_erasures(database: TheDatabase, actor: TheActor) -> ErasureList:
     summary="List a patient's requests for erasure",
     responses=PROBLEMS.of(404, 422),
 )
-def list_patient_erasures(database: TheDatabase, patient_id: UUID) -> ErasureList:
-    """Return a patient's requests for erasure with their decisions."""
+def list_patient_erasures(database: TheDatabase, patient_id: UUID) -> Page[Erasure]:
+    """Return a patient's requests for erasure with their decisions, oldest first. One is open at a time, so the list has no pages."""
     with database.read() as session:
-        return ErasureList(items=[Erasure.model_validate(row) for row in erasures.of_patient(session, patient_id)])
+        rows = erasures.of_patient(session, patient_id)
+        return Page[Erasure].complete([Erasure.model_validate(row) for row in rows])
 
 
 @router.post(

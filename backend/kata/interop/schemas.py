@@ -83,9 +83,3 @@ class Erasure(Schema):
     decided_by: str
     decision: Literal["erased", "refused"] | None = Field(description="Null while undecided.")
     explanation: str
-
-
-class ErasureList(Schema):
-    """Requests for erasure, oldest first."""
-
-    items: list[Erasure]

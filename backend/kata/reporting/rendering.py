@@ -41,14 +41,14 @@ class Print:
 
 
 @dataclass(frozen=True)
-class Page:
+class ReportPage:
     """A page and its content security policy."""
 
     html: str
     policy: str
 
 
-def session_page(content: SessionContent, how: Print) -> Page:
+def session_page(content: SessionContent, how: Print) -> ReportPage:
     """Return the report of one session as a page."""
     phrases = Phrases(how.language, how.zone)
     title = phrases.text("comma").join([phrases.text("session_report"), phrases.day(content.started_at)])
@@ -56,7 +56,7 @@ def session_page(content: SessionContent, how: Print) -> Page:
     return _page("session.html", title, content, how, draft=content.signed_at is None, curves=curves)
 
 
-def episode_page(content: EpisodeContent, how: Print) -> Page:
+def episode_page(content: EpisodeContent, how: Print) -> ReportPage:
     """Return the report of one episode as a page."""
     phrases = Phrases(how.language, how.zone)
     drawn = trends.draw(content, phrases)
@@ -88,7 +88,7 @@ def css_string(text: str) -> Markup:
 
 def _page(
     template: str, title: str, content: SessionContent | EpisodeContent, how: Print, *, draft: bool, **more: object
-) -> Page:
+) -> ReportPage:
     phrases = Phrases(how.language, how.zone)
     environment = _environment()
     given = {
@@ -110,7 +110,7 @@ def _page(
         f"default-src 'none'; style-src 'sha256-{digest}'; img-src data:; "
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
-    return Page(html, policy)
+    return ReportPage(html, policy)
 
 
 def _curves(run: RunContent) -> tuple[Chart, ...] | None:
@@ -147,7 +147,7 @@ class _OnlyOurs(plutoprint.ResourceFetcher):
         raise ValueError("a report fetches nothing")
 
 
-def _pdf(page: Page, how: Print) -> bytes:
+def _pdf(page: ReportPage, how: Print) -> bytes:
     book = plutoprint.Book(plutoprint.PAGE_SIZE_A4, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
     book.custom_resource_fetcher = _OnlyOurs()
     book.load_html(page.html, user_style=_FONT_STYLE)

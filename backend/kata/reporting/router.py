@@ -14,7 +14,7 @@ from kata.reporting import episode, rendering, session
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
 from kata.reporting.phrases import Language
-from kata.reporting.rendering import Page, Print
+from kata.reporting.rendering import Print, ReportPage
 from kata.settings import Settings
 
 router = APIRouter(tags=["reports"])
@@ -119,7 +119,7 @@ def get_note_draft(
     return Draft(text=draft(ended, language), end_reason=ending.suggested_reason(planned, ended.runs))
 
 
-def _shown(page: Page) -> HTMLResponse:
+def _shown(page: ReportPage) -> HTMLResponse:
     return HTMLResponse(page.html, headers=_PRIVATE | {"Content-Security-Policy": page.policy})
 
 

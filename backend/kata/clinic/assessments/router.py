@@ -9,13 +9,12 @@ from kata.clinic.assessments.schemas import (
     Assessment,
     AssessmentCreate,
     AssessmentForm,
-    AssessmentPage,
     AssessmentUpdate,
     AssessmentWithdraw,
     EpisodeAssessments,
 )
 from kata.dependencies import PROBLEMS, TheDatabase
-from kata.pagination import After, Limit
+from kata.pagination import After, Limit, Page
 
 router = APIRouter(tags=["assessments"])
 
@@ -47,11 +46,11 @@ def list_assessments(
 )
 def list_patient_assessments(
     database: TheDatabase, patient_id: UUID, limit: Limit = 50, after: After = None
-) -> AssessmentPage:
+) -> Page[Assessment]:
     """Return the assessments of all episodes of a patient, newest first."""
     with database.read() as session:
         rows, further = service.of_patient(session, patient_id, limit, after)
-        return AssessmentPage(items=[service.as_assessment(row) for row in rows], next=further)
+        return Page[Assessment](items=[service.as_assessment(row) for row in rows], next=further)
 
 
 @router.post(

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from kata.clinic.assessments import rom, spadi
 from kata.database.base import utc_now
-from kata.pagination import Next
+from kata.pagination import Page
 from kata.types import By, Moment, Name, Note, Schema, Side
 
 _CLOCKS_DIFFER: Final = timedelta(minutes=5)
@@ -171,14 +171,7 @@ class Assessment(Schema):
     withdrawn_at: Moment | None = Field(description="When it was marked as entered by mistake. UTC.")
 
 
-class AssessmentPage(Schema):
-    """One page of assessments, newest first, with the withdrawn ones."""
-
-    items: list[Assessment]
-    next: Next
-
-
-class EpisodeAssessments(AssessmentPage):
+class EpisodeAssessments(Page[Assessment]):
     """An episode's assessments with their baseline."""
 
     baseline: Assessment | None = Field(description="The first assessment that was not withdrawn.")

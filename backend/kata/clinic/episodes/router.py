@@ -5,8 +5,9 @@ from uuid import UUID
 from fastapi import APIRouter
 
 from kata.clinic.episodes import service
-from kata.clinic.episodes.schemas import Episode, EpisodeClose, EpisodeCreate, EpisodeList, EpisodeUpdate, StageCreate
+from kata.clinic.episodes.schemas import Episode, EpisodeClose, EpisodeCreate, EpisodeUpdate, StageCreate
 from kata.dependencies import PROBLEMS, TheDatabase
+from kata.pagination import Page
 
 router = APIRouter(tags=["episodes"])
 
@@ -14,11 +15,11 @@ router = APIRouter(tags=["episodes"])
 @router.get(
     "/api/patients/{patient_id}/episodes", summary="List a patient's episodes of care", responses=PROBLEMS.of(404, 422)
 )
-def list_episodes(database: TheDatabase, patient_id: UUID) -> EpisodeList:
-    """Return a patient's episodes: open ones first, then the newest first."""
+def list_episodes(database: TheDatabase, patient_id: UUID) -> Page[Episode]:
+    """Return a patient's episodes: open ones first, then the newest first. A treatment has few, so the list has no pages."""
     with database.read() as session:
         rows = service.of_patient(session, patient_id)
-        return EpisodeList(items=[Episode.model_validate(row) for row in rows])
+        return Page[Episode].complete([Episode.model_validate(row) for row in rows])
 
 
 @router.post(

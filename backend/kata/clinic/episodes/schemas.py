@@ -135,9 +135,3 @@ class Episode(Schema):
     updated_at: Moment
     stage: Stage | None = Field(description="The newest stage; null if none is recorded.")
     stages: list[Stage] = Field(description="Ordered by day.")
-
-
-class EpisodeList(Schema):
-    """A patient's episodes: open ones first, then the newest first."""
-
-    items: list[Episode]

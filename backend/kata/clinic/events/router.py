@@ -7,10 +7,10 @@ from fastapi import APIRouter, Query
 
 from kata.auth.permissions import OF_ROLE
 from kata.clinic.events import service
-from kata.clinic.events.schemas import DeviceEvent, DeviceEventPage, EventKind
+from kata.clinic.events.schemas import DeviceEvent, EventKind
 from kata.clinic.restricted import service as restricted
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.pagination import After, Limit
+from kata.pagination import After, Limit, Page
 
 router = APIRouter(tags=["events"])
 
@@ -26,7 +26,7 @@ def list_events(
     code: Annotated[str | None, Query(max_length=32)] = None,
     after: After = None,
     limit: Limit = 50,
-) -> DeviceEventPage:
+) -> Page[DeviceEvent]:
     """Return the device's events, newest first.
 
     An alarm has the time of its acknowledgement. The patient is named only to users who may see that record.
@@ -46,4 +46,4 @@ def list_events(
         reads_records = "read_records" in OF_ROLE[actor.role]
         items = [DeviceEvent.model_validate(row) for row in rows]
         shown = [item if reads_records and item.patient_id not in hidden else item.of_nobody() for item in items]
-        return DeviceEventPage(items=shown, next=following)
+        return Page[DeviceEvent](items=shown, next=following)

@@ -5,7 +5,6 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.pagination import Next
 from kata.station.schemas import OptionalKey
 from kata.types import Moment, Schema
 
@@ -32,10 +31,3 @@ class DeviceEvent(Schema):
     def of_nobody(self) -> "DeviceEvent":
         """Return the event without patient, session and run."""
         return self.model_copy(update=dict.fromkeys(("patient_id", "session_id", "run_id")))
-
-
-class DeviceEventPage(Schema):
-    """One page of matching events, newest first."""
-
-    items: list[DeviceEvent]
-    next: Next

@@ -6,10 +6,10 @@ from uuid import UUID
 from fastapi import APIRouter, Query
 
 from kata.clinic.patients import service
-from kata.clinic.patients.schemas import Patient, PatientCreate, PatientPage, PatientUpdate
+from kata.clinic.patients.schemas import Patient, PatientCreate, PatientUpdate
 from kata.clinic.restricted import service as restricted
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.pagination import After, Limit
+from kata.pagination import After, Limit, Page
 from kata.types import NO_NUL
 
 router = APIRouter(prefix="/api/patients", tags=["patients"])
@@ -32,7 +32,7 @@ def list_patients(
     archived: Annotated[bool, Query(description="True returns archived patients instead of current ones.")] = False,
     limit: Limit = 50,
     after: After = None,
-) -> PatientPage:
+) -> Page[Patient]:
     """Return patients in the order of their names.
 
     A restricted record that is not open to you is found only by its complete clinic number, and shows only number and name.
@@ -44,7 +44,9 @@ def list_patients(
         )
         hidden = restricted.hidden_among(session, actor, (row.id for row in rows if row.restricted))
         items = [Patient.model_validate(row) for row in rows]
-        return PatientPage(items=[item.without_record() if item.id in hidden else item for item in items], next=further)
+        return Page[Patient](
+            items=[item.without_record() if item.id in hidden else item for item in items], next=further
+        )
 
 
 @router.post("", summary="Register a patient", status_code=201, responses=PROBLEMS.of(409, 422))

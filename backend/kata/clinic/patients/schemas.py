@@ -6,7 +6,6 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool, StringConstraints
 
-from kata.pagination import Next
 from kata.types import NO_NUL, Moment, Name, Note, PastDay, Schema, Side
 
 Sex = Literal["female", "male", "other", "unknown"]
@@ -65,10 +64,3 @@ class Patient(Schema):
         """Return the record with name and clinic number only, for a user without access to it."""
         nothing = dict.fromkeys(("kana", "birth_date", "dominant_side", "affected_side", "episode_id", "erased_at"))
         return self.model_copy(update=nothing | {"sex": "unknown", "notes": ""})
-
-
-class PatientPage(Schema):
-    """One page of matching patients, in the order of their names."""
-
-    items: list[Patient]
-    next: Next

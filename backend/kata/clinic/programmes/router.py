@@ -15,14 +15,15 @@ from kata.clinic.programmes.schemas import (
     ItemWanted,
     Preview,
     PreviewWanted,
+    Programme,
     ProgrammeCreate,
     ProgrammeDetail,
-    ProgrammeList,
     ProgrammeUpdate,
     VersionCreate,
 )
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
+from kata.pagination import Page
 from kata.plotting.figures import FigureWorker
 from kata.station.schemas import TextKey
 from kata.station.station import Station
@@ -33,10 +34,13 @@ router = APIRouter(tags=["programmes"])
 @router.get(
     "/api/patients/{patient_id}/programmes", summary="List a patient's programmes", responses=PROBLEMS.of(404, 422)
 )
-def list_programmes(database: TheDatabase, patient_id: UUID) -> ProgrammeList:
-    """Return a patient's programmes in their newest versions: the last changed first, archived ones last."""
+def list_programmes(database: TheDatabase, patient_id: UUID) -> Page[Programme]:
+    """Return a patient's programmes in their newest versions: the last changed first, archived ones last.
+
+    A treatment has few, so the list has no pages.
+    """
     with database.read() as session:
-        return ProgrammeList(items=[service.as_programme(row) for row in service.of_patient(session, patient_id)])
+        return Page[Programme].complete([service.as_programme(row) for row in service.of_patient(session, patient_id)])
 
 
 @router.post(

@@ -117,12 +117,6 @@ class Programme(Schema):
     current: ProgrammeVersion
 
 
-class ProgrammeList(Schema):
-    """A patient's programmes: the last changed first, archived ones last."""
-
-    items: list[Programme]
-
-
 class ProgrammePatient(Schema):
     """The patient of a programme."""
 

@@ -16,7 +16,6 @@ from kata.clinic.recordings.schemas import (
     MotorRange,
     Recording,
     RecordingDetail,
-    RecordingList,
     RecordingUpdate,
 )
 from kata.database.engine import Database
@@ -25,6 +24,7 @@ from kata.errors import ProblemError
 from kata.messages import text_of
 from kata.motion.edit import EditError, Motion
 from kata.motion.trajectory import TrajectoryError
+from kata.pagination import After, Limit, Page
 from kata.plotting import figures
 from kata.plotting.figures import FigureWorker
 from kata.station.station import Station
@@ -36,12 +36,12 @@ router = APIRouter(tags=["recordings"])
 @router.get(
     "/api/patients/{patient_id}/recordings", summary="List a patient's recordings", responses=PROBLEMS.of(404, 422)
 )
-def list_recordings(database: TheDatabase, patient_id: UUID) -> RecordingList:
+def list_recordings(database: TheDatabase, patient_id: UUID, limit: Limit = 50, after: After = None) -> Page[Recording]:
     """Return a patient's recordings, newest first, archived ones last."""
     with database.read() as session:
         patients.get(session, patient_id)
-        rows = service.of_patient(session, patient_id)
-        return RecordingList(items=[Recording.model_validate(row) for row in rows])
+        rows, further = service.of_patient(session, patient_id, limit, after)
+        return Page[Recording](items=[Recording.model_validate(row) for row in rows], next=further)
 
 
 @router.get("/api/recordings/{recording_id}", summary="Get a recording", responses=PROBLEMS.of(404, 422))

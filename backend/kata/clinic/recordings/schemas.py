@@ -51,12 +51,6 @@ class Recording(Schema):
     archived_at: Moment | None
 
 
-class RecordingList(Schema):
-    """A patient's recordings, newest first."""
-
-    items: list[Recording]
-
-
 class MotorRange(Schema):
     """Range and speed of one motor in a recording."""
 

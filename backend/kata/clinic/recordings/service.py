@@ -1,5 +1,6 @@
 """Read and write recordings. The caller commits."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, Final
@@ -7,7 +8,7 @@ from uuid import UUID, uuid4, uuid5
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts
@@ -21,6 +22,7 @@ from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
 from kata.messages import sent_key
+from kata.pagination import Keyset
 from kata.plotting import downsampling
 from kata.plotting.figures import RecordingFigureSamples, Window
 from kata.types import LONGEST_NAME, side_of
@@ -28,6 +30,15 @@ from kata.types import LONGEST_NAME, side_of
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal is ignored."""
 _SPEED_WINDOW_S: Final = 0.1
+_NEWEST_FIRST: Final = Keyset(
+    tuple[bool, datetime, int, UUID],
+    RecordingRow.archived_at.is_(None),
+    RecordingRow.taught_at,
+    func.coalesce(RecordingRow.take, 0),
+    RecordingRow.id,
+    descending=True,
+)
+"""Archived recordings come last."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +49,16 @@ class Samples:
     angles_deg: NDArray[np.float64]
 
 
-def of_patient(session: Session, patient_id: UUID) -> list[RecordingRow]:
-    """Return a patient's recordings, newest first, archived ones last."""
+def of_patient(
+    session: Session, patient_id: UUID, limit: int, after: str | None
+) -> tuple[Sequence[RecordingRow], str | None]:
+    """Return a page of a patient's recordings (newest first, archived ones last) and the next cursor.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
     query = select(RecordingRow).where(RecordingRow.patient_id == patient_id)
-    order = (RecordingRow.archived_at.is_not(None), RecordingRow.taught_at.desc(), RecordingRow.take.desc())
-    return list(session.scalars(query.order_by(*order)))
+    rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
+    return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.archived_at is None, row.taught_at, row.take or 0, row.id))
 
 
 def get(session: Session, recording_id: UUID, *, to_change: bool = False) -> RecordingRow:

@@ -8,11 +8,11 @@ from kata.clinic.restricted import service
 from kata.clinic.restricted.schemas import (
     BreakGlass,
     BreakGlassAccess,
-    BreakGlassAccessList,
     RecordAccess,
     RecordAccessChange,
 )
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.pagination import After, Limit, Page
 
 router = APIRouter(tags=["restricted records"])
 
@@ -46,11 +46,12 @@ def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted
         return service.access(session, actor, patient_id)
 
 
-@router.get("/api/break-glass-accesses", summary="List break-glass accesses")
-def list_break_glass_accesses(database: TheDatabase) -> BreakGlassAccessList:
+@router.get("/api/break-glass-accesses", summary="List break-glass accesses", responses=PROBLEMS.of(422))
+def list_break_glass_accesses(database: TheDatabase, limit: Limit = 50, after: After = None) -> Page[BreakGlassAccess]:
     """Return the break-glass accesses: unreviewed ones first, then the newest."""
     with database.read() as session:
-        return BreakGlassAccessList(items=service.break_glass_accesses(session))
+        items, further = service.break_glass_accesses(session, limit, after)
+        return Page[BreakGlassAccess](items=items, next=further)
 
 
 @router.post(

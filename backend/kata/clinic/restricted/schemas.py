@@ -55,9 +55,3 @@ class BreakGlassAccess(Schema):
     until: Moment
     reviewed_at: Moment | None = Field(description="Null until an administrator has reviewed it.")
     reviewed_by: str
-
-
-class BreakGlassAccessList(Schema):
-    """Unreviewed accesses first, then the newest."""
-
-    items: list[BreakGlassAccess]

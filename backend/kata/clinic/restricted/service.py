@@ -18,12 +18,19 @@ from kata.clinic.restricted.schemas import BreakGlassAccess, RecordAccess, Recor
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError, not_found
+from kata.pagination import Keyset
 
 log = logging.getLogger(__name__)
 
 GLASS_LASTS: Final = timedelta(hours=4)
 """Longer than a visit, shorter than a working day."""
-_MOST_LISTED: Final = 200
+_UNREVIEWED_FIRST: Final = Keyset(
+    tuple[bool, datetime, UUID],
+    BreakGlassAccessRow.reviewed_at.is_(None),
+    BreakGlassAccessRow.at,
+    BreakGlassAccessRow.id,
+    descending=True,
+)
 
 
 def hidden(actor: Actor) -> Select[UUID]:
@@ -109,14 +116,19 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
     return row.until
 
 
-def break_glass_accesses(session: Session) -> list[BreakGlassAccess]:
-    """Return the break-glass accesses: unreviewed ones first, then the newest."""
-    query = (
-        select(BreakGlassAccessRow, AccountRow.name)
-        .join(AccountRow, AccountRow.id == BreakGlassAccessRow.account_id)
-        .order_by(BreakGlassAccessRow.reviewed_at.is_not(None), BreakGlassAccessRow.at.desc(), BreakGlassAccessRow.id)
+def break_glass_accesses(session: Session, limit: int, after: str | None) -> tuple[list[BreakGlassAccess], str | None]:
+    """Return a page of the break-glass accesses (unreviewed ones first, then the newest) and the next cursor.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
+    query = select(BreakGlassAccessRow, AccountRow.name).join(
+        AccountRow, AccountRow.id == BreakGlassAccessRow.account_id
     )
-    return [_as_access(row, name) for row, name in session.execute(query.limit(_MOST_LISTED))]
+    found = session.execute(_UNREVIEWED_FIRST.page(query, after, limit)).all()
+    rows, further = _UNREVIEWED_FIRST.cut(
+        found, limit, lambda pair: (pair[0].reviewed_at is None, pair[0].at, pair[0].id)
+    )
+    return [_as_access(row, name) for row, name in rows], further
 
 
 def review(session: Session, actor: Actor, glass_id: UUID) -> BreakGlassAccess:

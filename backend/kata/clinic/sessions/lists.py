@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.schemas import SessionPatient
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
-from kata.pagination import Keyset, Next
+from kata.pagination import Keyset
 from kata.types import Moment, Schema
 
 _MOST_OPTIONS: Final = 500
@@ -35,13 +35,6 @@ class SessionSummary(Schema):
     runs: int = Field(ge=0, description="Number of runs.")
     stops: int = Field(ge=0, description="Number of stopped runs.")
     signed_at: Moment | None = Field(description="Null until the note is signed.")
-
-
-class SessionPage(Schema):
-    """One page of sessions, newest first."""
-
-    items: list[SessionSummary]
-    next: Next
 
 
 class SessionFilterOptions(Schema):

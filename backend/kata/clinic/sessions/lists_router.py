@@ -10,9 +10,9 @@ from pydantic import AfterValidator, AwareDatetime, BeforeValidator
 from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
-from kata.clinic.sessions.lists import SessionFilter, SessionFilterOptions, SessionPage
+from kata.clinic.sessions.lists import SessionFilter, SessionFilterOptions, SessionSummary
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.pagination import After, Limit
+from kata.pagination import After, Limit, Page
 from kata.types import LONGEST_NAME, NO_NUL, written_moment
 
 router = APIRouter(tags=["sessions"])
@@ -48,13 +48,13 @@ def list_sessions(
     stop: Annotated[str | None, _name("A playback was stopped by this cause: its code.", "estop_pressed")] = None,
     limit: Limit = 50,
     after: After = None,
-) -> SessionPage:
+) -> Page[SessionSummary]:
     """Return sessions of all patients whose records are open to you, newest first. All given filters must match."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
         wanted = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
         items, further = lists.find(session, wanted, limit, after)
-        return SessionPage(items=items, next=further)
+        return Page[SessionSummary](items=items, next=further)
 
 
 @router.get("/api/sessions/filter-options", summary="List filter options of sessions", responses=PROBLEMS.of(422))
@@ -67,9 +67,9 @@ def get_session_filter_options(database: TheDatabase) -> SessionFilterOptions:
 @router.get("/api/patients/{patient_id}/sessions", summary="List a patient's sessions", responses=PROBLEMS.of(404, 422))
 def list_patient_sessions(
     database: TheDatabase, patient_id: UUID, limit: Limit = 50, after: After = None
-) -> SessionPage:
+) -> Page[SessionSummary]:
     """Return a patient's sessions, newest first."""
     with database.read() as session:
         patients.get(session, patient_id)
         items, further = lists.find(session, SessionFilter(patient_id=patient_id), limit, after)
-        return SessionPage(items=items, next=further)
+        return Page[SessionSummary](items=items, next=further)

@@ -27,6 +27,7 @@ from kata.clinic.sessions.schemas import (
 )
 from kata.database.availability import DatabaseUnavailableError
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.pagination import Page
 from kata.plotting import figures
 from kata.types import Fixture, Side, side_of
 
@@ -73,13 +74,13 @@ OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 
 
 @router.get("/api/station/ready-patients", summary="List patients who can be treated without the database")
-def list_ready_patients(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
+def list_ready_patients(offline_cache: TheOfflineCache) -> Page[ReadyPatient]:
     """Return the patients whose session can begin or continue here while the database is unavailable.
 
     These are patients who had a session at this station today or whose record was opened here, with an open episode and a programme.
-    Patients with a restricted record are left out. The list is empty while the database is available.
+    Patients with a restricted record are left out. The list is empty while the database is available. It has no pages.
     """
-    return offline_cache.ready()
+    return Page[ReadyPatient].complete(offline_cache.ready())
 
 
 @router.post(

@@ -1,9 +1,11 @@
 import { Badge, Button, Card, Group, Skeleton, Stack, Text, Title } from "@mantine/core";
-import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { usePagedQuery } from "../../lib/usePagedQuery";
+import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMe } from "../auth/hooks";
@@ -11,7 +13,7 @@ import { useMe } from "../auth/hooks";
 /** Emergency accesses to restricted records. Another administrator reviews each one. */
 export function EmergencyAccessPage() {
   useTitle(t("administration:emergencies.title"));
-  const accesses = useQuery({ queryKey: ["broken-glass"], queryFn: api.breakGlassAccesses });
+  const accesses = usePagedQuery(["broken-glass"], api.breakGlassAccesses);
   return (
     <Stack component="section" aria-label={t("administration:emergencies.title")}>
       <Title order={2} size="h3">
@@ -20,10 +22,11 @@ export function EmergencyAccessPage() {
       <Text>{t("administration:emergencies.means")}</Text>
       <ProblemNote error={accesses.error} />
       {accesses.isPending && <Skeleton h={160} />}
-      {accesses.data?.items.length === 0 && <Text>{t("administration:emergencies.none")}</Text>}
-      {accesses.data?.items.map((access) => (
+      {accesses.items?.length === 0 && <Text>{t("administration:emergencies.none")}</Text>}
+      {accesses.items?.map((access) => (
         <AccessCard key={access.id} access={access} />
       ))}
+      <LoadMoreButton list={accesses} />
     </Stack>
   );
 }

@@ -146,7 +146,7 @@ it("imports patients after file and shoulder are chosen", async () => {
 
 describe("erasure", () => {
   it("is requested with a reason in the user's name", async () => {
-    vi.spyOn(api, "erasures").mockResolvedValue({ items: [] });
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [], next: null });
     const note = vi.spyOn(api, "requestErasure").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Patient asks for erasure" }));
@@ -158,14 +158,14 @@ describe("erasure", () => {
 
   it("is decided by administrators", async () => {
     authStore.signedIn({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
-    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST], next: null });
     show(<ErasureRequests patient={PATIENT} />);
     expect(await screen.findByText("An administrator decides on it.")).toBeTruthy();
     expect(screen.queryByRole("button")).toBeNull();
   });
 
   it("needs the clinic number, and a refusal an explanation", async () => {
-    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST], next: null });
     const erase = vi.spyOn(api, "erasePatient").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Decide on the erasure" }));

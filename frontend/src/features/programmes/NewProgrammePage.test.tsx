@@ -29,7 +29,7 @@ afterEach(() => {
 });
 
 function show(items: Episode[]) {
-  vi.spyOn(api, "episodes").mockResolvedValue({ items });
+  vi.spyOn(api, "episodes").mockResolvedValue({ items, next: null });
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>

@@ -59,7 +59,7 @@ const preview = vi.spyOn(api, "previewProgramme");
 beforeEach(() => {
   vi.resetAllMocks();
   vi.spyOn(api, "recordings").mockResolvedValue({ items: [] });
-  vi.spyOn(api, "episodes").mockResolvedValue({ items: [] });
+  vi.spyOn(api, "episodes").mockResolvedValue({ items: [], next: null });
   vi.spyOn(api, "patient").mockResolvedValue({ affected_side: "right" } as never);
   preview.mockImplementation(async (_, { items }) => ({
     duration_s: 30 * items.length,

@@ -23,7 +23,7 @@ function show(episodeId: string) {
 
 beforeEach(() => {
   vi.spyOn(api, "patient").mockResolvedValue({ id: "p1", name: "Ishii Nao" } as Patient);
-  episodes.mockResolvedValue({ items: [{ id: "e1", side: "right" } as Episode] });
+  episodes.mockResolvedValue({ items: [{ id: "e1", side: "right" } as Episode], next: null });
 });
 afterEach(cleanup);
 

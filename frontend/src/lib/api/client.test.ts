@@ -49,6 +49,16 @@ describe("the client", () => {
     expect(error.nextStep).not.toBe("");
   });
 
+  it("fetches every page of a patient's recordings", async () => {
+    const urls: string[] = [];
+    vi.stubGlobal("fetch", async (request: Request) => {
+      urls.push(new URL(request.url).search);
+      return Response.json(urls.length === 1 ? { items: ["a"], next: "b" } : { items: ["c"], next: null });
+    });
+    expect(await api.recordings("x")).toEqual({ items: ["a", "c"] });
+    expect(urls).toEqual(["?limit=200", "?limit=200&after=b"]);
+  });
+
   it("reports an invalid answer", async () => {
     vi.stubGlobal("fetch", async () => new Response("{}", { status: 502 }));
     expect((await failure(api.patient("x"))).message).toContain("cannot be understood");

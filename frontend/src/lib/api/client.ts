@@ -109,6 +109,20 @@ async function expectSuccess(request: Promise<{ error?: unknown; response: Respo
 /** Return the query that continues a list after its last known row. */
 const startAfter = (after: string | null) => (after === null ? {} : { after });
 
+/** Fetch every page of a list. */
+async function allPages<Item>(
+  fetchPage: (after: string | null) => Promise<{ items: Item[]; next: string | null }>,
+): Promise<{ items: Item[] }> {
+  const items: Item[] = [];
+  let after: string | null = null;
+  do {
+    const page = await fetchPage(after);
+    items.push(...page.items);
+    after = page.next;
+  } while (after);
+  return { items };
+}
+
 /** Longer than the service waits for the device. */
 const STOP_TIMEOUT_MS = 4000;
 
@@ -167,7 +181,8 @@ export const api = {
         body,
       }),
     ),
-  breakGlassAccesses: () => unwrap(client.GET("/api/break-glass-accesses")),
+  breakGlassAccesses: (after: string | null = null) =>
+    unwrap(client.GET("/api/break-glass-accesses", { params: { query: startAfter(after) } })),
   reviewBreakGlassAccess: (glass_id: string) =>
     unwrap(client.POST("/api/break-glass-accesses/{glass_id}/review", { params: { path: { glass_id } } })),
   patients: (search: string, archived: boolean, after: string | null = null) =>
@@ -177,8 +192,15 @@ export const api = {
   createPatient: (body: Schemas["PatientCreate"]) => unwrap(client.POST("/api/patients", { body })),
   updatePatient: (key: string, body: Schemas["PatientUpdate"]) =>
     unwrap(client.PATCH("/api/patients/{patient_id}", { params: { path: { patient_id: key } }, body })),
+  /** All pages, because lists to choose from show every recording. */
   recordings: (key: string) =>
-    unwrap(client.GET("/api/patients/{patient_id}/recordings", { params: { path: { patient_id: key } } })),
+    allPages((after) =>
+      unwrap(
+        client.GET("/api/patients/{patient_id}/recordings", {
+          params: { path: { patient_id: key }, query: { limit: 200, ...startAfter(after) } },
+        }),
+      ),
+    ),
   patientSessions: (key: string, after: string | null = null) =>
     unwrap(
       client.GET("/api/patients/{patient_id}/sessions", {
@@ -266,7 +288,7 @@ export const api = {
         params: { path: { episode_id: key, chart } },
       }),
     ),
-  readyPatients: () => unwrap(client.GET("/api/station/ready-patients")),
+  readyPatients: async () => (await unwrap(client.GET("/api/station/ready-patients"))).items,
   session: (key: string) =>
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),

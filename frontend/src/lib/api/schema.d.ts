@@ -77,7 +77,7 @@ export interface paths {
         };
         /**
          * List all accounts
-         * @description Return every account, including disabled ones.
+         * @description Return every account by user name, including disabled ones. A clinic has few, so the list has no pages.
          */
         get: operations["list_accounts"];
         put?: never;
@@ -293,7 +293,7 @@ export interface paths {
         };
         /**
          * List a patient's episodes of care
-         * @description Return a patient's episodes: open ones first, then the newest first.
+         * @description Return a patient's episodes: open ones first, then the newest first. A treatment has few, so the list has no pages.
          */
         get: operations["list_episodes"];
         put?: never;
@@ -443,7 +443,7 @@ export interface paths {
         };
         /**
          * List undecided requests for erasure
-         * @description Return the undecided requests of patients whose records are open to you, oldest first.
+         * @description Return the undecided requests of patients whose records are open to you, oldest first. There are few, so the list has no pages.
          */
         get: operations["list_erasures"];
         put?: never;
@@ -463,7 +463,7 @@ export interface paths {
         };
         /**
          * List a patient's requests for erasure
-         * @description Return a patient's requests for erasure with their decisions.
+         * @description Return a patient's requests for erasure with their decisions, oldest first. One is open at a time, so the list has no pages.
          */
         get: operations["list_patient_erasures"];
         put?: never;
@@ -762,6 +762,8 @@ export interface paths {
         /**
          * List a patient's programmes
          * @description Return a patient's programmes in their newest versions: the last changed first, archived ones last.
+         *
+         *     A treatment has few, so the list has no pages.
          */
         get: operations["list_programmes"];
         put?: never;
@@ -1294,7 +1296,7 @@ export interface paths {
          * @description Return the patients whose session can begin or continue here while the database is unavailable.
          *
          *     These are patients who had a session at this station today or whose record was opened here, with an open episode and a programme.
-         *     Patients with a restricted record are left out. The list is empty while the database is available.
+         *     Patients with a restricted record are left out. The list is empty while the database is available. It has no pages.
          */
         get: operations["list_ready_patients"];
         put?: never;
@@ -1632,7 +1634,7 @@ export interface paths {
         };
         /**
          * List the own login sessions
-         * @description Return the browsers at which this account is signed in.
+         * @description Return the browsers at which this account is signed in, the newest first. There are few, so the list has no pages.
          */
         get: operations["list_own_sign_ins"];
         put?: never;
@@ -2074,7 +2076,7 @@ export interface paths {
         };
         /**
          * List all stations with their states
-         * @description Return every station with its current state. A patient is named only to users who may open that record.
+         * @description Return every station with its current state, this service's own first. The list has no pages. A patient is named only to users who may open that record.
          */
         get: operations["list_stations"];
         put?: never;
@@ -2094,7 +2096,7 @@ export interface paths {
         };
         /**
          * List a station's configuration versions
-         * @description Return the configurations and calibrations that a station has used, newest first.
+         * @description Return the configurations and calibrations that a station has used, newest first. Changes are rare, so the list has no pages.
          */
         get: operations["list_station_versions"];
         put?: never;
@@ -2484,14 +2486,6 @@ export interface components {
             stations?: string[];
         };
         /**
-         * AccountList
-         * @description By user name.
-         */
-        AccountList: {
-            /** Items */
-            items: components["schemas"]["Account"][];
-        };
-        /**
          * AccountUpdate
          * @description Any part of it. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
          */
@@ -2731,19 +2725,6 @@ export interface components {
             spadi_important: number;
         };
         /**
-         * AssessmentPage
-         * @description One page of assessments, newest first, with the withdrawn ones.
-         */
-        AssessmentPage: {
-            /** Items */
-            items: components["schemas"]["Assessment"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
-        };
-        /**
          * AssessmentUpdate
          * @description A change of an assessment. A given field replaces the stored one: ``rom`` replaces all entries, null removes a value.
          *
@@ -2847,19 +2828,6 @@ export interface components {
             detail: {
                 [key: string]: unknown;
             };
-        };
-        /**
-         * AuditPage
-         * @description A part of the trail, newest first.
-         */
-        AuditPage: {
-            /** Items */
-            items: components["schemas"]["AuditEntry"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
         };
         /**
          * Away
@@ -3010,6 +2978,11 @@ export interface components {
         BackupList: {
             /** Items */
             items: components["schemas"]["Backup"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
             /** @description The newest that came back whole and equal when it was tried. */
             last_good: components["schemas"]["Backup"] | null;
             /**
@@ -3117,14 +3090,6 @@ export interface components {
             reviewed_at: string | null;
             /** Reviewed By */
             reviewed_by: string;
-        };
-        /**
-         * BreakGlassAccessList
-         * @description Unreviewed accesses first, then the newest.
-         */
-        BreakGlassAccessList: {
-            /** Items */
-            items: components["schemas"]["BreakGlassAccess"][];
         };
         /**
          * ChangeMessage
@@ -3351,19 +3316,6 @@ export interface components {
             ended_at: string | null;
         };
         /**
-         * DeviceEventPage
-         * @description One page of matching events, newest first.
-         */
-        DeviceEventPage: {
-            /** Items */
-            items: components["schemas"]["DeviceEvent"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
-        };
-        /**
          * Draft
          * @description A drafted note.
          */
@@ -3531,14 +3483,6 @@ export interface components {
             limits_by: string;
         };
         /**
-         * EpisodeList
-         * @description A patient's episodes: open ones first, then the newest first.
-         */
-        EpisodeList: {
-            /** Items */
-            items: components["schemas"]["Episode"][];
-        };
-        /**
          * EpisodeUpdate
          * @description A change of an episode. ``updated_at`` is the version that the editor saw. If the episode has changed since, nothing is saved.
          */
@@ -3635,14 +3579,6 @@ export interface components {
              * @example Director Kobayashi
              */
             decided_by: string;
-        };
-        /**
-         * ErasureList
-         * @description Requests for erasure, oldest first.
-         */
-        ErasureList: {
-            /** Items */
-            items: components["schemas"]["Erasure"][];
         };
         /**
          * ErasureRefusal
@@ -4798,13 +4734,155 @@ export interface components {
              */
             agent: string;
         };
-        /**
-         * OwnSignIns
-         * @description The newest first.
-         */
-        OwnSignIns: {
+        /** Page[Account] */
+        Page_Account_: {
+            /** Items */
+            items: components["schemas"]["Account"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Assessment] */
+        Page_Assessment_: {
+            /** Items */
+            items: components["schemas"]["Assessment"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[AuditEntry] */
+        Page_AuditEntry_: {
+            /** Items */
+            items: components["schemas"]["AuditEntry"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[BreakGlassAccess] */
+        Page_BreakGlassAccess_: {
+            /** Items */
+            items: components["schemas"]["BreakGlassAccess"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[DeviceEvent] */
+        Page_DeviceEvent_: {
+            /** Items */
+            items: components["schemas"]["DeviceEvent"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Episode] */
+        Page_Episode_: {
+            /** Items */
+            items: components["schemas"]["Episode"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Erasure] */
+        Page_Erasure_: {
+            /** Items */
+            items: components["schemas"]["Erasure"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[OwnSignIn] */
+        Page_OwnSignIn_: {
             /** Items */
             items: components["schemas"]["OwnSignIn"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Patient] */
+        Page_Patient_: {
+            /** Items */
+            items: components["schemas"]["Patient"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Programme] */
+        Page_Programme_: {
+            /** Items */
+            items: components["schemas"]["Programme"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[ReadyPatient] */
+        Page_ReadyPatient_: {
+            /** Items */
+            items: components["schemas"]["ReadyPatient"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Recording] */
+        Page_Recording_: {
+            /** Items */
+            items: components["schemas"]["Recording"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[SessionSummary] */
+        Page_SessionSummary_: {
+            /** Items */
+            items: components["schemas"]["SessionSummary"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[StationVersion] */
+        Page_StationVersion_: {
+            /** Items */
+            items: components["schemas"]["StationVersion"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Station] */
+        Page_Station_: {
+            /** Items */
+            items: components["schemas"]["Station"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
         };
         /**
          * Patient
@@ -4923,19 +5001,6 @@ export interface components {
              * @example Sleeps badly on the left side.
              */
             notes: string;
-        };
-        /**
-         * PatientPage
-         * @description One page of matching patients, in the order of their names.
-         */
-        PatientPage: {
-            /** Items */
-            items: components["schemas"]["Patient"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
         };
         /**
          * PatientRef
@@ -5394,14 +5459,6 @@ export interface components {
             duration_s: number;
         };
         /**
-         * ProgrammeList
-         * @description A patient's programmes: the last changed first, archived ones last.
-         */
-        ProgrammeList: {
-            /** Items */
-            items: components["schemas"]["Programme"][];
-        };
-        /**
          * ProgrammePatient
          * @description The patient of a programme.
          */
@@ -5848,14 +5905,6 @@ export interface components {
              * @description One entry per motor; empty if the samples are damaged.
              */
             ranges: components["schemas"]["MotorRange"][];
-        };
-        /**
-         * RecordingList
-         * @description A patient's recordings, newest first.
-         */
-        RecordingList: {
-            /** Items */
-            items: components["schemas"]["Recording"][];
         };
         /**
          * RecordingUpdate
@@ -6550,19 +6599,6 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
-         * SessionPage
-         * @description One page of sessions, newest first.
-         */
-        SessionPage: {
-            /** Items */
-            items: components["schemas"]["SessionSummary"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
-        };
-        /**
          * SessionPatient
          * @description The patient of a session.
          */
@@ -7002,14 +7038,6 @@ export interface components {
             axes: components["schemas"]["AxisInfo"][];
         };
         /**
-         * StationList
-         * @description All stations, this service's own first.
-         */
-        StationList: {
-            /** Items */
-            items: components["schemas"]["Station"][];
-        };
-        /**
          * StationShown
          * @description One station, as far as it is known here.
          */
@@ -7131,14 +7159,6 @@ export interface components {
              * @description TOML: configuration and calibration.
              */
             config: string;
-        };
-        /**
-         * StationVersionList
-         * @description Versions, newest first.
-         */
-        StationVersionList: {
-            /** Items */
-            items: components["schemas"]["StationVersion"][];
         };
         /**
          * StationsMessage
@@ -7831,7 +7851,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AccountList"];
+                    "application/json": components["schemas"]["Page_Account_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -8367,7 +8387,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AssessmentPage"];
+                    "application/json": components["schemas"]["Page_Assessment_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -8682,7 +8702,12 @@ export interface operations {
     };
     list_backups: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most. */
+                limit?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -8709,6 +8734,15 @@ export interface operations {
             };
             /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8830,7 +8864,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AuditPage"];
+                    "application/json": components["schemas"]["Page_AuditEntry_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -8897,7 +8931,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EpisodeList"];
+                    "application/json": components["schemas"]["Page_Episode_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -9584,7 +9618,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["DeviceEventPage"];
+                    "application/json": components["schemas"]["Page_DeviceEvent_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -9649,7 +9683,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ErasureList"];
+                    "application/json": components["schemas"]["Page_Erasure_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -9707,7 +9741,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ErasureList"];
+                    "application/json": components["schemas"]["Page_Erasure_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -10847,7 +10881,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["PatientPage"];
+                    "application/json": components["schemas"]["Page_Patient_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -11157,7 +11191,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ProgrammeList"];
+                    "application/json": components["schemas"]["Page_Programme_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -11882,7 +11916,12 @@ export interface operations {
     };
     list_recordings: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most. */
+                limit?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+            };
             header?: never;
             path: {
                 patient_id: string;
@@ -11897,7 +11936,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RecordingList"];
+                    "application/json": components["schemas"]["Page_Recording_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -13116,7 +13155,12 @@ export interface operations {
     };
     list_break_glass_accesses: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most. */
+                limit?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -13129,7 +13173,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["BreakGlassAccessList"];
+                    "application/json": components["schemas"]["Page_BreakGlassAccess_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -13143,6 +13187,15 @@ export interface operations {
             };
             /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13285,7 +13338,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SessionPage"];
+                    "application/json": components["schemas"]["Page_SessionSummary_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -13509,7 +13562,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SessionPage"];
+                    "application/json": components["schemas"]["Page_SessionSummary_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -13583,7 +13636,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ReadyPatient"][];
+                    "application/json": components["schemas"]["Page_ReadyPatient_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -15126,7 +15179,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["OwnSignIns"];
+                    "application/json": components["schemas"]["Page_OwnSignIn_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -16695,7 +16748,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["StationList"];
+                    "application/json": components["schemas"]["Page_Station_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -16745,7 +16798,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["StationVersionList"];
+                    "application/json": components["schemas"]["Page_StationVersion_"];
                 };
             };
             /** @description No user is signed in at this browser. */
