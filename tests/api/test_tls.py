@@ -20,6 +20,7 @@ from kata.api.security_middleware import allowed_hosts
 from kata.api.tls import Certificate, TlsError, kept
 from kata.database.base import utc_now
 from kata.settings import Settings
+from tests.support.file_modes import open_to_others
 from tests.support.ports import free_port
 
 
@@ -118,6 +119,7 @@ def test_certificate_renewal_ends_with_the_service(tmp_path: Path) -> None:
 def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, ssl.SSLContext, Path]]:
     """`kata serve` where others can reach it: port, what a browser that knows the certificate trusts, and what was printed."""
     folder, port = tmp_path_factory.mktemp("kata"), free_port()
+    folder.chmod(0o755)
     told = folder / "service.log"
     command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--host", "0.0.0.0"]
     with told.open("wb") as log, subprocess.Popen([*command, "--port", str(port)], stderr=log) as service:
@@ -130,6 +132,12 @@ def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[i
         yield port, context, told
         service.terminate()
         service.wait(20)
+
+
+def test_started_by_hand_other_users_can_read_nothing(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
+    _, _, log = on_the_network
+    assert len([path for path in log.parent.rglob("*") if path.is_file()]) > 5
+    assert open_to_others(log.parent) == []
 
 
 def test_off_loopback_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:

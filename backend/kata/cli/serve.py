@@ -1,6 +1,7 @@
 """``kata serve``: run the service on its socket, print its start errors as sentences, and print its links to the terminal."""
 
 import asyncio
+import logging
 import os
 import signal
 import socket
@@ -30,6 +31,9 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorError
 from kata.system import malloc
 from kata.system.console import console, fail
+from kata.system.private_files import make_private
+
+log = logging.getLogger(__name__)
 
 _LONGEST_MESSAGE: Final = 64 * 1024
 """Bytes of a WebSocket message; the page sends only Stop."""
@@ -42,10 +46,24 @@ def serve(settings: Settings, *, reload: bool) -> None:
     :raises KeyboardInterrupt: when Ctrl-C ended it.
     """
     logs.begin(settings.log_format)
+    _make_private(settings.data)
     if reload:
         _serve_reloading(settings)
     else:
         asyncio.run(_serve(settings))
+
+
+def _make_private(folder: Path) -> None:
+    """Repair a data folder of an earlier version, which other users of the computer could read."""
+    try:
+        changed = make_private(folder)
+    except OSError as error:
+        log.warning("other users of this computer may read %s: %s", error.filename or folder, error.strerror)
+        return
+    if changed:
+        log.warning(
+            "other users of this computer could read %d files and folders in %s; repaired", len(changed), folder
+        )
 
 
 class _Server(uvicorn.Server):

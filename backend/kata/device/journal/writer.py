@@ -30,7 +30,7 @@ class JournalDisk:
 
     def create(self, path: Path) -> int:
         """Create a file and open it for appending."""
-        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o640)
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
 
     def write(self, file: int, data: bytearray) -> int:
         """Append as much of the data as fits. Return the number of bytes written."""
