@@ -106,6 +106,8 @@ class Settings(BaseSettings):
     """json: one object per line, for log collectors."""
     plain_http: bool = False
     """Serve without encryption although others can reach the service: only behind a proxy that encrypts."""
+    connections_per_address: int = Field(default=100, ge=10)
+    """Connections that one address may have open at once; trusted proxies have no such limit. A page has up to seven."""
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are trusted, separated by commas; empty: none."""
 

@@ -15,6 +15,7 @@ import uvicorn
 
 from kata.api import live, logs, tls, watchdog
 from kata.api.app import create_app
+from kata.api.connection_limits import limited_protocol
 from kata.api.security_middleware import allowed_hosts
 from kata.api.services import Services
 from kata.audit.anchor import AnchorError
@@ -144,6 +145,7 @@ def _configured(application: Any, settings: Settings, certificate: tls.Certifica
         log_level="warning",
         timeout_graceful_shutdown=2,
         server_header=False,
+        http=limited_protocol(settings.connections_per_address, settings.trusted_proxies),  # type: ignore[arg-type]
         # Uvicorn's default trusts every proxy on this computer.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,

@@ -1,0 +1,199 @@
+"""Clients that open many connections, send endless headers or never finish a request are cut off, before any login."""
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+import uvicorn
+import websockets
+
+from kata.api import connection_limits
+from kata.api.connection_limits import limited_protocol
+
+PER_ADDRESS = 5
+Client = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+Connect = Callable[[], Awaitable[Client]]
+
+
+async def echo(scope: Any, receive: Any, send: Any) -> None:
+    """Answer a request with the length of its body, and a WebSocket's messages with themselves."""
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.accept"})
+        while (message := await receive())["type"] == "websocket.receive":
+            await send({"type": "websocket.send", "text": message["text"]})
+        return
+    taken, more = 0, True
+    while more:
+        message = await receive()
+        taken += len(message.get("body", b""))
+        more = message.get("more_body", False)
+    body = str(taken).encode()
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"%d" % len(body))]})
+    await send({"type": "http.response.body", "body": body})
+
+
+@asynccontextmanager
+async def serving(trusted_proxies: str = "") -> AsyncIterator[int]:
+    protocol: Any = limited_protocol(PER_ADDRESS, trusted_proxies)
+    server = uvicorn.Server(uvicorn.Config(echo, http=protocol, lifespan="off", log_level="error"))
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        running = asyncio.create_task(server.serve([listening]))
+        yield listening.getsockname()[1]
+        server.should_exit = True
+        await running
+
+
+def run(test: Callable[[int, Connect], Awaitable[None]], trusted_proxies: str = "") -> None:
+    async def whole() -> None:
+        opened: list[Client] = []
+        async with serving(trusted_proxies) as port:
+
+            async def connect() -> Client:
+                opened.append(await asyncio.open_connection("127.0.0.1", port))
+                return opened[-1]
+
+            await test(port, connect)
+            for _, writer in opened:
+                writer.close()
+
+    asyncio.run(whole())
+
+
+async def ask(client: Client, body: bytes = b"") -> bytes:
+    reader, writer = client
+    writer.write(b"POST / HTTP/1.1\r\nhost: kata\r\ncontent-length: %d\r\n\r\n" % len(body) + body)
+    head = await reader.readuntil(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 200")
+    return await reader.read(int(head.lower().split(b"content-length: ")[1].split()[0]))
+
+
+async def is_closed(client: Client) -> bool:
+    """Wait until the server closes the connection."""
+    try:
+        return await client[0].read() == b""
+    except ConnectionResetError:
+        return True
+
+
+def test_connections_of_an_address_are_limited_until_one_ends() -> None:
+    async def test(_: int, connect: Connect) -> None:
+        clients = [await connect() for _ in range(PER_ADDRESS)]
+        assert [await ask(client) for client in clients] == [b"0"] * PER_ADDRESS
+        assert await is_closed(await connect())
+        clients[0][1].close()
+        await clients[0][1].wait_closed()
+        while True:
+            again = await connect()
+            try:
+                assert await ask(again) == b"0"
+            except (ConnectionError, asyncio.IncompleteReadError):
+                await asyncio.sleep(0.01)
+                continue
+            return
+
+    run(test)
+
+
+def test_trusted_proxy_has_no_limit_of_its_own() -> None:
+    async def test(_: int, connect: Connect) -> None:
+        for _ in range(3 * PER_ADDRESS):
+            assert await ask(await connect()) == b"0"
+
+    run(test, trusted_proxies="192.0.2.1, 127.0.0.0/8")
+
+
+def test_all_connections_together_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection_limits, "MAX_CONNECTIONS", 3)
+
+    async def test(_: int, connect: Connect) -> None:
+        for _ in range(3):
+            assert await ask(await connect()) == b"0"
+        assert await is_closed(await connect())
+
+    run(test, trusted_proxies="127.0.0.1")
+
+
+def test_endless_headers_are_refused() -> None:
+    async def test(_: int, connect: Connect) -> None:
+        reader, writer = await connect()
+        writer.write(b"GET / HTTP/1.1\r\n")
+        sent = 0
+        while not reader.at_eof() and sent < 100 * connection_limits.MAX_HEADER_BYTES:
+            writer.write(b"x: " + b"y" * 1000 + b"\r\n")
+            sent += 1005
+            try:
+                await writer.drain()
+            except ConnectionError:
+                break
+            await asyncio.sleep(0)
+        assert sent < 20 * connection_limits.MAX_HEADER_BYTES
+
+    run(test)
+
+
+def test_long_headers_and_a_long_body_pass() -> None:
+    async def test(_: int, connect: Connect) -> None:
+        reader, writer = await connect()
+        for size in (40_000, 40_000):
+            writer.write(b"GET / HTTP/1.1\r\nhost: kata\r\nx: ")
+            await writer.drain()
+            writer.write(b"y" * size + b"\r\n\r\n")
+            assert (await reader.readuntil(b"\r\n\r\n0")).startswith(b"HTTP/1.1 200")
+        assert await ask((reader, writer), b"z" * 5_000_000) == b"5000000"
+
+    run(test)
+
+
+@pytest.mark.parametrize(
+    ("sent", "answer"),
+    [
+        (b"", b"HTTP/1.1 408"),
+        (b"GET / HTTP/1.1\r\nhost: ka", b"HTTP/1.1 408"),
+        (b"\r\n\r\n\r\n", b"HTTP/1.1 408"),
+        (b"POST / HTTP/1.1\r\nhost: kata\r\ncontent-length: 10\r\n\r\n12345", b""),
+    ],
+)
+def test_request_that_does_not_end_is_cut_off(monkeypatch: pytest.MonkeyPatch, sent: bytes, answer: bytes) -> None:
+    monkeypatch.setattr(connection_limits, "HEADERS_WITHIN_S", 0.2)
+    monkeypatch.setattr(connection_limits, "BODY_WITHIN_S", 0.2)
+
+    async def test(_: int, connect: Connect) -> None:
+        reader, writer = await connect()
+        writer.write(sent)
+        assert (await reader.read())[:12] == answer
+
+    run(test)
+
+
+def test_empty_lines_after_an_answer_keep_no_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection_limits, "HEADERS_WITHIN_S", 0.2)
+
+    async def test(_: int, connect: Connect) -> None:
+        client = await connect()
+        assert await ask(client) == b"0"
+        client[1].write(b"\r\n")
+        assert (await client[0].read())[:12] == b"HTTP/1.1 408"
+
+    run(test)
+
+
+def test_websocket_outlives_every_time_limit_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection_limits, "HEADERS_WITHIN_S", 0.1)
+    monkeypatch.setattr(connection_limits, "BODY_WITHIN_S", 0.1)
+
+    async def test(port: int, connect: Connect) -> None:
+        sockets = [await websockets.connect(f"ws://127.0.0.1:{port}/") for _ in range(PER_ADDRESS)]
+        await asyncio.sleep(0.3)
+        for page in sockets:
+            await page.send("stop")
+            assert await page.recv() == "stop"
+        assert await is_closed(await connect())
+        for page in sockets:
+            await page.close()
+        assert await ask(await connect()) == b"0"
+
+    run(test)
