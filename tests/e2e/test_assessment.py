@@ -22,14 +22,14 @@ def assess(page: Page, day: datetime, angles: tuple[int, ...], pain: int, answer
     """Angles by the keyboard alone, down the first column; pain and SPADI by touch. Not saved yet."""
     page.get_by_role("button", name="New assessment").click()
     form = page.get_by_role("region", name="New assessment")
-    form.get_by_label("When").fill(day.strftime("%Y-%m-%dT%H:%M"))
+    form.get_by_label("Date and time").fill(day.strftime("%Y-%m-%dT%H:%M"))
     form.get_by_role("textbox", name="Flexion, left, active", exact=True).focus()
     for angle in angles:
         page.keyboard.type(str(angle))
         page.keyboard.press("Enter")
     form.get_by_role("textbox", name="Flexion, right, active", exact=True).fill("175")
     form.get_by_role("tab", name="Pain").click()
-    for context in ("At rest", "Average of the last week"):
+    for context in ("At rest", "Average over the last week"):
         form.get_by_role("group", name=context).get_by_role("button", name=str(pain), exact=True).click()
     form.get_by_role("tab", name="SPADI").click()
     for item in range(1, 14):
@@ -44,7 +44,7 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Sakura")
     section = page.get_by_role("region", name="Assessments")
-    expect(section).to_contain_text("Nothing has been assessed yet.")
+    expect(section).to_contain_text("No assessments yet.")
 
     form = assess(page, FIRST_DAY, (95, 25, 80, 10), pain=6, answer=6)
     form.get_by_label("Assessed by").fill("Kimura Jun")
@@ -64,7 +64,7 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     form.get_by_role("button", name="Save assessment").click()
     expect(newest).to_contain_text("Flexion: 120° active (25 more)")
     expect(newest).to_contain_text("SPADI 50 of 100 (20 less)")
-    expect(newest).to_contain_text("An important improvement")
+    expect(newest).to_contain_text("Important improvement")
     page.get_by_role("button", name="All assessments").click()
     picture(page, artefacts / "assessments.png")
 
@@ -73,7 +73,7 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     expect(motion.locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
     expect(motion.locator(".legendtext").filter(has_text="Reference")).to_be_visible()
     expect(page.get_by_role("region", name="SPADI").locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
-    motion.get_by_role("button", name="Show the numbers").click()
+    motion.get_by_role("button", name="Show numbers").click()
     expect(motion.get_by_role("row").filter(has_text="Flexion").last).to_contain_text("120")
     picture(page, artefacts / "progress.png")
     page.get_by_role("link", name="Mori Sakura").click()

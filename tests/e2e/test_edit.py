@@ -16,17 +16,17 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     page.get_by_test_id("saved").get_by_role("link").click()
     page.get_by_role("button", name="Edit", exact=True).click()
     panel = page.get_by_role("region", name="Edit")
-    keep = panel.get_by_role("button", name="Keep as a new recording")
+    keep = panel.get_by_role("button", name="Save as a new recording")
 
     # More than there is to take away: said so, and nothing is kept.
-    panel.get_by_role("combobox", name="What to do").click()
+    panel.get_by_role("combobox", name="Type of edit").click()
     page.get_by_role("option", name="Warm-up").click()
-    panel.get_by_label("Begin with less by", exact=True).and_(panel.get_by_role("textbox")).fill("180")
+    panel.get_by_label("Reduction at the beginning", exact=True).and_(panel.get_by_role("textbox")).fill("180")
     panel.get_by_role("button", name="Preview").click()
     expect(panel.get_by_role("alert")).to_contain_text("180 deg less: the motion goes through", timeout=LONG_MS)
     expect(keep).to_be_hidden()
 
-    panel.get_by_role("combobox", name="What to do").click()
+    panel.get_by_role("combobox", name="Type of edit").click()
     page.get_by_role("option", name="Some motors only").click()
     for motor in (2, 3, 4, 5):
         panel.get_by_role("button", name=f"Motor {motor}").click()
@@ -42,10 +42,10 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
 
     expect(page.get_by_role("heading", name="Raise the arm, motor 1 only")).to_be_visible()
     made_of = page.get_by_test_id("made-of")
-    expect(made_of).to_contain_text("Made of Raise the arm. Done to what was taught: motor 1 only.")
+    expect(made_of).to_contain_text("Created from Raise the arm. Edits to the taught motion: motor 1 only.")
     page.get_by_role("link", name="Mori Sakura").click()
     expect(page.get_by_role("row", name="Raise the arm, motor 1 only")).to_contain_text(
-        "Made of Raise the arm: motor 1 only"
+        "Created from Raise the arm: motor 1 only"
     )
     page.screenshot(path=artefacts / "recordings.png", full_page=True)
     assert wrong == []

@@ -309,7 +309,7 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
 @pytest.mark.timeout(600)
 def test_a_hostile_file_name_is_a_name(page: Page, poisoned: Poisoned, texts: list[str], told: list[str]) -> None:
     page.goto(f"{poisoned.url}/patients/{poisoned.poison.places[0].patients}")
-    page.get_by_role("button", name="Motion from a CSV file").dispatch_event("click")
+    page.get_by_role("button", name="Import motion from CSV file").dispatch_event("click")
     chooser = page.locator("input[type=file]").first
     chooser.wait_for(state="attached")
     names = [text.replace("/", "\N{DIVISION SLASH}") for text in texts]

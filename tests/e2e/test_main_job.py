@@ -121,7 +121,7 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, ar
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The motors still hold the arm", timeout=LONG_MS)
     expect(banner).to_contain_text("Motor 4 met resistance twice in the same place.")
-    let_go = banner.get_by_role("button", name="Acknowledge and let the arm go")
+    let_go = banner.get_by_role("button", name="Acknowledge and release the arm")
     expect(let_go).to_be_enabled()
     expect(page.get_by_test_id("mode")).to_have_text("Stopped, holding the arm")
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")

@@ -57,12 +57,12 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, page.get_by_role("link", name="Abduction / adduction of the shoulder", exact=True).first)
     press(page, page.get_by_role("button", name="Edit", exact=True))
     panel = page.get_by_role("region", name="Edit")
-    choose(page, panel.get_by_role("combobox", name="What to do"), "Some motors only")
+    choose(page, panel.get_by_role("combobox", name="Type of edit"), "Some motors only")
     for motor in (1, 2, 5):
         press(page, panel.get_by_role("button", name=f"Motor {motor}"))
     press(page, panel.get_by_role("button", name="Preview"))
     expect(panel.locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
-    press(page, panel.get_by_role("button", name="Keep as a new recording"))
+    press(page, panel.get_by_role("button", name="Save as a new recording"))
     expect(page.get_by_role("heading", name=re.compile("motors 3, 4 only"))).to_be_visible(timeout=LONG_MS)
 
     # Prescribe it.
@@ -105,16 +105,16 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     # Take the record along as a file, and have another one erased, which an administrator decides.
     press(page, page.get_by_role("link", name=PATIENT).first)
     with page.expect_download() as taken:
-        press(page, page.get_by_role("link", name="Everything (ZIP)"))
+        press(page, page.get_by_role("link", name="All data (ZIP)"))
     assert taken.value.suggested_filename.endswith(".zip")
-    press(page, page.get_by_role("button", name="Patient asks for erasure"))
+    press(page, page.get_by_role("button", name="Record an erasure request"))
     asking = page.get_by_role("dialog")
-    write(page, asking.get_by_role("textbox", name="How and why it was asked for"), "By letter, has moved away.")
-    press(page, asking.get_by_role("button", name="Note the request"))
+    write(page, asking.get_by_role("textbox", name="How and why it was requested"), "By letter, has moved away.")
+    press(page, asking.get_by_role("button", name="Record request"))
     press(page, page.get_by_role("button", name="Decide on the erasure"))
     deciding = page.get_by_role("dialog")
     write(page, deciding.get_by_role("textbox", name="Explanation"), "Records are kept for five years.")
-    press(page, deciding.get_by_role("button", name="Refuse, keep the record"))
+    press(page, deciding.get_by_role("button", name="Refuse and keep the record"))
     expect(page.get_by_test_id("erasure")).to_contain_text("Refused by", timeout=LONG_MS)
 
     # Administer: an account, and who did all this.
@@ -129,9 +129,9 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
         if not viewer.is_checked():
             page.keyboard.press("ArrowDown")
     expect(viewer).to_be_checked()
-    press(page, account.get_by_role("button", name="Make the account"))
+    press(page, account.get_by_role("button", name="Create account"))
     expect(page.get_by_test_id("code")).to_be_visible(timeout=LONG_MS)
-    press(page, page.get_by_role("button", name="I have handed it over"))
+    press(page, page.get_by_role("button", name="Handed over"))
     expect(page.get_by_role("row", name="Ito Mai")).to_contain_text("Viewer")
     press(page, page.get_by_role("link", name="Audit trail"))
     expect(page.get_by_role("link", name="Administration")).to_have_attribute("aria-current", "page")

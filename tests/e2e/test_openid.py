@@ -50,7 +50,7 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     page.get_by_role("button", name="Change Ito Mai").click()
     page.get_by_label("Identity at Clinic ID").fill(theirs.subject)
     page.get_by_role("button", name="Save").click()
-    expect(page.get_by_role("row").filter(has_text="Ito Mai")).to_contain_text("The clinic's own sign-in")
+    expect(page.get_by_role("row").filter(has_text="Ito Mai")).to_contain_text("Clinic's single sign-on")
     page.screenshot(path=artefacts / "accounts-openid.png")
 
     hers.goto(f"{clinic.url}/patients")
@@ -65,6 +65,6 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     with another.expect_page() as opened:
         hers.get_by_role("link", name="Sign in again with Clinic ID").click()
     expect(hers.get_by_role("button", name="Stop", exact=True)).to_be_visible()
-    expect(opened.value.get_by_role("heading", name="You are back")).to_be_visible()
+    expect(opened.value.get_by_role("heading", name="You are signed in")).to_be_visible()
     expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
     assert all("code=" not in one.url and "state=" not in one.url for one in another.pages)

@@ -90,7 +90,7 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     # On paper, in either language, and as a file.
     reports = page.get_by_role("group", name="Report", exact=True)
     with page.expect_popup() as opened:
-        reports.get_by_role("link", name="Report to print").click()
+        reports.get_by_role("link", name="Print report").click()
     printed = opened.value
     expect(printed.get_by_role("heading", name="Session report")).to_be_visible()
     expect(printed.get_by_text("Not signed. This is a draft").first).to_be_visible()

@@ -51,7 +51,7 @@ def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, s
     stranger.get_by_label("One-time code").fill(code)
     pasted(stranger, stranger.get_by_label("New password", exact=True), PASSWORD)
     pasted(stranger, stranger.get_by_label("New password again"), PASSWORD)
-    stranger.get_by_role("button", name="Set the password").click()
+    stranger.get_by_role("button", name="Set password").click()
     expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
 
     # The account's page, the lock screen, signing in.

@@ -19,7 +19,7 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.login import signed_in
 
 NAME: Final = "Yamada Hanako"
-SILENT: Final = "Silent: what it does is not known."
+SILENT: Final = "No answer: its state is unknown."
 
 
 @pytest.fixture
@@ -90,7 +90,9 @@ def test_station_list_shows_patients_and_marks_silent_stations(
             expect(tile(page, "Station 2").get_by_text(words)).to_be_visible()
             expect(technicians.get_by_text(words)).to_have_count(0)
         # Named to nobody's technician, and not said to be empty either.
-        expect(tile(technicians, "Station 2").get_by_text("as far as you may see")).to_be_visible()
+        expect(
+            tile(technicians, "Station 2").get_by_text("No patient that you may see is on the apparatus.")
+        ).to_be_visible()
 
         for pressed, words in ((True, "E-stop pressed"), (False, "E-stop released")):
             page.request.post(f"{clinic.url}/api/simulator/estop", data={"pressed": pressed})
@@ -101,7 +103,7 @@ def test_station_list_shows_patients_and_marks_silent_stations(
     for watcher in (page, technicians):
         other = tile(watcher, "Station 2")
         expect(other.get_by_text(SILENT)).to_be_visible(timeout=LONG_MS)
-        expect(other.get_by_text("Last heard")).to_be_visible()
+        expect(other.get_by_text("Last answer")).to_be_visible()
         for words in (NAME, "Playing", "E-stop", "left", "Sato Jun"):
             expect(other.get_by_text(words)).to_have_count(0)
         expect(tile(watcher, "Station 1").get_by_text(SILENT)).to_have_count(0)

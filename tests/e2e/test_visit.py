@@ -19,7 +19,7 @@ def sign_up(page: Page, name: str) -> None:
     write(page, dialog.get_by_label("Name", exact=False).first, name)
     write(page, dialog.get_by_label("Clinic number"), "K-0042")
     press(page, dialog.get_by_role("radio", name="Left"), "Space")
-    press(page, dialog.get_by_role("button", name="Sign up"))
+    press(page, dialog.get_by_role("button", name="Register"))
     expect(page.get_by_role("heading", name=name)).to_be_visible()
 
 

@@ -17,9 +17,9 @@ def made(page: Page, name: str, username: str, role: str) -> str:
     dialog.get_by_role("textbox", name="Name", exact=True).fill(name)
     dialog.get_by_label("User name").fill(username)
     dialog.get_by_role("radio", name=role).check()
-    dialog.get_by_role("button", name="Make the account").click()
+    dialog.get_by_role("button", name="Create account").click()
     code = page.get_by_test_id("code").inner_text()
-    page.get_by_role("button", name="I have handed it over").click()
+    page.get_by_role("button", name="Handed over").click()
     return code
 
 
@@ -36,7 +36,7 @@ def first_password(page: Page, clinic: Clinic, username: str, code: str, passwor
     page.get_by_label("One-time code").fill(code)
     page.get_by_label("New password", exact=True).fill(password)
     page.get_by_label("New password again").fill(password)
-    page.get_by_role("button", name="Set the password").click()
+    page.get_by_role("button", name="Set password").click()
 
 
 def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:

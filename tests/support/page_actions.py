@@ -25,7 +25,7 @@ def sign_up(page: Page, name: str, number: str = "K-0042") -> None:
     dialog.get_by_label("Name", exact=False).first.fill(name)
     dialog.get_by_label("Clinic number").fill(number)
     dialog.get_by_text("Left", exact=True).click()
-    dialog.get_by_role("button", name="Sign up").click()
+    dialog.get_by_role("button", name="Register").click()
     expect(page.get_by_role("heading", name=name)).to_be_visible()
 
 

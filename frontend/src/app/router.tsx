@@ -210,7 +210,7 @@ function NotFound() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        {t("app:noPage.none")}
+        {t("app:noPage.title")}
       </Title>
       <Text>
         <InlineSlot words={(link) => t("app:noPage.old", { link })}>
@@ -229,7 +229,7 @@ function PageError({ error }: ErrorComponentProps) {
         {t("app:noPage.broken")}
       </Title>
       <Text>
-        {error instanceof ProblemError ? `${error.message} ${error.nextStep}` : t("app:noPage.wrong")}
+        {error instanceof ProblemError ? `${error.message} ${error.nextStep}` : t("app:noPage.brokenHint")}
       </Text>
     </Stack>
   );

@@ -50,21 +50,23 @@ describe("a stop", () => {
   it("that holds the arm announces that acknowledging releases it", () => {
     const text = show({ arm_held: true, torque: "on" });
     expect(text).toContain("The motors still hold the arm");
-    expect(text).toContain("Acknowledge and let the arm go");
+    expect(text).toContain("Acknowledge and release the arm");
     expect(text).toContain("Support the arm first");
-    expect(text).not.toContain("This has cleared");
+    expect(text).not.toContain("The cause has cleared");
   });
 
   it("without torque does not mention holding", () => {
     const text = show({ arm_held: false });
     expect(text).not.toContain("hold the arm");
-    expect(text).toContain("This has cleared");
+    expect(text).toContain("The cause has cleared");
     expect(screen.getByRole("button").textContent).toBe("Acknowledge");
   });
 
   it("cannot be acknowledged behind a locked screen", () => {
     authStore.signedIn({ ...ME, locked: true });
-    expect(show({ arm_held: false })).toContain("acknowledges it, signed in and with the screen unlocked");
+    expect(show({ arm_held: false })).toContain(
+      "acknowledges the stop, signed in and with the screen unlocked",
+    );
     expect(screen.queryByRole("button")).toBeNull();
   });
 
@@ -72,7 +74,7 @@ describe("a stop", () => {
     const text = show({ arm_held: true, torque: "on", connected: false });
     expect(text).not.toContain("motors still hold");
     expect(text).not.toContain("has been stopped");
-    expect(text).toContain("Whether the motors hold the arm is not known");
+    expect(text).toContain("It is not known whether the motors hold the arm");
     expect(text).toContain("Support the arm");
     expect(document.querySelector(".stale")).not.toBeNull();
   });

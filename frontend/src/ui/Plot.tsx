@@ -78,7 +78,7 @@ export function Plot({
         <Group role="alert">
           <Text>{t("ui:figure.failed")}</Text>
           <Button variant="default" onClick={() => setAttempt(attempt + 1)}>
-            {t("ui:figure.again")}
+            {t("ui:figure.retry")}
           </Button>
         </Group>
       )}

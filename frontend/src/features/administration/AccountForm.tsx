@@ -54,7 +54,7 @@ export function AccountForm(props: Props) {
       <Stack>
         <TextInput
           label={t("administration:form.name")}
-          description={t("administration:form.nameMeans")}
+          description={t("administration:form.nameHint")}
           required
           data-autofocus
           maxLength={100}
@@ -65,7 +65,7 @@ export function AccountForm(props: Props) {
         {!account && (
           <TextInput
             label={t("administration:form.username")}
-            description={t("administration:form.usernameMeans")}
+            description={t("administration:form.usernameHint")}
             required
             maxLength={64}
             autoComplete="off"
@@ -89,7 +89,7 @@ export function AccountForm(props: Props) {
         </Radio.Group>
         <MultiSelect
           label={t("administration:form.stations")}
-          description={t("administration:form.stationsMean")}
+          description={t("administration:form.stationsHint")}
           size="md"
           data={choices}
           value={stations}
@@ -100,7 +100,7 @@ export function AccountForm(props: Props) {
             label={t("administration:form.identity", {
               provider: loginMethods.data?.openid ?? t("administration:form.theProvider"),
             })}
-            description={t("administration:form.identityMeans")}
+            description={t("administration:form.identityHint")}
             maxLength={255}
             autoComplete="off"
             autoCapitalize="none"
@@ -117,7 +117,7 @@ export function AccountForm(props: Props) {
             loading={save.isPending}
             disabled={name.trim() === "" || username.trim() === ""}
           >
-            {account ? t("administration:form.save") : t("administration:form.make")}
+            {account ? t("administration:form.save") : t("administration:form.create")}
           </Button>
         </Group>
       </Stack>

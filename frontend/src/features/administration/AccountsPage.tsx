@@ -106,7 +106,7 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
       </Table.Td>
       <Table.Td>{t(`auth:roles.${account.role}.name`)}</Table.Td>
       <Table.Td>
-        {t("administration:accounts.several", { ways: account.stations }) || t("administration:accounts.all")}
+        {t("common:format.list", { words: account.stations }) || t("administration:accounts.all")}
       </Table.Td>
       <Table.Td>{signsInWith(account)}</Table.Td>
       <Table.Td>
@@ -157,7 +157,7 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
           title={t("administration:accounts.newCodeFor", { name: account.name })}
         >
           <Stack>
-            <Text>{t("administration:accounts.resetting", { name: account.name })}</Text>
+            <Text>{t("administration:accounts.resetHint", { name: account.name })}</Text>
             {account.second_factor && (
               <Switch
                 size="md"
@@ -169,7 +169,7 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
             <ProblemNote error={reset.error} />
             <Group justify="end">
               <Button variant="default" onClick={() => setResetting(false)}>
-                {t("administration:accounts.leave")}
+                {t("administration:accounts.cancel")}
               </Button>
               <Button loading={reset.isPending} onClick={() => reset.mutate()}>
                 {t("administration:accounts.reset")}
@@ -184,11 +184,11 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
 
 function signsInWith(account: Account): string {
   const methods = [
-    account.openid ? t("administration:accounts.clinicSignIn") : [],
+    account.openid ? t("administration:accounts.singleSignOn") : [],
     account.password ? t("administration:accounts.password") : [],
   ].flat();
   if (methods.length === 0) return t("administration:accounts.noPassword");
-  return t("administration:accounts.several", {
-    ways: account.second_factor ? [...methods, t("administration:accounts.secondFactor")] : methods,
+  return t("common:format.list", {
+    words: account.second_factor ? [...methods, t("administration:accounts.secondFactor")] : methods,
   });
 }

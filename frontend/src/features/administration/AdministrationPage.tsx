@@ -21,7 +21,7 @@ export function AdministrationPage() {
       </Title>
       {administers && (
         <>
-          <Group component="nav" gap={4} aria-label={t("administration:administration.parts")}>
+          <Group component="nav" gap={4} aria-label={t("administration:administration.sections")}>
             {TABS.map(({ to, label }) => (
               <Link
                 key={to}
@@ -37,7 +37,7 @@ export function AdministrationPage() {
           <Outlet />
         </>
       )}
-      {!administers && <p>{t("administration:administration.notForYou")}</p>}
+      {!administers && <p>{t("administration:administration.administratorsOnly")}</p>}
     </Stack>
   );
 }

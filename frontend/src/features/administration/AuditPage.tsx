@@ -28,7 +28,7 @@ export function AuditPage() {
       <Title order={2} size="h3">
         {t("administration:audit.title")}
       </Title>
-      <Text>{t("administration:audit.means")}</Text>
+      <Text>{t("administration:audit.description")}</Text>
       <Group align="end">
         <TextInput
           type="date"
@@ -43,8 +43,8 @@ export function AuditPage() {
           onChange={(event) => setFilter("to", event.currentTarget.value)}
         />
         <Select
-          label={t("administration:audit.who")}
-          placeholder={t("administration:audit.anybody")}
+          label={t("administration:audit.user")}
+          placeholder={t("administration:audit.anyUser")}
           clearable
           searchable
           data={(accounts.data?.items ?? []).map((account) => ({ value: account.id, label: account.name }))}
@@ -79,7 +79,7 @@ export function AuditPage() {
       {filters.patient_id && <Text>{t("administration:audit.onePatient")}</Text>}
       <ProblemNote error={entries.error ?? accounts.error} />
       {entries.isPending && <Skeleton h={300} />}
-      {entries.items?.length === 0 && <Text>{t("administration:audit.nothing")}</Text>}
+      {entries.items?.length === 0 && <Text>{t("administration:audit.noMatch")}</Text>}
       {entries.items && entries.items.length > 0 && (
         <Rows
           items={entries.items}
@@ -99,11 +99,11 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
         <Table.Thead>
           <Table.Tr>
             <Table.Th ta="right">{t("administration:audit.number")}</Table.Th>
-            <Table.Th>{t("administration:audit.when")}</Table.Th>
-            <Table.Th>{t("administration:audit.who")}</Table.Th>
-            <Table.Th>{t("administration:audit.what")}</Table.Th>
-            <Table.Th>{t("administration:audit.of")}</Table.Th>
-            <Table.Th>{t("administration:audit.fromWhere")}</Table.Th>
+            <Table.Th>{t("administration:audit.time")}</Table.Th>
+            <Table.Th>{t("administration:audit.user")}</Table.Th>
+            <Table.Th>{t("administration:audit.performed")}</Table.Th>
+            <Table.Th>{t("administration:audit.subject")}</Table.Th>
+            <Table.Th>{t("administration:audit.source")}</Table.Th>
           </Table.Tr>
         </Table.Thead>
         <Table.Tbody>
@@ -114,7 +114,7 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
                 {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
               </Table.Td>
               <Table.Td>
-                {entry.who || t("administration:audit.nobody")}
+                {entry.who || t("administration:audit.notSignedIn")}
                 <Text size="sm" c="dimmed">
                   {roleOf(entry.role) ||
                     (entry.account_id &&
@@ -165,7 +165,7 @@ function RawEntry({ entry }: { entry: Schemas["AuditEntry"] }) {
   return (
     <details>
       <Text component="summary" size="sm" c="dimmed">
-        {t("administration:audit.asWritten")}
+        {t("administration:audit.original")}
       </Text>
       <Code block style={{ whiteSpace: "pre-wrap", overflowWrap: "anywhere" }}>
         {JSON.stringify({ action, subject, ...detail }, null, 1)}

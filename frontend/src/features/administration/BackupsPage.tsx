@@ -75,7 +75,7 @@ function BackupSettings({ list }: { list: Schemas["BackupList"] }) {
       <List.Item>
         {list.next_at
           ? t("administration:backups.next", { moment: formatMoment(list.next_at) })
-          : t("administration:backups.never")}
+          : t("administration:backups.noneScheduled")}
       </List.Item>
       <List.Item>{t("administration:backups.folder", { folder: list.folder })}</List.Item>
       {list.same_disk && (
@@ -109,8 +109,8 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
               {formatMoment(backup.at)}
               <Text size="sm" c="dimmed">
                 {backup.kind === "nightly"
-                  ? t("administration:backups.byItself")
-                  : t("administration:backups.askedFor")}
+                  ? t("administration:backups.automatic")
+                  : t("administration:backups.manual")}
               </Text>
             </Table.Td>
             <Table.Td>
@@ -118,7 +118,7 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
               {backup.audit_rows !== null && (
                 <Text size="sm" {...(backup.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
                   {backup.audit_problem
-                    ? t("administration:backups.auditBroken", { told: backup.audit_problem })
+                    ? t("administration:backups.auditBroken", { problem: backup.audit_problem })
                     : t("administration:backups.auditWhole", { rows: backup.audit_rows })}
                 </Text>
               )}
@@ -130,7 +130,7 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
               </Text>
               {backup.file && !backup.there && (
                 <Badge color="gray" tt="none">
-                  {t("administration:backups.gone")}
+                  {t("administration:backups.notHere")}
                 </Badge>
               )}
             </Table.Td>
@@ -145,7 +145,7 @@ function verificationText(backup: Schemas["Backup"]): string {
   if (backup.problem) return t("administration:backups.failed", { problem: backup.problem });
   if (backup.test_problem) return t("administration:backups.notRestorable", { problem: backup.test_problem });
   if (!backup.tested_at) return t("administration:backups.notTried");
-  return t("administration:backups.cameBack", { moment: formatMoment(backup.tested_at) });
+  return t("administration:backups.verified", { moment: formatMoment(backup.tested_at) });
 }
 
 /** 1234567 bytes as 1.2 MB. */

@@ -19,7 +19,7 @@ export function EmergencyAccessPage() {
       <Title order={2} size="h3">
         {t("administration:emergencies.title")}
       </Title>
-      <Text>{t("administration:emergencies.means")}</Text>
+      <Text>{t("administration:emergencies.description")}</Text>
       <ProblemNote error={accesses.error} />
       {accesses.isPending && <Skeleton h={160} />}
       {accesses.items?.length === 0 && <Text>{t("administration:emergencies.none")}</Text>}
@@ -64,7 +64,7 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
             to="/administration/audit"
             search={{ patient_id: access.patient_id, account_id: access.account_id }}
           >
-            {t("administration:emergencies.done")}
+            {t("administration:emergencies.actions")}
           </PageLink>
           {!access.reviewed_at && access.account_id !== me?.account_id && (
             <Button variant="default" loading={review.isPending} onClick={() => review.mutate()}>

@@ -25,10 +25,10 @@ test("names the kinds in a subject, and keeps paths", () => {
 
 test("explains a refusal by code or number, with its repetitions", () => {
   expect(describeDetail(entry({ why: "wrong_password", again: 4 }))).toEqual([
-    "Because: wrong user name or password",
-    "The same again: 4 times",
+    "Reason: wrong user name or password",
+    "Repeated 4 times",
   ]);
-  expect(describeDetail(entry({ why: 401 }))).toEqual(["Because: nobody was signed in"]);
+  expect(describeDetail(entry({ why: 401 }))).toEqual(["Reason: not signed in"]);
 });
 
 test("lists changes by kind", () => {

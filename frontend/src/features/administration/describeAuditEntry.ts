@@ -28,7 +28,7 @@ export function describeSubject(subject: string): string {
   const words = subject.split(" ");
   const kinds = words.filter((_, n) => n % 2 === 0);
   const known = words.length % 2 === 0 && kinds.every((kind) => Object.hasOwn(KINDS, kind));
-  return known ? t("administration:audit.several", { kinds: kinds.map(describeKind) }) : subject;
+  return known ? t("common:format.list", { words: kinds.map(describeKind) }) : subject;
 }
 
 /**
@@ -39,9 +39,9 @@ export function describeDetail({ detail }: Entry): string[] {
   const kindsOf = (what: string) => kindsIn(detail[what]);
   return [
     ...("why" in detail
-      ? [t("administration:audit.why", { reason: describeReason(String(detail.why)) })]
+      ? [t("administration:audit.reason", { reason: describeReason(String(detail.why)) })]
       : []),
-    ...("again" in detail ? [t("administration:audit.again", { times: Number(detail.again) })] : []),
+    ...("again" in detail ? [t("administration:audit.repeated", { times: Number(detail.again) })] : []),
     ...kindsOf("added").map((kinds) => t("administration:audit.added", { kinds })),
     ...[...kindsOf("changed"), ...kindsOf("changed_many")].map((kinds) =>
       t("administration:audit.changed", { kinds }),
@@ -58,7 +58,7 @@ function kindsIn(rows: unknown): string[] {
     : rows && typeof rows === "object"
       ? Object.keys(rows)
       : [];
-  return tables.length > 0 ? [t("administration:audit.several", { kinds: tables.map(describeKind) })] : [];
+  return tables.length > 0 ? [t("common:format.list", { words: tables.map(describeKind) })] : [];
 }
 
 const describeKind = (code: string) => wordOf(KINDS, code);

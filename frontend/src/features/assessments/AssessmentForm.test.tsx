@@ -47,15 +47,15 @@ describe("entering an assessment", () => {
   it("sends only the entered values", async () => {
     show();
     type(/Assessed by/, " Kimura Jun ");
-    type(/When/, "2026-03-02T09:30");
+    type(/Date and time/, "2026-03-02T09:30");
     type("Flexion, left, active", "110");
     type("Flexion, right, passive", "172,5");
     press(/More motions/);
     type("External rotation, arm flexed 90°, left, passive", "−10");
     open("Pain");
     pick("At rest", 3);
-    pick("Moving the arm", 7);
-    pick("Moving the arm", 7);
+    pick("On active movement", 7);
+    pick("On active movement", 7);
     type("Note", "Slept badly.");
     press("Save assessment");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
@@ -113,7 +113,7 @@ describe("entering an assessment", () => {
   it.each(["201", "12o", "-21"])("rejects %s as a flexion at once", (typed) => {
     show();
     type("Flexion, left, active", typed);
-    expect(screen.getByRole("alert").textContent).toBe("Flexion is between −20 and 200 degrees.");
+    expect(screen.getByRole("alert").textContent).toBe("Flexion must be between −20 and 200 degrees.");
     expect(screen.getByText("Save assessment").closest("button")?.disabled).toBe(true);
     type("Flexion, left, active", "120");
     expect(screen.queryByRole("alert")).toBeNull();
@@ -159,7 +159,7 @@ describe("the SPADI", () => {
     pick(/^1\. /, 10);
     pick(/^13\. /, 3);
     expect(scoreText()).toContain("SPADI 49 of 100: pain 68, disability 30");
-    expect(scoreText()).toContain("1 of 13 not answered");
+    expect(scoreText()).toContain("1 of 13 items not answered");
     press("Save assessment");
     await waitFor(() => expect(update).toHaveBeenCalled());
     expect(update.mock.calls[0]?.[1].spadi).toEqual([10, 6, 6, 6, 6, 3, 3, 3, 3, 3, 3, 3, null]);

@@ -57,7 +57,7 @@ export function AssessmentTable(props: {
                       {t("assessments:assessments.keep")}
                     </Button>
                     <Button loading={withdraw.isPending} onClick={() => withdraw.mutate(assessment)}>
-                      {t("assessments:assessments.withdrawSurely")}
+                      {t("assessments:assessments.confirmWithdrawal")}
                     </Button>
                   </Group>
                 ) : (

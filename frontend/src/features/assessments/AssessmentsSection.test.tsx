@@ -41,10 +41,10 @@ describe("the newest findings", () => {
     show();
     const findings = (await screen.findAllByRole("listitem")).map((item) => item.textContent);
     expect(findings).toEqual([
-      "Flexion: 105° active (15 more), 120° passive",
-      "External rotation, arm at the side: −5° active (as at first)",
-      "Pain of 10: at rest 2 (2 less), average of the last week 5 (as at first)",
-      "SPADI 45 of 100 (10 less): pain 60, disability 30. Perhaps an important improvement",
+      "Flexion: 105° active (+15), 120° passive",
+      "External rotation, arm at the side: −5° active (unchanged)",
+      "Pain (0 to 10): at rest 2 (−2), average over the last week 5 (unchanged)",
+      "SPADI 45 of 100 (−10): pain 60, disability 30. Possibly important improvement",
       "Right shoulder: Flexion: 175° active",
     ]);
   });
@@ -58,16 +58,16 @@ describe("the newest findings", () => {
   it("are absent where nothing was assessed", async () => {
     assessments.mockResolvedValue({ items: [], next: null, baseline: null });
     show();
-    await screen.findByText("Nothing has been assessed yet.");
+    await screen.findByText("No assessments yet.");
     expect(screen.queryByTestId("newest-assessment")).toBeNull();
   });
 
   it.each([
     [-7.9, "No important change"],
-    [-8, "Perhaps an important improvement"],
-    [-13, "An important improvement"],
-    [8, "Perhaps an important worsening"],
-    [13, "An important worsening"],
+    [-8, "Possibly important improvement"],
+    [-13, "Important improvement"],
+    [8, "Possibly important worsening"],
+    [13, "Important worsening"],
   ])("a SPADI change of %d reads: %s", (change, verdict) => {
     const score = { pain: 50, disability: 50, total: 50 + change };
     const words = describeSpadi({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);
@@ -79,11 +79,11 @@ describe("an assessment entered by mistake", () => {
   it("is withdrawn after confirmation and stays listed", async () => {
     show();
     await press("All assessments");
-    expect(screen.getAllByText("Withdrawn, entered by mistake")).toHaveLength(1);
+    expect(screen.getAllByText("Withdrawn (entered by mistake)")).toHaveLength(1);
     const first = screen.getAllByRole("button", { name: "Withdraw" })[0];
     if (first) fireEvent.click(first);
     expect(withdraw).not.toHaveBeenCalled();
-    await press("Withdraw: entered by mistake");
+    await press("Withdraw (entered by mistake)");
     await waitFor(() => expect(withdraw.mock.calls).toEqual([["a", ASSESSMENT.updated_at]]));
   });
 
@@ -93,7 +93,7 @@ describe("an assessment entered by mistake", () => {
     await press("All assessments");
     const first = screen.getAllByRole("button", { name: "Withdraw" })[0];
     if (first) fireEvent.click(first);
-    await press("Withdraw: entered by mistake");
+    await press("Withdraw (entered by mistake)");
     expect((await screen.findByRole("alert")).textContent).toContain("Somebody else");
   });
 });

@@ -118,12 +118,12 @@ function NewestFindings(props: {
     <Stack gap={4} data-testid="newest-assessment">
       <Text fw={600}>
         {baseline
-          ? t("assessments:assessments.foundSince", {
+          ? t("assessments:assessments.recordedAtSince", {
               moment,
               by: assessment.assessed_by,
               first: formatMoment(baseline.assessed_at),
             })
-          : t("assessments:assessments.found", { moment, by: assessment.assessed_by })}
+          : t("assessments:assessments.recordedAt", { moment, by: assessment.assessed_by })}
       </Text>
       <List>
         {describeRom(assessment, baseline, form.rom, affected).map((words) => (

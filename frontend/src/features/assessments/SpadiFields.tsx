@@ -18,7 +18,7 @@ export function SpadiFields(props: {
   const unanswered = answers.filter((answer) => answer === null).length;
   return (
     <Stack>
-      <Text size="sm">{t("assessments:spadi.short")}</Text>
+      <Text size="sm">{t("assessments:spadi.hint")}</Text>
       <SimpleGrid cols={{ base: 1, lg: 2 }} spacing="xl">
         {SUBSCALES.map((subscale) => (
           <Stack key={subscale} gap="sm">

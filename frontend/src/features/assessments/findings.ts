@@ -8,7 +8,7 @@ import { formatScore, measureName } from "./messages";
 function formatChange(value: number, first: number | null | undefined): string {
   if (first === null || first === undefined) return "";
   const change = Math.round(value - first);
-  if (change === 0) return t("assessments:found.asAtFirst");
+  if (change === 0) return t("assessments:found.unchanged");
   return change > 0
     ? t("assessments:found.more", { by: change })
     : t("assessments:found.less", { by: -change });

@@ -104,8 +104,8 @@ function ConfirmSignOut({
   onClose: () => void;
 }) {
   return (
-    <Modal opened={opened} onClose={onClose} title={t("auth:menu.stillOnTitle")} centered>
-      <Text mb="md">{operates ? t("auth:menu.stillOnMine") : t("auth:menu.stillOn")}</Text>
+    <Modal opened={opened} onClose={onClose} title={t("auth:menu.torqueOnTitle")} centered>
+      <Text mb="md">{operates ? t("auth:menu.torqueOnOperator") : t("auth:menu.torqueOn")}</Text>
       <Group>
         <Button h={48} onClick={onClose} data-autofocus>
           {t("auth:menu.stay")}

@@ -92,7 +92,7 @@ function ChangePassword({ me }: { me: Me }) {
       <Stack>
         <input type="text" autoComplete="username" value={me.username} readOnly hidden />
         <PasswordInput
-          label={t("auth:account.presentPassword")}
+          label={t("auth:account.currentPassword")}
           autoComplete="current-password"
           size="lg"
           value={oldPassword}
@@ -109,7 +109,7 @@ function ChangePassword({ me }: { me: Me }) {
           >
             {t("auth:account.changePassword")}
           </Button>
-          {change.isSuccess && <Text role="status">{t("auth:account.changed")}</Text>}
+          {change.isSuccess && <Text role="status">{t("auth:account.passwordChanged")}</Text>}
         </Group>
       </Stack>
     </form>
@@ -144,7 +144,7 @@ function LoginSessions() {
               action={(password) => api.endLoginSession(session.id, password)}
               onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
             >
-              {t("auth:account.signItOut")}
+              {t("auth:account.signOutBrowser")}
             </ReauthenticateForm>
           )}
         </Group>

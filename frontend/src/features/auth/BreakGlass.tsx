@@ -29,10 +29,10 @@ export function BreakGlass({ patientId }: { patientId: string }) {
             {t("auth:record.isRestricted")}
           </Title>
         </Group>
-        <Text>{t("auth:record.means")}</Text>
+        <Text>{t("auth:record.description")}</Text>
         <Textarea
-          label={t("auth:record.why")}
-          description={t("auth:record.whyMeans")}
+          label={t("auth:record.reason")}
+          description={t("auth:record.reasonHint")}
           autosize
           minRows={3}
           maxLength={1000}
@@ -69,7 +69,7 @@ export function GlassBanner({ patientId }: { patientId: string }) {
       title={t("auth:record.opened", { until: formatMoment(access.data.glass_until) })}
       data-testid="glass"
     >
-      {t("auth:record.writtenDown")}
+      {t("auth:record.recorded")}
     </Alert>
   );
 }

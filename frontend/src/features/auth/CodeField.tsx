@@ -8,7 +8,7 @@ export function CodeField({ value, onChange }: { value: string; onChange: (code:
     <TextInput
       className={classes.code ?? ""}
       label={t("auth:signIn.code")}
-      description={t("auth:signIn.codeMeans")}
+      description={t("auth:signIn.codeHint")}
       autoComplete="one-time-code"
       inputMode="text"
       autoCapitalize="none"

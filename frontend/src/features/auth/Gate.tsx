@@ -47,8 +47,8 @@ function DeferredPage({ children }: { children: ReactNode }) {
 
 function Waiting() {
   return (
-    <AuthLayout title={t("auth:door.oneMoment")}>
-      <Text role="status">{t("auth:door.asking")}</Text>
+    <AuthLayout title={t("auth:door.checkingTitle")}>
+      <Text role="status">{t("auth:door.checking")}</Text>
     </AuthLayout>
   );
 }

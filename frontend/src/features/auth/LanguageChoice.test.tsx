@@ -54,5 +54,5 @@ it("does not reload the page while motors are powered", () => {
   vi.spyOn(store, "get").mockReturnValue({ ...store.get(), live: { mode: "paused" } as never });
   show(true);
   expect(screen.getByRole("radio", { name: "日本語" })).toHaveProperty("disabled", true);
-  expect(screen.getByText(/once the apparatus stands/)).toBeTruthy();
+  expect(screen.getByText(/when the apparatus has stopped/)).toBeTruthy();
 });

@@ -35,7 +35,7 @@ export function LanguageChoice({ own = false }: { own?: boolean }) {
       />
       {own && (
         <Text size="sm">
-          {moving ? t("auth:languageWords.notWhileMoving") : t("auth:languageWords.whatItIs")}
+          {moving ? t("auth:languageWords.notWhileMoving") : t("auth:languageWords.hint")}
         </Text>
       )}
       <ProblemNote error={choose.error} />

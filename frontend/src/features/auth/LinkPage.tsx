@@ -32,10 +32,12 @@ export function LinkPage() {
       {signIn.error ? (
         <>
           <ProblemNote error={signIn.error} />
-          <Button onClick={() => void navigate({ to: "/", replace: true })}>{t("auth:signIn.byName")}</Button>
+          <Button onClick={() => void navigate({ to: "/", replace: true })}>
+            {t("auth:signIn.byPassword")}
+          </Button>
         </>
       ) : (
-        <Text role="status">{t("auth:signIn.oneMoment")}</Text>
+        <Text role="status">{t("auth:signIn.wait")}</Text>
       )}
     </AuthLayout>
   );

@@ -22,7 +22,7 @@ export function NewPassword(props: {
     <>
       <PasswordInput
         label={t("auth:password.choose")}
-        description={t("auth:password.chooseMeans")}
+        description={t("auth:password.chooseHint")}
         autoComplete="new-password"
         size="lg"
         value={value.password}

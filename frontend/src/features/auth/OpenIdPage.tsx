@@ -59,7 +59,7 @@ export function OpenIdPage() {
   const error = beginLogin.error ?? signIn.error;
   if (finished) {
     return (
-      <AuthLayout title={t("auth:signIn.youAreBack")}>
+      <AuthLayout title={t("auth:signIn.done")}>
         <Text role="status">{t("auth:signIn.unlocked")}</Text>
         <Button onClick={() => window.close()}>{t("auth:signIn.closeTab")}</Button>
       </AuthLayout>
@@ -83,7 +83,7 @@ export function OpenIdPage() {
           </Stack>
         </form>
       ) : callback || redirecting ? (
-        <Text role="status">{t("auth:signIn.oneMoment")}</Text>
+        <Text role="status">{t("auth:signIn.wait")}</Text>
       ) : (
         <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
       )}

@@ -14,7 +14,7 @@ export function OpenIdReauthentication({ name, nextStep }: { name: string; nextS
         {t("auth:again.openId", { provider: name })}
         <IconExternalLink size={18} />
       </Anchor>
-      <Text size="sm">{t("auth:again.ownTab", { nextStep })}</Text>
+      <Text size="sm">{t("auth:again.newTab", { nextStep })}</Text>
     </Stack>
   );
 }

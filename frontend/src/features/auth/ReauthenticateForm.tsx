@@ -50,7 +50,7 @@ export function ReauthenticateForm<Result>(
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
         )}
-        {atProvider && <OpenIdReauthentication name={atProvider} nextStep={t("auth:again.thenPress")} />}
+        {atProvider && <OpenIdReauthentication name={atProvider} nextStep={t("auth:again.pressAgain")} />}
         {!notYetGiven && !atProvider && <ProblemNote error={mutation.error} />}
         <Group>
           <Button

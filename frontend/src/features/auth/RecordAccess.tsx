@@ -74,7 +74,7 @@ function ChangeRecordAccess(props: {
       {restricted && (
         <MultiSelect
           label={t("auth:record.team")}
-          description={t("auth:record.teamMeans")}
+          description={t("auth:record.teamHint")}
           size="md"
           searchable
           data={readers.map((account) => ({ value: account.id, label: account.name }))}
@@ -85,7 +85,7 @@ function ChangeRecordAccess(props: {
       <ProblemNote error={accounts.error ?? save.error} />
       <Group justify="end">
         <Button variant="default" onClick={props.onDone}>
-          {t("auth:record.leave")}
+          {t("auth:record.cancel")}
         </Button>
         <Button loading={save.isPending} onClick={() => save.mutate()}>
           {t("auth:record.save")}

@@ -30,7 +30,7 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
       {me.second_factor ? (
         <Group gap="xs">
           <IconCircleCheck size={22} />
-          <Text>{t("auth:secondFactor.there")}</Text>
+          <Text>{t("auth:secondFactor.configured")}</Text>
         </Group>
       ) : (
         <Text>{t("auth:secondFactor.none")}</Text>
@@ -112,7 +112,7 @@ function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void 
         <Button variant="default" leftSection={<IconPrinter size={20} />} onClick={() => window.print()}>
           {t("auth:secondFactor.print")}
         </Button>
-        <Button onClick={onDone}>{t("auth:secondFactor.kept")}</Button>
+        <Button onClick={onDone}>{t("auth:secondFactor.stored")}</Button>
       </Group>
     </Stack>
   );

@@ -36,16 +36,16 @@ export function SetUpPage() {
   }
   return (
     <AuthLayout title={t("auth:setUp.title")}>
-      <Text>{t("auth:setUp.means")}</Text>
+      <Text>{t("auth:setUp.description")}</Text>
       <PasswordForm
-        label={t("auth:setUp.make")}
+        label={t("auth:setUp.create")}
         ready={isConfirmed(chosen) && name.trim() !== "" && username.trim() !== ""}
         pending={setUp.isPending}
         onSubmit={() => setUp.mutate()}
       >
         <TextInput
           label={t("auth:setUp.name")}
-          description={t("auth:setUp.nameMeans")}
+          description={t("auth:setUp.nameHint")}
           autoComplete="name"
           size="lg"
           value={name}
@@ -53,7 +53,7 @@ export function SetUpPage() {
           onChange={(event) => setName(event.currentTarget.value)}
         />
         <UserNameField
-          description={t("auth:setUp.usernameMeans")}
+          description={t("auth:setUp.usernameHint")}
           value={username}
           error={fields.username}
           onChange={setUsername}
@@ -85,7 +85,7 @@ export function SetPasswordPage() {
   useTitle(t("auth:password.setting"));
   return (
     <AuthLayout title={t("auth:password.setting")}>
-      <Text>{t("auth:password.settingMeans")}</Text>
+      <Text>{t("auth:password.settingHint")}</Text>
       <PasswordForm
         label={t("auth:password.set")}
         ready={isConfirmed(chosen) && code.trim() !== "" && username.trim() !== ""}

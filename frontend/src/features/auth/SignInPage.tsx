@@ -80,7 +80,7 @@ export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["wh
                 signIn.reset();
               }}
             >
-              {t("auth:signIn.somebodyElse")}
+              {t("auth:signIn.otherUser")}
             </Button>
           )}
         </Stack>
@@ -93,7 +93,7 @@ export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["wh
       <ButtonLink to="/set-password" variant="subtle">
         {t("auth:signIn.oneTimeCode")}
       </ButtonLink>
-      <Text size="sm">{t("auth:signIn.withoutIt")}</Text>
+      <Text size="sm">{t("auth:signIn.stopHint")}</Text>
     </AuthLayout>
   );
 }

@@ -55,9 +55,9 @@ describe("changing an episode", () => {
 
   it("sends all fields with the version that was read", async () => {
     show(edit());
-    type("Flexion / extension of the shoulder: no less than", "-10");
+    type("Flexion / extension of the shoulder: minimum", "-10");
     type("Diagnosis", "Fracture");
-    type("Highest speed", "25 deg/s");
+    type("Maximum speed", "25 deg/s");
     press("Save");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
     expect(update.mock.calls).toEqual([
@@ -95,14 +95,14 @@ describe("changing an episode", () => {
 
   it("removes a limit when its number is cleared", async () => {
     show(edit());
-    type("Abduction / adduction of the shoulder: no more than", "");
+    type("Abduction / adduction of the shoulder: maximum", "");
     press("Save");
     await waitFor(() => expect(update.mock.calls[0]?.[1].limits).toEqual([]));
   });
 
   it("sends no speed limit when its number is cleared", async () => {
     show(edit());
-    type("Highest speed", "");
+    type("Maximum speed", "");
     press("Save");
     await waitFor(() => expect(update.mock.calls[0]?.[1].max_speed_deg_s).toBeNull());
   });
@@ -124,10 +124,10 @@ describe("changing an episode", () => {
       }),
     );
     show(edit());
-    type("Highest speed", "200 deg/s");
+    type("Maximum speed", "200 deg/s");
     press("Save");
     expect(await screen.findByText("At most 150.")).toBeTruthy();
-    expect(screen.getByLabelText("Highest speed")).toHaveProperty("value", "200 deg/s");
+    expect(screen.getByLabelText("Maximum speed")).toHaveProperty("value", "200 deg/s");
   });
 
   it("shows why saving failed and keeps the input", async () => {
@@ -157,18 +157,18 @@ describe("an episode on the patient's page", () => {
   it("shows the doctor's limits and a missing stage", () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByTestId("limits").textContent).toBe(
-      "Allowed by Dr. MoriAbduction / adduction of the shoulder: no more than 90 degResistance level 12 at mostNo motor faster than 40 deg/s",
+      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90 degResistance level: at most 12Motor speed: at most 40 deg/s",
     );
-    expect(screen.getByText("No stage noted")).toBeTruthy();
+    expect(screen.getByText("No stage recorded")).toBeTruthy();
   });
 
   it("accepts another stage", async () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
-    expect(screen.getByRole("button", { name: "Note stage" })).toHaveProperty("disabled", true);
+    expect(screen.getByRole("button", { name: "Record stage" })).toHaveProperty("disabled", true);
     fireEvent.click(screen.getByRole("combobox", { name: "New stage" }));
     fireEvent.click(screen.getByRole("option", { name: "Frozen" }));
     type("Since", "2026-08-01");
-    press("Note stage");
+    press("Record stage");
     await waitFor(() => expect(add.mock.calls).toEqual([["e", { stage: "frozen", since: "2026-08-01" }]]));
     await waitFor(() => expect(onDone).toHaveBeenCalled());
   });
@@ -195,7 +195,7 @@ describe("an episode on the patient's page", () => {
 describe("words", () => {
   it.each([
     [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90 deg"],
-    [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: no less than −10 deg"],
+    [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: at least −10 deg"],
   ])("of a limit", (limit, words) => expect(limitWords(limit)).toBe(words));
 
   it("today is the day of this browser", () =>

@@ -63,7 +63,7 @@ export function EpisodeForm(props: {
       size="md"
       hideControls
       suffix={t("episodes:form.deg")}
-      placeholder={t("episodes:form.free")}
+      placeholder={t("episodes:form.noLimit")}
       aria-label={label}
       value={limits[motion]?.[name] ?? ""}
       onChange={(given) =>
@@ -99,8 +99,8 @@ export function EpisodeForm(props: {
           error={fields.contraindications}
           onChange={(event) => setContraindications(event.currentTarget.value)}
         />
-        <Text fw={500}>{t("episodes:form.allowed")}</Text>
-        <Text size="sm">{t("episodes:form.allowedMeans")}</Text>
+        <Text fw={500}>{t("episodes:form.limits")}</Text>
+        <Text size="sm">{t("episodes:form.limitsHint")}</Text>
         <Table verticalSpacing="xs">
           <Table.Thead>
             <Table.Tr>
@@ -128,7 +128,7 @@ export function EpisodeForm(props: {
           <NumberInput
             size="md"
             label={t("episodes:form.level")}
-            placeholder={t("episodes:form.any")}
+            placeholder={t("episodes:form.anySpeed")}
             min={1}
             max={LOAD_LEVELS}
             allowDecimal={false}
@@ -140,8 +140,8 @@ export function EpisodeForm(props: {
             size="md"
             hideControls
             label={t("episodes:form.speed")}
-            description={t("episodes:form.speedMeans")}
-            placeholder={t("episodes:form.any")}
+            description={t("episodes:form.speedHint")}
+            placeholder={t("episodes:form.anySpeed")}
             suffix={t("episodes:form.degPerSecond")}
             value={speed ?? ""}
             error={fields.max_speed_deg_s}

@@ -130,7 +130,7 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
         </Group>
         {episode.contraindications && (
           <Text style={{ whiteSpace: "pre-wrap" }}>
-            {t("episodes:care.contraindications", { told: episode.contraindications })}
+            {t("episodes:care.contraindications", { contraindications: episode.contraindications })}
           </Text>
         )}
         {episode.limits_by && (
@@ -178,7 +178,7 @@ function CloseForm({ episode, onDone }: { episode: Episode; onDone: () => void }
   });
   return (
     <Stack>
-      <Text>{t("episodes:care.closingMeans")}</Text>
+      <Text>{t("episodes:care.closingHint")}</Text>
       <Textarea
         label={t("episodes:care.closingNoteLabel")}
         autosize

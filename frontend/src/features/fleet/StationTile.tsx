@@ -35,7 +35,7 @@ export function StationTile({ station, children }: { station: Shown; children?: 
         </Group>
         {station.doubled && (
           <Alert color="grape" role="alert" icon={<IconAlertTriangle />}>
-            {t("fleet:stations.doubled")}
+            {t("fleet:stations.duplicateName")}
           </Alert>
         )}
         {state ? <Doing state={state} /> : <Silent heardAt={station.heard_at} />}
@@ -76,7 +76,7 @@ function Doing({ state }: { state: State }) {
           {translateServerText(cause.message, cause.message_key)}
         </AlarmFrame>
       ))}
-      <Text fw={600}>{state.patient ? state.patient.name : t("fleet:stations.nobody")}</Text>
+      <Text fw={600}>{state.patient ? state.patient.name : t("fleet:stations.noPatient")}</Text>
       {state.recording_name && <Text size="sm">{state.recording_name}</Text>}
       {state.progress && (
         <Progress

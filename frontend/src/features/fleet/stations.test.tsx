@@ -83,7 +83,7 @@ describe("a tile", () => {
 
   it("reports two services with one name", () => {
     show({ ...shown, doubled: true });
-    expect(screen.getByRole("alert").textContent).toBe(t("fleet:stations.doubled"));
+    expect(screen.getByRole("alert").textContent).toBe(t("fleet:stations.duplicateName"));
   });
 });
 
@@ -98,7 +98,7 @@ describe("words", () => {
   });
 
   it("describe the length of a take", () => {
-    expect(progressWords({ ...state, progress: null, take_s: 61 })).toBe("Take of 1:01");
+    expect(progressWords({ ...state, progress: null, take_s: 61 })).toBe("Take: 1:01");
     expect(progressWords({ ...state, progress: null })).toBe("");
   });
 });

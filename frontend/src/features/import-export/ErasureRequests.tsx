@@ -35,11 +35,11 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
         {open && !decides && <Text>{t("import-export:erasure.administratorDecides")}</Text>}
         {!open && writes && !patient.erased_at && requests.data && (
           <Button variant="default" onClick={dialog.open}>
-            {t("import-export:erasure.ask")}
+            {t("import-export:erasure.add")}
           </Button>
         )}
       </Group>
-      <Modal opened={asking} onClose={dialog.close} title={t("import-export:erasure.asking")} size="lg">
+      <Modal opened={asking} onClose={dialog.close} title={t("import-export:erasure.adding")} size="lg">
         <Ask patient={patient} onDone={dialog.close} />
       </Modal>
       <Modal opened={deciding} onClose={decision.close} title={t("import-export:erasure.decide")} size="lg">
@@ -74,7 +74,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   });
   return (
     <Stack>
-      <Text>{t("import-export:erasure.noted")}</Text>
+      <Text>{t("import-export:erasure.addHint")}</Text>
       <Textarea
         label={t("import-export:erasure.how")}
         size="md"
@@ -87,7 +87,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
       <ProblemNote error={note.error} />
       <Group justify="end">
         <Button disabled={reason.trim() === ""} loading={note.isPending} onClick={() => note.mutate()}>
-          {t("import-export:erasure.note")}
+          {t("import-export:erasure.save")}
         </Button>
       </Group>
     </Stack>
@@ -114,7 +114,7 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
       <Text>{words(request)}</Text>
       <Textarea
         label={t("import-export:erasure.explanation")}
-        description={t("import-export:erasure.explanationMeans")}
+        description={t("import-export:erasure.explanationHint")}
         size="md"
         autosize
         minRows={2}

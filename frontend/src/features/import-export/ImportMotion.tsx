@@ -82,7 +82,7 @@ export function ImportMotion({
           loading={keep.isPending || look.isPending}
           onClick={() => file && keep.mutate(file)}
         >
-          {t("import-export:motion.keep")}
+          {t("import-export:motion.save")}
         </Button>
       </Group>
     </Stack>
@@ -94,12 +94,12 @@ function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
   return (
     <Stack gap="xs" data-testid="understood">
       <Text>
-        {t(`import-export:motion.understood.${motion.layout}.${motion.side}`, {
+        {t(`import-export:motion.summary.${motion.layout}.${motion.side}`, {
           rows: motion.samples,
           hz: motion.rate_hz,
           duration: formatSpan(motion.duration_s),
         })}
-        {motion.left_alone.length > 0 && t("import-export:motion.leftAlone", { columns: motion.left_alone })}
+        {motion.left_alone.length > 0 && t("import-export:motion.ignored", { columns: motion.left_alone })}
       </Text>
       <MotorRanges ranges={motion.ranges} />
     </Stack>

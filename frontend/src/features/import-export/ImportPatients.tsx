@@ -35,7 +35,7 @@ function Dialog() {
   });
   return (
     <Stack>
-      <Text>{t("import-export:fhir.means")}</Text>
+      <Text>{t("import-export:fhir.description")}</Text>
       <FileInput
         label={t("import-export:fhir.file")}
         placeholder={t("import-export:file.choose")}
@@ -61,19 +61,19 @@ function Dialog() {
       <Refused error={bring.error} />
       {bring.data && (
         <div data-testid="imported">
-          <Text fw={600}>{t("import-export:fhir.signedUp")}</Text>
+          <Text fw={600}>{t("import-export:fhir.registered")}</Text>
           <List>
             {bring.data.items.map((patient) => (
               <List.Item key={patient.id}>
                 <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
                   {patient.name}
                 </PageLink>
-                {t("import-export:fhir.numbered", { number: patient.clinic_number })}
+                {t("import-export:fhir.number", { number: patient.clinic_number })}
               </List.Item>
             ))}
           </List>
           {bring.data.left_out.length > 0 && (
-            <Text>{t("import-export:fhir.leftOut", { told: bring.data.left_out })}</Text>
+            <Text>{t("import-export:fhir.ignored", { items: bring.data.left_out })}</Text>
           )}
         </div>
       )}

@@ -16,7 +16,7 @@ export function OpenErasures() {
       <Group gap="lg">
         {items.map((request) => (
           <PageLink key={request.id} to="/patients/$patientId" params={{ patientId: request.patient_id }}>
-            {t("import-export:erasure.askedOn", { moment: formatMoment(request.asked_at) })}
+            {t("import-export:erasure.requestedOn", { moment: formatMoment(request.asked_at) })}
           </PageLink>
         ))}
       </Group>

@@ -14,7 +14,7 @@ export function Refused({ error }: { error: unknown }) {
       variant="light"
       icon={<IconInfoCircle />}
       role="alert"
-      title={t("import-export:file.wrong", { count: places.length })}
+      title={t("import-export:file.error", { count: places.length })}
     >
       <List data-testid="places">
         {places.map(([where, what]) => (

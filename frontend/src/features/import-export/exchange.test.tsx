@@ -75,15 +75,15 @@ describe("a motion from a CSV file", () => {
     });
     const onKept = vi.fn();
     show(<ImportMotion patientId="p" side="left" onKept={onKept} />);
-    expect(enabled("Keep as a recording")).toBe(false);
+    expect(enabled("Save as a recording")).toBe(false);
     give("lift.csv");
     const told = await screen.findByTestId("understood");
     expect(told.textContent).toContain(
       "Angles of the arm, 401 rows at 100 Hz, 0:04 long, for the left shoulder.",
     );
-    expect(told.textContent).toContain("Left alone: remark.");
+    expect(told.textContent).toContain("Ignored columns: remark.");
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));
-    press("Keep as a recording");
+    press("Save as a recording");
     await waitFor(() => expect(onKept).toHaveBeenCalledWith("new"));
     expect(keep).toHaveBeenCalledWith(
       "p",
@@ -120,8 +120,8 @@ describe("a motion from a CSV file", () => {
     expect(places.textContent).toBe(
       "line 3, column time_s: 'x' is not a numberline 9, column time_s: 'y' is not a number",
     );
-    expect(screen.getByText("2 things are wrong in this file")).toBeTruthy();
-    expect(enabled("Keep as a recording")).toBe(false);
+    expect(screen.getByText("2 errors in this file")).toBeTruthy();
+    expect(enabled("Save as a recording")).toBe(false);
   });
 });
 
@@ -140,7 +140,7 @@ it("imports patients after file and shoulder are chosen", async () => {
   fireEvent.click(button());
   const told = await screen.findByTestId("imported");
   expect(told.textContent).toContain("Yamada Hanako, K-7");
-  expect(told.textContent).toContain("Not kept here: Patient.telecom.");
+  expect(told.textContent).toContain("Not imported: Patient.telecom.");
   expect(bring).toHaveBeenCalledWith("left", expect.any(File));
 });
 
@@ -149,10 +149,10 @@ describe("erasure", () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [], next: null });
     const note = vi.spyOn(api, "requestErasure").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);
-    fireEvent.click(await screen.findByRole("button", { name: "Patient asks for erasure" }));
+    fireEvent.click(await screen.findByRole("button", { name: "Record an erasure request" }));
     await screen.findByRole("dialog");
-    type("How and why it was asked for", "By letter");
-    press("Note the request");
+    type("How and why it was requested", "By letter");
+    press("Record request");
     await waitFor(() => expect(note).toHaveBeenCalledWith("p", { reason: "By letter", noted_by: "Ito Mai" }));
   });
 
@@ -160,7 +160,7 @@ describe("erasure", () => {
     authStore.signedIn({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST], next: null });
     show(<ErasureRequests patient={PATIENT} />);
-    expect(await screen.findByText("An administrator decides on it.")).toBeTruthy();
+    expect(await screen.findByText("An administrator decides.")).toBeTruthy();
     expect(screen.queryByRole("button")).toBeNull();
   });
 
@@ -170,11 +170,11 @@ describe("erasure", () => {
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Decide on the erasure" }));
     await screen.findByRole("dialog");
-    expect(enabled("Refuse, keep the record")).toBe(false);
-    type(/type the clinic number of Yamada Hanako/, "K-8");
-    expect(enabled("Erase for good")).toBe(false);
-    type(/type the clinic number of Yamada Hanako/, "K-7");
-    press("Erase for good");
+    expect(enabled("Refuse and keep the record")).toBe(false);
+    type(/enter the clinic number of Yamada Hanako/, "K-8");
+    expect(enabled("Erase permanently")).toBe(false);
+    type(/enter the clinic number of Yamada Hanako/, "K-7");
+    press("Erase permanently");
     await waitFor(() =>
       expect(erase).toHaveBeenCalledWith("e", {
         clinic_number: "K-7",

@@ -55,7 +55,7 @@ describe("the form of a patient", () => {
     fireEvent.click(screen.getByRole("radio", { name: "Right" }));
     fireEvent.click(screen.getByRole("combobox", { name: "Dominant side" }));
     fireEvent.click(screen.getByRole("option", { name: "Left" }));
-    press("Sign up");
+    press("Register");
     await waitFor(() => expect(onDone).toHaveBeenCalledWith(PATIENT));
     expect(create.mock.calls[0]?.[0]).toMatchObject({
       name: "Ito Mai",

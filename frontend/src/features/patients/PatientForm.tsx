@@ -107,7 +107,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
         <ProblemNote error={save.error} />
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
-            {patient ? t("patients:form.save") : t("patients:form.signUp")}
+            {patient ? t("patients:form.save") : t("patients:form.register")}
           </Button>
         </Group>
       </Stack>

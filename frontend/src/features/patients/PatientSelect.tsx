@@ -6,7 +6,8 @@ import { api, type Patient } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 
-const label = (one: Patient) => t("patients:choice.one", { name: one.name, number: one.clinic_number });
+const label = (one: Patient) =>
+  t("patients:choice.nameAndNumber", { name: one.name, number: one.clinic_number });
 
 /** Query the first patients that match; an empty text matches all. */
 export function useFound(words: string) {
@@ -36,11 +37,11 @@ export function PatientSelect(props: {
       <Select
         size="lg"
         label={t("patients:choice.label")}
-        placeholder={all.length || words ? t("patients:choice.who") : t("patients:choice.nobodyYet")}
+        placeholder={all.length || words ? t("patients:choice.question") : t("patients:choice.none")}
         searchable
         // The service already filtered, also by kana and numbers that the label does not show.
         filter={({ options }) => options}
-        nothingFoundMessage={t("patients:choice.nobodyMatches")}
+        nothingFoundMessage={t("patients:choice.noMatch")}
         data={all.map((one) => ({ value: one.id, label: label(one) }))}
         value={chosen?.id ?? null}
         disabled={props.disabled ?? false}

@@ -46,7 +46,7 @@ export function PatientsPage() {
       <Group align="end">
         <TextInput
           label={t("patients:patients.search")}
-          description={t("patients:patients.searchedBy")}
+          description={t("patients:patients.searchHint")}
           leftSection={<IconSearch size={18} />}
           w={460}
           maxLength={100}
@@ -63,9 +63,7 @@ export function PatientsPage() {
       <ProblemNote error={found.error} />
       {found.isPending && <Skeleton h={200} />}
       {items?.length === 0 && (
-        <Text>
-          {words || archived ? t("patients:patients.nobodyMatches") : t("patients:patients.nobodyYet")}
-        </Text>
+        <Text>{words || archived ? t("patients:patients.noMatch") : t("patients:patients.none")}</Text>
       )}
       {items && items.length > 0 && (
         <Table verticalSpacing="md" highlightOnHover>

@@ -31,7 +31,7 @@ describe("the numbers behind a chart", () => {
         />
       </MantineProvider>,
     );
-    const button = screen.getByRole("button", { name: "Show the numbers" });
+    const button = screen.getByRole("button", { name: "Show numbers" });
     expect(button.getAttribute("aria-expanded")).toBe("false");
     expect(screen.queryByRole("table")).toBeNull();
     fireEvent.click(button);
@@ -52,7 +52,7 @@ describe("the numbers behind a chart", () => {
       "0.00",
       "–",
     ]);
-    fireEvent.click(screen.getByRole("button", { name: "Hide the numbers" }));
+    fireEvent.click(screen.getByRole("button", { name: "Hide numbers" }));
     expect(screen.queryByRole("table")).toBeNull();
   });
 });

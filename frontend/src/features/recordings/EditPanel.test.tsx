@@ -61,10 +61,10 @@ afterEach(cleanup);
 
 const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
 const choose = (label: string) => {
-  fireEvent.click(screen.getByRole("combobox", { name: "What to do" }));
+  fireEvent.click(screen.getByRole("combobox", { name: "Type of edit" }));
   fireEvent.click(screen.getByRole("option", { name: label }));
 };
-const kept = () => screen.queryByRole("button", { name: "Keep as a new recording" });
+const kept = () => screen.queryByRole("button", { name: "Save as a new recording" });
 
 describe("an edited recording", () => {
   it("is previewed, then saved as previewed", async () => {
@@ -79,7 +79,7 @@ describe("an edited recording", () => {
     fireEvent.change(screen.getByRole("textbox", { name: "Name of the new recording" }), {
       target: { value: " Short lift " },
     });
-    press("Keep as a new recording");
+    press("Save as a new recording");
     await waitFor(() => expect(onKept.mock.calls[0]?.[0]).toEqual(MADE));
     expect(derive.mock.calls).toEqual([["a", { ...asked, name: "Short lift" }]]);
   });
@@ -97,8 +97,8 @@ describe("an edited recording", () => {
     preview.mockRejectedValue(
       new ProblemError({ detail: "motor 3 would go to 128.0 deg at 4.0 s.", next_step: "Choose less." }),
     );
-    choose("Stretch at the end");
-    press("Beyond the end: increase");
+    choose("Stretch at the end of the range");
+    press("Beyond the end of the range: increase");
     press("Preview");
     expect((await screen.findByRole("alert")).textContent).toContain(
       "motor 3 would go to 128.0 deg at 4.0 s.",
@@ -120,7 +120,7 @@ describe("an edited recording", () => {
 
   it.each([
     ["Hold", { do: "hold", at_s: 4, hold_s: 5 }],
-    ["Less range", { do: "scale", percent: 80, motors: [1, 2, 3, 4, 5] }],
+    ["Reduce range", { do: "scale", percent: 80, motors: [1, 2, 3, 4, 5] }],
     ["Warm-up", { do: "warm_up", less_deg: 15, step_deg: 3, pause_s: 0 }],
     ["For the other shoulder", { do: "mirror" }],
   ])("%s starts with useful numbers", async (label, asked) => {
@@ -140,8 +140,8 @@ describe("an edited recording", () => {
 describe("the origin of a recording", () => {
   it("is described for edited recordings", () => {
     const made = { ...MADE, done: ["held for 3 s at 2.0 s", "mirrored for the left shoulder"] };
-    expect(madeOf(made, [made, RECORDING])).toBe("Made of Lift: mirrored for the left shoulder");
-    expect(madeOf(made, [made])).toBe("Made of another recording: mirrored for the left shoulder");
+    expect(madeOf(made, [made, RECORDING])).toBe("Created from Lift: mirrored for the left shoulder");
+    expect(madeOf(made, [made])).toBe("Created from another recording: mirrored for the left shoulder");
     expect(madeOf(RECORDING, [RECORDING])).toBeNull();
   });
 });

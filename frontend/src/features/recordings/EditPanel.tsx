@@ -64,7 +64,7 @@ function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName,
         },
         {
           name: "hold_s",
-          label: t("recordings:edit.lasting"),
+          label: t("recordings:edit.duration"),
           unit: t("recordings:edit.seconds"),
           step: 1,
           min: 1,
@@ -200,7 +200,7 @@ export function EditPanel({
         </Title>
         <Select
           size="lg"
-          label={t("recordings:edit.what")}
+          label={t("recordings:edit.type")}
           allowDeselect={false}
           data={ORDER.map((value) => ({ value, label: t(`recordings:whats.${value}.label`) }))}
           value={what}
@@ -274,7 +274,7 @@ export function EditPanel({
                 loading={keep.isPending}
                 onClick={() => keep.mutate({ ...edit, ...(name.trim() && { name: name.trim() }) })}
               >
-                {t("recordings:edit.keep")}
+                {t("recordings:edit.save")}
               </Button>
             </Group>
             <ProblemNote error={keep.error} />

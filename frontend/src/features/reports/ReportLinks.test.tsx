@@ -17,8 +17,8 @@ afterEach(cleanup);
 describe("a report", () => {
   it("opens in another tab and as PDF", () => {
     show();
-    expect(address("Report to print")).toBe("/api/sessions/s1/report.html?language=en");
-    expect(screen.getByRole("link", { name: "Report to print" }).getAttribute("target")).toBe("_blank");
+    expect(address("Print report")).toBe("/api/sessions/s1/report.html?language=en");
+    expect(screen.getByRole("link", { name: "Print report" }).getAttribute("target")).toBe("_blank");
     expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=en");
     expect(screen.getByRole("link", { name: "Report as PDF" }).hasAttribute("download")).toBe(true);
   });
@@ -26,7 +26,7 @@ describe("a report", () => {
   it("keeps its language for the next report", () => {
     show();
     fireEvent.click(screen.getByRole("radio", { name: "日本語" }));
-    expect(address("Report to print")).toBe("/api/sessions/s1/report.html?language=ja");
+    expect(address("Print report")).toBe("/api/sessions/s1/report.html?language=ja");
     cleanup();
     show();
     expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=ja");

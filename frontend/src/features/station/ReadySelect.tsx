@@ -22,10 +22,10 @@ export function ReadySelect(props: {
       <Select
         size="lg"
         label={t("patients:choice.label")}
-        placeholder={t("patients:choice.who")}
+        placeholder={t("patients:choice.question")}
         data={all.map(({ patient }) => ({
           value: patient.id,
-          label: t("patients:choice.one", { name: patient.name, number: patient.clinic_number }),
+          label: t("patients:choice.nameAndNumber", { name: patient.name, number: patient.clinic_number }),
         }))}
         value={chosen?.patient.id ?? null}
         disabled={(props.disabled ?? false) || all.length === 0}
