@@ -98,8 +98,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("database/engine.py", "_CONNECT_S", "A connection to PostgreSQL takes at most this."),
         ("database/engine.py", "SERVICE_ANSWER_S", "The database answers within this time or counts as unavailable."),
         ("database/availability.py", "_AGAIN_S", "An unavailable database is tried again so often."),
-        ("database/delivery.py", "_LONGEST_S", "Longest pause between two deliveries of the spool."),
-        ("database/spool.py", "_MOST", "Records that may wait in memory while the disk takes none."),
+        ("database/delivery.py", "_LONGEST_PAUSE_S", "Longest pause between two deliveries of the spool."),
+        ("database/spool.py", "_MAX_WAITING", "Records that may wait in memory while the disk is full."),
         ("clinic/sessions/offline_cache.py", "_REFRESH_S", "The patients of the day are fetched so often."),
         ("clinic/sessions/offline_cache.py", "_MAX_PATIENTS", "Patients of the day that are kept."),
         ("clinic/sessions/prefetch.py", "_MOST_SAMPLES", "Samples of them that are kept."),
@@ -115,8 +115,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
         ("clinic/assessments/spadi.py", "MOST_UNANSWERED", "SPADI items that may be left out."),
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
-        ("backups/making.py", "_DAYS", "Days for which every backup is kept."),
-        ("backups/making.py", "_MONTHS", "Months for which the first backup is kept."),
+        ("backups/create.py", "_KEEP_ALL_DAYS", "Days for which every backup is kept."),
+        ("backups/create.py", "_KEEP_MONTHLY_MONTHS", "Months for which the first backup is kept."),
         ("settings.py", "Settings.backup_time", "Time of the nightly backup."),
     ),
 }
@@ -212,7 +212,7 @@ def _assigned(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 
 _UNITS: Final = {
     "_S": "s", "_MS": "ms", "_HZ": "Hz", "_DEG": "deg", "_BYTES": "bytes", "_S2": "deg/s²", "_NM": "Nm", "_NS": "ms", "_MINUTES": "minutes",
-    "_HOURS": "hours", "_DEG_S": "deg/s", "_DAYS": "days", "_MONTHS": "months", "_CYCLES": "cycles",
+    "_HOURS": "hours", "_DEG_S": "deg/s", "_KEEP_ALL_DAYS": "days", "_KEEP_MONTHLY_MONTHS": "months", "_CYCLES": "cycles",
 }  # fmt: skip
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from kata.backups.book import take_notes_in
+from kata.backups.catalogue import import_records
+from kata.backups.create import create_backup
 from kata.backups.key import make_key
-from kata.backups.making import make
 from kata.cli import doctor
 from kata.cli.doctor import Finding, examine
 from kata.database.engine import Database
@@ -101,8 +101,8 @@ def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> 
     make_key(settings)
     told = found("Backups", tmp_path)
     assert (told.state, "None was restored" in told.message) == ("warning", True)
-    make(settings, "asked")
-    take_notes_in(settings, database)
+    create_backup(settings, "asked")
+    import_records(settings, database)
     database.close()
     assert found("Backups", tmp_path).state == "ok"
     assert "another disk" in found("Backups' folder", tmp_path).what_to_do

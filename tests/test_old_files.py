@@ -13,7 +13,7 @@ from sqlalchemy import select
 
 from kata.audit.tables import AuditRow
 from kata.audit.verify import verify
-from kata.backups.restoring import restore
+from kata.backups.restore import restore_backup
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
@@ -72,7 +72,7 @@ def test_service_migrates_imports_and_delivers_old_files(old: Path) -> None:
 def test_old_backup_is_restored(old: Path, tmp_path: Path) -> None:
     (backup,) = (old / "backups").iterdir()
     settings = Settings(data=tmp_path / "new")
-    restored = restore(settings, backup, old / "backup-key.txt")
+    restored = restore_backup(settings, backup, old / "backup-key.txt")
     assert restored.contents.tables["runs"].rows == 1
     database = Database(settings.effective_database_url)
     with database.read() as session:

@@ -175,7 +175,7 @@ class _NoAuditLog:
     async def tell(self, _: Entry) -> None:
         """Ignore an access."""
 
-    def tell_at_once(self, _: Entry) -> None:
+    def record_at_once(self, _: Entry) -> None:
         """Ignore a command."""
 
     def until_written(self, _: float) -> bool:

@@ -1,4 +1,4 @@
-"""Who acts: known from the sign-in's cookie at the edge, carried along to whatever is done in this request."""
+"""The user and the context of the current request. Authorization sets both; every function that the request calls can read them."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,56 +12,55 @@ Role = Literal["therapist", "administrator", "viewer", "technician"]
 
 @dataclass(frozen=True, slots=True)
 class Actor:
-    """Somebody signed in at one browser."""
+    """A user who is signed in at one browser."""
 
     account_id: UUID
-    sign_in_id: UUID
-    """Of this browser: what the lease belongs to."""
+    login_session_id: UUID
+    """Identifies the browser, which holds the lease."""
     name: str
-    """As it stands in records: therapist, examiner, signature."""
+    """The name in records: therapist, examiner, signature."""
     role: Role
     stations: frozenset[str]
-    """Names of the stations that this account works at; empty: at every one."""
+    """Names of the stations that this account works at; empty: all."""
     locked: bool = False
-    """The screen is locked: what goes on stays visible and may be stopped, until the password is given again."""
+    """The screen is locked: until the password is given again, the user can see and stop a running session and nothing else."""
     enrolling: bool = False
-    """A second factor is asked of this account and there is none yet: nothing but setting it up is allowed."""
+    """The account needs a second factor and has none yet: the user may only set it up."""
 
 
 CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("current_actor", default=None)
-"""Whose request this is; None where the program itself acts (importer, nightly backup)."""
+"""The user of the current request; None if the program itself acts (importer, nightly backup)."""
 
 
 @dataclass(slots=True)
 class RequestContext:
-    """What a request does, and to what: told at the edge, before it is allowed or refused, for the audit trail."""
+    """Action and object of a request, for the audit trail. Set before the request is allowed or refused."""
 
     action: str
-    """The route's operation id, or what the program does by itself."""
+    """The route's operation id, or an action of the program."""
     patient_id: UUID | None = None
     subject: str = ""
-    """What else it is done to: kind and id, as `recording 0f3c...`."""
+    """Kind and id of the object, besides the patient: `recording 0f3c...`."""
     station: str = ""
     address: str = ""
-    """Of the browser; from the connection, or from a proxy that is trusted."""
+    """Address of the browser, from the connection or a trusted proxy."""
     permission: str = ""
-    """That the action needs: whether a mere look is worth a row follows from it."""
+    """Permission that the action needs. It decides whether a read request is recorded."""
     account_id: UUID | None = None
-    """Whose, where nobody is signed in and somebody tries to be."""
+    """The account of an attempted login."""
     why: str = ""
-    """Code of the problem that it ended in."""
-    told: set[str] = field(default_factory=set)
-    """Outcomes that stand in the trail already. One object goes along into worker threads, so that what is told there is known at
-    the edge."""
+    """Code of the problem in the answer."""
+    audited: set[str] = field(default_factory=set)
+    """Outcomes that are in the trail already. Worker threads share this object with the request."""
 
 
 REQUEST_CONTEXT: Final[ContextVar[RequestContext | None]] = ContextVar("request_context", default=None)
-"""What is being done in this request; set for every one that has a route, also where it is then refused."""
+"""The context of the current request; set for every request with a route, also if it is refused."""
 
 
 @contextmanager
 def by_program(action: str, station: str = "") -> Iterator[None]:
-    """What follows nobody asked for: the program does it by itself, even where a request happened to set it going."""
+    """Run the block as the program's own action, even within a user's request."""
     acting, context = CURRENT_ACTOR.set(None), REQUEST_CONTEXT.set(RequestContext(action, station=station))
     try:
         yield

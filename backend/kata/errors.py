@@ -1,4 +1,4 @@
-"""What can be wrong with a request, in the clinic's own words; api/ turns it into a problem document (RFC 9457)."""
+"""Problems of a request, with a message for the user. ``api/errors.py`` turns them into problem documents (RFC 9457)."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -8,11 +8,14 @@ from kata.messages import NO_TEXT, Template, Text
 
 
 class ProblemError(Exception):
-    """A request that cannot be fulfilled: HTTP status, stable code of the kind, sentence, next step; and each place that is wrong.
+    """A request that cannot be fulfilled.
 
-    Several messages may share a ``code``: programs act on it. The page translates by the codes of the two texts.
-
-    ``headers``: of the answer, as ``Retry-After`` in seconds.
+    :param status: HTTP status.
+    :param code: stable code of the kind of problem, for programs. Several messages may share it.
+    :param message: the problem in one sentence.
+    :param next_step: what the user can do.
+    :param places: JSON pointer and message of each invalid field.
+    :param headers: headers of the answer, such as ``Retry-After`` in seconds.
     """
 
     def __init__(
@@ -33,26 +36,28 @@ class ProblemError(Exception):
         self.headers = headers
 
     def at(self, place: str, message: Text) -> "ProblemError":
-        """Return the same problem with another message and the place where it is."""
+        """Return the same problem with another message. The original message becomes the message of a field."""
         return ProblemError(self.status, self.code, message, self.next_step, [(place, self.message)])
 
 
 def not_found(what: Template) -> ProblemError:
-    """404 for a record that is not there."""
+    """Return a problem with status 404."""
     return ProblemError(404, "not_found", what(), texts.CHECK_LIST_AGAIN())
 
 
 def check_version(stored: datetime, seen: datetime | None) -> None:
-    """Whoever changes a record says which version was seen: its ``updated_at``.
+    """Check that a record has not changed since the editor read it.
 
-    :raises ProblemError: 409 when somebody else has changed it since.
+    :param stored: the record's ``updated_at``.
+    :param seen: the ``updated_at`` that the editor saw; None: no check.
+    :raises ProblemError: 409 when the record has changed.
     """
     if seen and seen != stored:
         raise edited_meanwhile()
 
 
 def edited_meanwhile() -> ProblemError:
-    """409 for who was not the first to change a record."""
+    """Return the problem of a record that another user has changed in the meantime: status 409."""
     return ProblemError(
         409,
         "edited_meanwhile",

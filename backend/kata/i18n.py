@@ -1,4 +1,4 @@
-"""Names of fields, and what is wrong with one: messages for the problem document of a request that is not valid."""
+"""Messages about invalid fields of a request: names of fields, units and validation errors."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
@@ -9,17 +9,17 @@ from kata.messages import Template, Text, message, with_key
 Language = Literal["en", "ja"]
 
 _SENTENCES: Final = {
-    "missing": "is needed",
-    "extra_forbidden": "is not known here",
+    "missing": "is required",
+    "extra_forbidden": "is not a known field",
     "string_type": "must be text",
     "string_empty": "must not be empty",
     "string_too_short": "must have {min_length:d} characters or more",
     "string_too_long": "must have {max_length:d} characters or fewer",
-    "string_pattern_mismatch": "holds characters that are not allowed here",
-    "string_unicode": "holds characters that cannot be read",
+    "string_pattern_mismatch": "contains characters that are not allowed",
+    "string_unicode": "contains characters that cannot be read",
     "int_type": "must be a whole number",
     "int_parsing": "must be a whole number",
-    "int_parsing_size": "is too large a number",
+    "int_parsing_size": "is too large",
     "int_from_float": "must be a whole number",
     "float_type": "must be a number",
     "float_parsing": "must be a number",
@@ -35,17 +35,17 @@ _SENTENCES: Final = {
     "moment_out_of_range": "must be between {year:d} and now",
     "bool_type": "must be true or false",
     "bool_parsing": "must be true or false",
-    "uuid_type": "is no identifier",
-    "uuid_parsing": "is no identifier",
-    "date_type": "must be a day, such as 1968-04-12",
-    "date_parsing": "must be a day, such as 1968-04-12",
-    "date_from_datetime_parsing": "must be a day, such as 1968-04-12",
-    "date_from_datetime_inexact": "must be a day without a time",
+    "uuid_type": "is not an identifier",
+    "uuid_parsing": "is not an identifier",
+    "date_type": "must be a date, such as 1968-04-12",
+    "date_parsing": "must be a date, such as 1968-04-12",
+    "date_from_datetime_parsing": "must be a date, such as 1968-04-12",
+    "date_from_datetime_inexact": "must be a date without a time",
     "datetime_type": "must be a time, such as 2026-11-21T09:30:00Z",
     "datetime_parsing": "must be a time, such as 2026-11-21T09:30:00Z",
     "datetime_from_date_parsing": "must be a time, such as 2026-11-21T09:30:00Z",
-    "datetime_object_invalid": "is no time that there is",
-    "timezone_aware": "must say its time zone",
+    "datetime_object_invalid": "is not a valid time",
+    "timezone_aware": "must have a time zone",
     "literal_error": "must be {expected:name}",
     "enum": "must be {expected:name}",
     "list_type": "must be a list",
@@ -55,14 +55,14 @@ _SENTENCES: Final = {
     "too_long": "must have {max_length:d} entries or fewer",
     "model_type": "must be an object",
     "model_attributes_type": "must be an object",
-    "union_tag_not_found": "must say in {discriminator:name} which kind it is",
+    "union_tag_not_found": "must name its kind in {discriminator:name}",
     "union_tag_invalid": "must be one of {expected_tags:name}",
     "json_invalid": "is not JSON",
     "json_type": "is not JSON",
     "bytes_type": "must be a file",
     "bytes_too_long": "must have {max_length:d} bytes or fewer",
     "value_error": "{error:name}",
-    # Our own.
+    # Kata's own types of error.
     "day_out_of_range": "must be between 1900 and today",
     "limit_without_angle": "must have a lowest or a highest angle",
     "limits_crossed": "must have a lowest angle below the highest one",
@@ -71,7 +71,7 @@ _SENTENCES: Final = {
 SENTENCES: Final[dict[str, Template]] = {
     kind: message(f"invalid_{kind}", english) for kind, english in _SENTENCES.items()
 }
-"""By pydantic's type of error, or our own; bounds are filled in."""
+"""By pydantic's type of error or Kata's own. The parameters are bounds."""
 
 _NAMES: Final = (
     "account_id",
@@ -198,7 +198,7 @@ _NAMES: Final = (
     "written_by",
 )
 NAMES: Final[dict[str, Template]] = {name: message(f"field_{name}", name.replace("_", " ")) for name in _NAMES}
-"""The name of every field, without its unit."""
+"""By field, without the unit in its name."""
 
 _UNITS: Final = {
     "_deg_s": "degrees a second",
@@ -211,15 +211,15 @@ _UNITS: Final = {
     "_nm": "newton metres",
 }
 UNITS: Final[dict[str, Template]] = {ending: message(f"unit{ending}", english) for ending, english in _UNITS.items()}
-"""By the ending of a field's name."""
+"""By the suffix of a field's name."""
 
 
 def sentence(kind: str, english: str, bounds: Mapping[str, Any]) -> Text:
-    """Return what is wrong with a field.
+    """Return the message of a validation error.
 
-    :param kind: the type of error.
-    :param english: what pydantic says, where a kind has no sentence of ours.
-    :param bounds: what an error of this kind knows: bounds, and what was expected.
+    :param kind: type of the error.
+    :param english: pydantic's message, used for a type that is not in :data:`SENTENCES`.
+    :param bounds: parameters of the error.
     """
     if kind == "string_too_short" and bounds.get("min_length") == 1:
         kind = "string_empty"
@@ -231,7 +231,7 @@ def sentence(kind: str, english: str, bounds: Mapping[str, Any]) -> Text:
 
 
 def name(path: Sequence[str | int]) -> Text:
-    """Return the name of the field at a place in what was sent: ``limits 1, highest (degrees)``."""
+    """Return the name of the field at a path in a request: ``limits 1, highest (degrees)``."""
     if not path:
         return texts.WHOLE_REQUEST()
     found: Text | None = None
@@ -240,19 +240,19 @@ def name(path: Sequence[str | int]) -> Text:
             number = part + 1
             found = texts.FIELD_NUMBERED(field=found, number=number) if found else with_key(str(number), None)
         else:
-            found = texts.FIELD_WITHIN(outer=found, inner=_one(part)) if found else _one(part)
+            found = texts.FIELD_WITHIN(outer=found, inner=_with_unit(part)) if found else _with_unit(part)
     assert found is not None
     return found
 
 
-def _one(field: str) -> Text:
-    for ending, unit in UNITS.items():
-        if field.endswith(ending):
-            return texts.FIELD_WITH_UNIT(field=_called(field.removesuffix(ending)), unit=unit())
-    return _called(field)
+def _with_unit(field: str) -> Text:
+    for suffix, unit in UNITS.items():
+        if field.endswith(suffix):
+            return texts.FIELD_WITH_UNIT(field=_name(field.removesuffix(suffix)), unit=unit())
+    return _name(field)
 
 
-def _called(field: str) -> Text:
+def _name(field: str) -> Text:
     return NAMES[field]() if field in NAMES else with_key(field.replace("_", " "), None)
 
 

@@ -1,9 +1,9 @@
 """Messages by code: each text of the service has a stable code, typed parameters and an English template.
 
-A package declares its messages in its ``texts.py``. Calling a template gives a :class:`Text`: the English sentence, which also
-knows its code and its parameters. The service sends both; the page translates by code (``frontend/src/lib/serverText.ts``).
+A package declares its messages in its ``texts.py``. Calling a template returns a :class:`Text`: the English sentence with its code and
+parameters. The service sends both; the page translates by code (``frontend/src/lib/serverText.ts``).
 
-What follows the colon of a placeholder is the type of its parameter:
+A placeholder contains the type of its parameter after a colon:
 
 - ``d``: an integer. ``.1f``, ``.3g``, ``g``: a number, shown like this.
 - ``name``: typed by a person, or by another system. It is never translated.
@@ -52,7 +52,7 @@ class Text(str):
 
     @property
     def nested(self) -> dict[str, Any]:
-        """The text as a parameter of another one."""
+        """Return the text as a parameter of another text."""
         return {"code": self.key.code, "params": self.key.params, "text": str(self)}
 
 
@@ -89,7 +89,7 @@ class Template:
 
 
 CATALOGUE: Final[dict[str, Template]] = {}
-"""Every message that was declared, by its code. The packages declare theirs when their ``texts`` is imported."""
+"""Every declared message, by its code. Importing a package's ``texts`` declares its messages."""
 
 
 def message(code: str, english: str) -> Template:
@@ -120,7 +120,7 @@ def _shown(value: Any, spec: str) -> str:
         case "sentence":
             return str(value)
         case "texts":
-            return "; ".join(str(one).removesuffix(".") for one in value)
+            return "; ".join(str(text).removesuffix(".") for text in value)
         case "d":
             return str(int(value))
         case _:
@@ -134,11 +134,11 @@ def _sent(value: Any, spec: str) -> Param:
         case "text" | "sentence":
             return _nested(value)
         case "texts":
-            return [_nested(one) for one in value]
+            return [_nested(text) for text in value]
         case "d":
             return int(value)
         case _:
-            # JSON has no other numbers.
+            # JSON has no infinity and no NaN.
             return float(value) if math.isfinite(value) else str(float(value))
 
 

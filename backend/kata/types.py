@@ -1,4 +1,4 @@
-"""Kinds of values that several subjects' schemas share."""
+"""Types of values that schemas of several packages share."""
 
 import re
 from datetime import date, datetime, timedelta
@@ -12,29 +12,29 @@ from kata.database.base import utc_now
 
 LONGEST_NAME: Final = 100
 NO_NUL: Final = r"^[^\x00]*$"
-"""PostgreSQL stores no text with a zero character in it, and nobody means one."""
+"""PostgreSQL cannot store a text with a zero character."""
 Side = Literal["left", "right"]
 Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)]
 Doer = Annotated[str, StringConstraints(strip_whitespace=True, max_length=LONGEST_NAME, pattern=NO_NUL)]
-"""Who has done something, by name; empty where nobody has said."""
+"""Name of the person who has done something; may be empty."""
 
 
 def side_of(stored: str) -> Side:
-    """A side as a row keeps it."""
+    """Return the side that a row contains."""
     return "left" if stored == "left" else "right"
 
 
-def _or_whoever_asks(given: str) -> str:
+def _or_own_name(given: str) -> str:
     actor = CURRENT_ACTOR.get()
     return given or (actor.name if actor else "")
 
 
-By = Annotated[Doer, AfterValidator(_or_whoever_asks), Field(validate_default=True)]
-"""Who has done something: whoever asks, where nobody is named. Given ``""`` as its default."""
+By = Annotated[Doer, AfterValidator(_or_own_name), Field(validate_default=True)]
+"""Name of the person who has done something; an empty one becomes the user's name. Use it with the default ``""``."""
 Note = Annotated[str, StringConstraints(strip_whitespace=True, max_length=10_000, pattern=NO_NUL)]
 _NUMBER: Final = re.compile(r"\s*[+-]?[\d.]+(e[+-]?\d+)?\s*", re.IGNORECASE)
 _EASTERNMOST: Final = timedelta(hours=14)
-"""So far ahead of UTC it is somewhere already the next day."""
+"""The largest offset of a time zone from UTC."""
 
 
 def _not_in_the_future(day: date) -> date:
@@ -44,14 +44,14 @@ def _not_in_the_future(day: date) -> date:
 
 
 def _written_day(given: Any) -> Any:
-    """A bare number is no day: read as seconds since 1970, a slip of the keys would become somebody's birthday."""
+    """Refuse a number, which pydantic would read as seconds since 1970."""
     if _is_number(given):
         raise PydanticKnownError("date_type")
     return given
 
 
 def written_moment(given: Any) -> Any:
-    """Nor is it a moment."""
+    """Refuse a number, which pydantic would read as seconds since 1970."""
     if _is_number(given):
         raise PydanticKnownError("datetime_type")
     return given
@@ -62,18 +62,18 @@ def _is_number(given: Any) -> bool:
 
 
 PastDay = Annotated[date, BeforeValidator(_written_day), AfterValidator(_not_in_the_future)]
-"""Today wherever the clinic is, or before."""
+"""A date from 1900 to today in the easternmost time zone."""
 Moment = Annotated[
     datetime, BeforeValidator(written_moment), Field(description="UTC.", examples=["2026-11-21T09:30:00Z"])
 ]
 Fixture = Literal["arm_fixer_1", "arm_fixer_2", "elbow_fixer_1", "elbow_fixer_2"]
-"""What holds the arm: arm fixer 1 for motions 1-5; arm fixer 2 for motion 6, with elbow fixer 1 in teaching, 2 in playback."""
+"""A fixture of the arm: arm fixer 1 for motions 1-5; arm fixer 2 for motion 6, with elbow fixer 1 in teaching and 2 in playback."""
 Pain = Annotated[int, Field(ge=0, le=10, description="0 none, 10 the worst imaginable.", examples=[3])]
 Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
 
 
 class Schema(BaseModel):
-    """Base of what goes in and out; unknown fields are errors, so that a misspelt one is not lost in silence."""
+    """Base of requests and responses. An unknown field is an error, so a misspelt field is never ignored."""
 
-    # What was sent stands in no error message, and so in no log.
+    # Values stay out of error messages and logs.
     model_config = ConfigDict(extra="forbid", from_attributes=True, hide_input_in_errors=True)

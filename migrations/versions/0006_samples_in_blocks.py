@@ -13,7 +13,7 @@ import numpy as np
 import sqlalchemy as sa
 from alembic import op
 
-from kata.database.arrays import Column, Floats, UnreadableError
+from kata.database.arrays import SampleColumn, Floats, UnreadableError
 from kata.database.series import Series, unpack
 
 revision = "0006"
@@ -79,7 +79,7 @@ def _as_before(series: Series) -> bytes:
         arrays = unpack(series)
     except UnreadableError:
         return series.head
-    columns = [Column(name, _UNITS[name.rpartition("_")[2]], _RESOLUTIONS.get(name, 1e-4)) for name in arrays]
+    columns = [SampleColumn(name, _UNITS[name.rpartition("_")[2]], _RESOLUTIONS.get(name, 1e-4)) for name in arrays]
     return _encoded(arrays, columns)
 
 
@@ -87,7 +87,7 @@ _UNITS = {"s": "s", "deg": "deg", "nm": "Nm", "phase": ""}
 _RESOLUTIONS = {"time_s": 1e-6, "path_s": 1e-6, "correction_deg": 1e-6, "phase": 1.0}
 
 
-def _encoded(arrays: dict[str, Floats], columns: list[Column]) -> bytes:
+def _encoded(arrays: dict[str, Floats], columns: list[SampleColumn]) -> bytes:
     """As the program of before wrote it."""
     parts = [_packed(arrays[column.name], column.resolution) for column in columns]
     body = b"".join(parts)

@@ -79,7 +79,7 @@ def acts(client: TestClient, **wanted: Any) -> list[tuple[str, str, str]]:
 def is_whole(folder: Path, client: TestClient) -> bool:
     database = client.app.state.services.database  # type: ignore[attr-defined]
     with database.read() as session:
-        return verify(session, [Settings(data=folder).effective_audit_anchor]).whole
+        return verify(session, [Settings(data=folder).effective_audit_anchor]).intact
 
 
 def test_audit_trail_records_who_did_what_with_a_record(
@@ -185,7 +185,7 @@ def test_events_delayed_by_an_outage_are_ordered_by_their_time(client: TestClien
     begun = replace(entry("unnamed", "done"), station="Drill")
     for minutes in (0, -30, 30, -60):
         one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
-        client.app.state.services.audit_log.tell_at_once(one)  # type: ignore[attr-defined]
+        client.app.state.services.audit_log.record_at_once(one)  # type: ignore[attr-defined]
     found = audit_log(client, station="Drill")
     assert [row["subject"] for row in found] == ["30", "0", "-30", "-60"]
     numbers = [row["number"] for row in found]

@@ -91,8 +91,8 @@ def test_backup_of_nothing_or_into_a_file_is_refused(data: Path, tmp_path: Path)
 @pytest.mark.parametrize(
     ("name", "value", "sentence", "code"),
     [
-        ("KATA_BACKUP_RECIPIENTS", "ssh-rsa AAAA", "which is no public key of age (age1...)", 1),
-        ("KATA_BACKUP_KEY", "kata.db", "is no key of backups", 1),
+        ("KATA_BACKUP_RECIPIENTS", "ssh-rsa AAAA", "which is not a public key of age (age1...)", 1),
+        ("KATA_BACKUP_KEY", "kata.db", "is not a backup key", 1),
         ("KATA_BACKUP_TIME", "at night", "must be a time of day such as 02:30, or never", 2),
     ],
 )
@@ -145,14 +145,14 @@ def test_invalid_or_locked_backup_changes_nothing(data: Path, tmp_path: Path, on
     refused(restoring(data), "is a directory", code=2)
     nonsense, cut_short, key = tmp_path / "nonsense", tmp_path / "cut-short", tmp_path / "key.txt"
     nonsense.write_text("something else")
-    refused(restoring(nonsense), "is no backup, or its beginning is damaged")
+    refused(restoring(nonsense), "is not a backup, or its beginning is damaged")
     cut_short.write_bytes(file.read_bytes()[:-100])
-    refused(restoring(cut_short), "is not whole: it was cut short or changed")
+    refused(restoring(cut_short), "is not complete: it was truncated or changed")
     key.write_text(f"{Identity.generate()}\n")
     refused(restoring(file, "--key", key), "This key does not open")
     refused(restoring(file, "--key", tmp_path / "none.txt"), "cannot be read (No such file or directory)")
     key.write_text("# no key in here\n")
-    refused(restoring(file, "--key", key), "holds no key")
+    refused(restoring(file, "--key", key), "contains no key")
     assert patients(data) == ["K-1"]
     assert list(data.glob("before-restore-*")) == []
 
@@ -160,9 +160,7 @@ def test_invalid_or_locked_backup_changes_nothing(data: Path, tmp_path: Path, on
 def test_nothing_is_restored_under_a_service_at_work(data: Path) -> None:
     file = backup_of(data)
     with journal.claimed(data, 0.0):
-        refused(
-            kata("restore", file, "--data", data, folder=data), f"Kata is running on {data}, and nothing is replaced"
-        )
+        refused(kata("restore", file, "--data", data, folder=data), f"Kata is running on {data}. Stop it")
         assert kata("restore", file, "--verify", "--data", data, folder=data).returncode == 0
 
 

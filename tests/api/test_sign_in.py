@@ -125,7 +125,7 @@ def test_login_session_lasts_while_its_user_operates_a_held_arm(client: TestClie
         elsewhere = login_session.actor_of(session, other, now)
         assert here
         assert elsewhere
-        both, at_the_arm = {here.sign_in_id, elsewhere.sign_in_id}, here.sign_in_id
+        both, at_the_arm = {here.login_session_id, elsewhere.login_session_id}, here.login_session_id
 
         long_after = now + limits.longest + timedelta(minutes=59)
         assert login_session.actor_of(session, cookie, long_after, limits, at_the_arm)

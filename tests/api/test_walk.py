@@ -16,7 +16,7 @@ from kata.actor import Role
 from kata.api import authorization
 from kata.auth.login_session import COOKIE
 from kata.auth.permissions import RULES
-from kata.auth.tables import AccountRow, SignInRow
+from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
@@ -202,7 +202,7 @@ def sign_in_as(client: TestClient, asker: Asker) -> str:
     database = _database(client)
     cookie = signed_in(database, asker.role, stations=() if asker.here else ("Elsewhere",))
     with database.write() as session:
-        row = session.scalars(select(SignInRow).order_by(SignInRow.began_at.desc())).first()
+        row = session.scalars(select(LoginSessionRow).order_by(LoginSessionRow.began_at.desc())).first()
         assert row
         if asker.gone == "disabled":
             session.execute(update(AccountRow).where(AccountRow.id == row.account_id).values(disabled_at=utc_now()))

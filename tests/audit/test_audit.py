@@ -19,11 +19,11 @@ from sqlalchemy.exc import OperationalError
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext, by_program
 from kata.audit import anchor, chain, entries
 from kata.audit.audit_log import AuditHook, AuditLog
-from kata.audit.deduplication import WINDOW_S, Repeats
+from kata.audit.deduplication import WINDOW_S, Deduplicator
 from kata.audit.restored import note_restored
 from kata.audit.tables import AuditRow
 from kata.audit.verify import Verdict, verify
-from kata.auth.tables import AccountRow, SignInRow
+from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.stations.tables import StationRow
@@ -77,7 +77,7 @@ def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLo
 
 async def told_in_time(audit_log: AuditLog, entry: chain.Entry) -> None:
     async with asyncio.timeout(5.0):
-        await audit_log.tell(entry)
+        await audit_log.record(entry)
 
 
 def rows(database: Database) -> list[AuditRow]:
@@ -99,7 +99,7 @@ class TestWhatIsWritten:
             session.get_one(PatientRow, patient.id).notes = "Sleeps well."
         made, changed = rows(chained)
         assert (made.number, made.who, made.role, made.account_id, made.sign_in_id) == (
-            1, "Sato", "therapist", SATO.account_id, SATO.sign_in_id,
+            1, "Sato", "therapist", SATO.account_id, SATO.login_session_id,
         )  # fmt: skip
         assert (made.action, made.outcome, made.address, made.station) == (
             "create_patient", "done", "192.168.1.7", "Station 1",
@@ -108,13 +108,13 @@ class TestWhatIsWritten:
         assert json.loads(made.detail) == {"added": {"patients": [str(patient.id)]}}
         assert json.loads(changed.detail) == {"changed": {"patients": {str(patient.id): ["notes"]}}}
         assert "Yamada" not in repr([vars(row) for row in rows(chained)])
-        assert context.told == {"done"}
-        assert verified(chained).whole
+        assert context.audited == {"done"}
+        assert verified(chained).intact
 
     def test_rolled_back_change_leaves_no_audit_row_and_no_gap(self, chained: Database) -> None:
         def half_done() -> None:
             with chained.write() as session:
-                entries.note(session, "half")
+                entries.add_entry(session, entries.entry("half"))
                 session.add(somebody())
                 session.flush()
                 raise RuntimeError
@@ -122,7 +122,7 @@ class TestWhatIsWritten:
         with request("create_patient") as context:
             with pytest.raises(RuntimeError):
                 half_done()
-            assert context.told == set()
+            assert context.audited == set()
             with chained.write() as session:
                 session.add(somebody())
         assert [(row.number, row.action) for row in rows(chained)] == [(1, "create_patient")]
@@ -143,7 +143,9 @@ class TestWhatIsWritten:
             session.add(
                 AccountRow(id=uuid4(), username="sato", name="Sato", role="viewer", created_at=now, updated_at=now)
             )
-            entries.note(session, "sign_in", subject="account", detail={"method": "password"}, actor=SATO)
+            entries.add_entry(
+                session, entries.entry("sign_in", subject="account", detail={"method": "password"}, actor=SATO)
+            )
         (row,) = rows(chained)
         assert (row.who, row.account_id, row.subject) == ("Sato", SATO.account_id, "account")
         assert json.loads(row.detail).keys() == {"method", "added"}
@@ -163,7 +165,7 @@ class TestWhatIsWritten:
             session.add(somebody())
         (row,) = rows(chained)
         assert (row.who, row.role, row.account_id, row.address, row.action) == ("Kata", "", None, "", "import_journal")
-        assert context.told == set()
+        assert context.audited == set()
 
     def test_bookkeeping_has_no_rows_of_its_own(self, chained: Database) -> None:
         now = utc_now()
@@ -175,8 +177,8 @@ class TestWhatIsWritten:
             session.get_one(AccountRow, account.id).totp_last_step = 3
         with chained.write() as session:
             told = {"began_at": now, "seen_at": now, "proved_at": now, "method": "password", "address": "", "agent": ""}
-            session.add(SignInRow(id=uuid4(), account_id=account.id, secret_hash="0", **told))
-            session.execute(update(SignInRow).values(seen_at=now))
+            session.add(LoginSessionRow(id=uuid4(), account_id=account.id, secret_hash="0", **told))
+            session.execute(update(LoginSessionRow).values(seen_at=now))
         assert [json.loads(row.detail) for row in rows(chained)] == [{"added": {"accounts": [str(account.id)]}}]
 
     def test_bulk_changes_are_recorded_by_table_and_row_count(self, chained: Database) -> None:
@@ -188,10 +190,10 @@ class TestWhatIsWritten:
 
     def test_texts_that_no_column_holds_are_cut_and_not_refused(self, chained: Database) -> None:
         with request("odd\0" + "x" * 80, subject="\ud800" + "s" * 200), chained.write() as session:
-            entries.note(session, "odd\0" + "x" * 80)
+            entries.add_entry(session, entries.entry("odd\0" + "x" * 80))
         (row,) = rows(chained)
         assert (row.action, row.subject) == ("odd" + "x" * 61, "?" + "s" * 99)
-        assert verified(chained).whole
+        assert verified(chained).intact
 
 
 class TestOneChain:
@@ -220,7 +222,7 @@ class TestOneChain:
         other.close()
         assert failed == []
         assert [row.number for row in rows(database)] == list(range(1, 81))
-        assert verified(database).whole
+        assert verified(database).intact
 
     @pytest.mark.parametrize(
         "statement",
@@ -237,11 +239,11 @@ class TestOneChain:
     def test_database_only_lets_the_trail_grow(self, chained: Database, statement: str) -> None:
         for n in range(3):
             with chained.write() as session:
-                entries.note(session, f"act {n}")
+                entries.add_entry(session, entries.entry(f"act {n}"))
         with pytest.raises(RefusedError), chained.write() as session:
             session.execute(text(statement))
         assert len(rows(chained)) == 3
-        assert verified(chained).whole
+        assert verified(chained).intact
 
 
 class TestQueue:
@@ -251,29 +253,29 @@ class TestQueue:
         async def look() -> None:
             for key in (1, 1, 2, 1):
                 with request("get_patient", patient_id=UUID(int=key)):
-                    await audit_log.tell(entries.entry("get_patient", "done"))
-            with request("get_patient", replace(SATO, sign_in_id=uuid4()), patient_id=UUID(int=1)):
-                await audit_log.tell(entries.entry("get_patient", "done"))
+                    await audit_log.record(entries.entry("get_patient", "done"))
+            with request("get_patient", replace(SATO, login_session_id=uuid4()), patient_id=UUID(int=1)):
+                await audit_log.record(entries.entry("get_patient", "done"))
 
         with trail_of(database, tmp_path) as audit_log:
             asyncio.run(look())
             assert audit_log.until_written()
         looks = [row.patient_id and row.patient_id.int for row in rows(database) if row.action == "get_patient"]
         assert looks == [1, 2, 1]
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
 
     def test_repeated_refusals_are_counted_when_their_minute_ends(self) -> None:
-        repeats = Repeats()
+        deduplicator = Deduplicator()
         with request("get_patient", None):
             refused = entries.entry("get_patient", "refused", uuid4(), detail={"code": "not_signed_in"})
             # Whoever is not signed in does not get a row for each id that can be made up.
             others = [replace(refused, patient_id=uuid4()) for _ in range(3)]
-        assert repeats.take(refused, 0.0) == [refused]
-        assert [repeats.take(one, 1.0) for one in others] == [[], [], []]
-        (counted,) = repeats.over(WINDOW_S)
+        assert deduplicator.add(refused, 0.0) == [refused]
+        assert [deduplicator.add(one, 1.0) for one in others] == [[], [], []]
+        (counted,) = deduplicator.expire(WINDOW_S)
         assert json.loads(counted.detail) == {"code": "not_signed_in", "again": 3}
         assert counted.at == others[-1].at
-        assert repeats.take(refused, WINDOW_S + 1) == [refused]
+        assert deduplicator.add(refused, WINDOW_S + 1) == [refused]
 
     def test_views_wait_for_a_full_disk_and_device_commands_continue(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -284,10 +286,12 @@ class TestQueue:
                 patch.setattr(EventSpool, "has_room", False)
 
                 async def flood() -> None:
-                    told = [asyncio.create_task(audit_log.tell(entries.entry(f"look {n}", "done"))) for n in range(20)]
+                    told = [
+                        asyncio.create_task(audit_log.record(entries.entry(f"look {n}", "done"))) for n in range(20)
+                    ]
                     done, _ = await asyncio.wait(told, timeout=0.05)
                     assert not done
-                    audit_log.tell_at_once(entries.entry("stop", "done"))
+                    audit_log.record_at_once(entries.entry("stop", "done"))
                     assert await asyncio.to_thread(audit_log.until_written)
                     assert [row.action for row in rows(database)] == ["service_started", "stop"]
                     patch.undo()
@@ -296,7 +300,7 @@ class TestQueue:
                 asyncio.run(flood())
         actions = [row.action for row in rows(database)]
         assert sorted(actions[2:-1]) == sorted(f"look {n}" for n in range(20))
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
 
     def test_audit_writers_do_not_wait_during_outages_and_keep_order(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -317,7 +321,7 @@ class TestQueue:
             assert audit_log.until_written()
         told = [row.action for row in rows(database)]
         assert told == ["service_started", *(f"look {n}" for n in range(20)), "service_ended"]
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
 
     def test_temporarily_unwritable_database_loses_no_audit_rows(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -331,7 +335,7 @@ class TestQueue:
 
         with trail_of(database, tmp_path, again_s=0.01) as audit_log:
             monkeypatch.setattr(chain, "append", failing)
-            audit_log.tell_at_once(entries.entry("stop", "done"))
+            audit_log.record_at_once(entries.entry("stop", "done"))
             assert audit_log.until_written()
         assert [row.action for row in rows(database)] == ["service_started", "stop", "service_ended"]
 
@@ -347,7 +351,7 @@ class TestAnchor:
         lines = anchor.read(tmp_path / "audit.anchor")
         assert [line.head.number for line in lines] == [1, 2, 3, 4, 5]
         assert [row.anchored for row in rows(database)] == [0, 1, 2, 3, 4]
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
 
     def test_crash_between_commit_and_anchor_is_reported_at_next_start(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -357,12 +361,12 @@ class TestAnchor:
         AuditHook(database)
         with database.write() as session:
             session.add(somebody())
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
         with trail_of(database, tmp_path):
             pass
         again = next(row for row in reversed(rows(database)) if row.action == "service_started")
         assert json.loads(again.detail) == {"not_anchored": 1}
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
         assert not [record for record in caplog.records if record.levelno >= logging.CRITICAL]
 
     def test_anchor_line_torn_by_a_power_cut_is_written_past(self, database: Database, tmp_path: Path) -> None:
@@ -373,7 +377,7 @@ class TestAnchor:
         with trail_of(database, tmp_path):
             pass
         assert [line.line for line in anchor.read(tmp_path / "audit.anchor")] == [1, 2, 3, 4]
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
 
     def test_unwritable_anchor_disk_delays_no_change(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -389,7 +393,7 @@ class TestAnchor:
                     session.add(somebody())
                 assert audit_log.until_written()
         assert "anchor cannot be written" in caplog.text
-        assert verified(database, tmp_path).whole
+        assert verified(database, tmp_path).intact
 
     def test_service_reports_a_truncated_trail_in_log_and_trail(
         self, database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
@@ -397,7 +401,7 @@ class TestAnchor:
         with trail_of(database, tmp_path) as audit_log:
             for n in range(4):
                 with database.write() as session:
-                    entries.note(session, f"act {n}")
+                    entries.add_entry(session, entries.entry(f"act {n}"))
             assert audit_log.until_written()
         without_guards(database)
         with database.writer.begin() as connection:
@@ -406,13 +410,13 @@ class TestAnchor:
             pass
         assert "does not contain its anchored head" in caplog.text
         assert [row.action for row in rows(database)][3] == "audit_broken"
-        assert not verified(database, tmp_path).whole
+        assert not verified(database, tmp_path).intact
 
     def test_restoring_a_backup_is_recorded_and_is_no_damage(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path) as audit_log:
             for n in range(4):
                 with database.write() as session:
-                    entries.note(session, f"act {n}")
+                    entries.add_entry(session, entries.entry(f"act {n}"))
             assert audit_log.until_written()
         without_guards(database)
         with database.writer.begin() as connection:
@@ -424,7 +428,7 @@ class TestAnchor:
             pass
         verdict = verified(database, tmp_path)
         assert verdict.findings == []
-        assert verdict.remarks == ["Row 4: a backup was restored; what had been written since it was given up."]
+        assert verdict.remarks == ["Row 4: a backup was restored, which discarded the rows since that backup."]
         assert "audit_broken" not in {row.action for row in rows(database)}
 
 

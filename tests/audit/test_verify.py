@@ -66,9 +66,7 @@ def test_every_tampering_is_detected_and_located(audit_log: tuple[Database, Path
 def test_truncation_is_reported_after_the_last_remaining_row(audit_log: tuple[Database, Path]) -> None:
     _, verdict = judged(*audit_log, lambda session, _: cut(session, ROWS, 30))
     assert [(one.first, one.last) for one in verdict.findings] == [(171, 200)]
-    assert (
-        verdict.findings[0].message == "Rows 171 to 200 are not there: the trail was anchored with them, and cut off."
-    )
+    assert verdict.findings[0].message == "Rows 171 to 200 are missing from the end: the anchor contains them."
 
 
 def test_external_head_reveals_older_copies_of_database_and_anchor_together(
@@ -132,7 +130,7 @@ class TestCommand:
         database.close()
         status, told = self.run(folder)
         assert status == 1
-        assert "NOT INTACT  Row 17 is not what was written, or row 16 before it is not." in told
+        assert "NOT INTACT  Row 17 or the row before it, 16, was changed." in told
         assert json.loads(self.run(folder, "--json")[1])["findings"][0]["first"] == 17
 
     def test_verify_exports_what_it_has_read(self, folder: Path) -> None:
@@ -149,7 +147,7 @@ class TestCommand:
         assert self.run(folder, "--anchor", str(folder / "audit.anchor"), "--anchor", str(second))[0] == 0
         status, told = self.run(folder)
         assert status == 1
-        assert f"{anchor.read(second)[0].anchor}, which is not here" in told
+        assert f"{anchor.read(second)[0].anchor} with 1 lines, which was not given" in told
 
     @pytest.mark.parametrize("more", [("--head", "ten"), ("--head", "1:ab")])
     def test_malformed_head_is_refused(self, folder: Path, more: tuple[str, ...]) -> None:

@@ -24,13 +24,13 @@ from kata.audit.tables import AuditRow
 from kata.audit.verify import Verdict, verify
 from kata.auth.factor_key import factor_key
 from kata.auth.second_factor import not_opened
-from kata.auth.tables import AccountRow, SignInRow
-from kata.backups import book, making, restoring, sealed
-from kata.backups.book import take_notes_in
-from kata.backups.folder import UnfinishedRestoreError, one_at_a_time, served
-from kata.backups.key import BackupError, identities, make_key, whereabouts
-from kata.backups.making import let_go, make
-from kata.backups.restoring import restore, try_and_note
+from kata.auth.tables import AccountRow, LoginSessionRow
+from kata.backups import archive, catalogue, create, restore
+from kata.backups.catalogue import import_records
+from kata.backups.create import create_backup, expired_backups
+from kata.backups.folder import UnfinishedRestoreError, claimed_by_service, one_at_a_time
+from kata.backups.key import BackupError, identities, key_location, make_key
+from kata.backups.restore import restore_backup, verify_and_record
 from kata.backups.tables import BackupRow
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients.tables import PatientRow
@@ -96,7 +96,7 @@ def all_files(folder: Path) -> dict[str, bytes]:
 
 
 def backup_of(settings: Settings) -> Path:
-    return Path(make(settings, "asked").file)
+    return Path(create_backup(settings, "asked").file)
 
 
 # -- a backup, and the way back ---------------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ def backup_of(settings: Settings) -> Path:
 
 def test_backup_restores_the_database_unchanged(settings: Settings, database: Database) -> None:
     before = counted(settings)
-    note = make(settings, "asked")
+    note = create_backup(settings, "asked")
     assert (note.problem, note.test_problem) == ("", "")
     assert note.tested_at is not None
     add_patient(database, "K-2")
@@ -112,7 +112,7 @@ def test_backup_restores_the_database_unchanged(settings: Settings, database: Da
     (settings.journal / "run-2.journal").write_bytes(b"of after the backup")
     database.close()
 
-    restored = restore(settings, Path(note.file), settings.backup_key_file)
+    restored = restore_backup(settings, Path(note.file), settings.backup_key_file)
 
     assert patients(database) == ["K-1"]
     assert restored.contents.tables == before
@@ -130,7 +130,7 @@ def test_restore_sets_the_replaced_data_aside_completely(settings: Settings, dat
     file = backup_of(settings)
     add_patient(database, "K-2")
     database.close()
-    restored = restore(settings, file, settings.backup_key_file)
+    restored = restore_backup(settings, file, settings.backup_key_file)
     if database.file:
         (aside,) = settings.data.glob("before-restore-*")
         assert patients(Database(f"sqlite:///{aside / 'kata.db'}")) == ["K-1", "K-2"]
@@ -140,7 +140,7 @@ def test_restore_sets_the_replaced_data_aside_completely(settings: Settings, dat
     with database.reader.connect() as connection:
         assert connection.exec_driver_sql(f'SELECT count(*) FROM "{schema}".patients').scalar() == 2
     # It does not go into the next backup, and the next restore puts its own aside.
-    assert make(settings, "asked").test_problem == ""
+    assert create_backup(settings, "asked").test_problem == ""
     with database.writer.begin() as connection:
         connection.exec_driver_sql(f'DROP SCHEMA "{schema}" CASCADE')
 
@@ -152,7 +152,7 @@ def test_on_a_new_computer_file_and_key_are_enough(settings: Settings, database:
     key = tmp_path / "printed.txt"
     key.write_text(settings.backup_key_file.read_text())
     new = Settings(data=tmp_path / "new", database_url="")
-    restored = restore(new, file, key)
+    restored = restore_backup(new, file, key)
     assert "nothing" in restored.aside
     assert patients(Database(new.effective_database_url)) == ["K-1"]
     assert (new.journal / "run-1.journal").read_bytes() == b"measured"
@@ -160,7 +160,7 @@ def test_on_a_new_computer_file_and_key_are_enough(settings: Settings, database:
     assert (new.data / "station-in-use.toml").read_text() == 'side = "left"'
     # Its next backups open with the same key.
     assert str(identities(new.backup_key_file)[0]) == str(identities(key)[0])
-    assert make(new, "asked").test_problem == ""
+    assert create_backup(new, "asked").test_problem == ""
 
 
 def test_restore_revokes_everything_that_was_open_at_the_backup(settings: Settings, database: Database) -> None:
@@ -168,9 +168,9 @@ def test_restore_revokes_everything_that_was_open_at_the_backup(settings: Settin
         session.scalars(select(AccountRow)).one().code_hash = "0" * 64
     file = backup_of(settings)
     database.close()
-    restore(settings, file, settings.backup_key_file)
+    restore_backup(settings, file, settings.backup_key_file)
     with database.read() as session:
-        assert session.scalars(select(SignInRow)).one().end_reason == "restored"
+        assert session.scalars(select(LoginSessionRow)).one().end_reason == "restored"
         assert session.scalars(select(AccountRow)).one().code_hash is None
 
 
@@ -185,13 +185,13 @@ def test_audit_trail_continues_after_a_restore_and_records_the_loss(
     if database.file:
         # The anchor that burnt is the one of the backup.
         elsewhere = Settings(data=tmp_path / "new", database_url="")
-        restore(elsewhere, file, settings.backup_key_file)
+        restore_backup(elsewhere, file, settings.backup_key_file)
         assert verdict(elsewhere).remarks[0].startswith("Row ")
         assert verdict(elsewhere).findings == []
-    restore(settings, file, settings.backup_key_file)
+    restore_backup(settings, file, settings.backup_key_file)
     found = verdict(settings)
     assert found.findings == []
-    assert "a backup was restored; what had been written since it was given up" in found.remarks[0]
+    assert "a backup was restored, which discarded the rows since that backup" in found.remarks[0]
     with trail_of(settings, database):
         pass
     assert verdict(settings).findings == []
@@ -220,14 +220,14 @@ def test_a_backup_brings_the_key_of_the_second_factors_along(
     settings.effective_second_factor_key.unlink()
     since = factor_key(settings.effective_second_factor_key).close("a secret", account.id)
     database.close()
-    restore(settings, file, settings.backup_key_file)
+    restore_backup(settings, file, settings.backup_key_file)
     key = factor_key(settings.effective_second_factor_key)
     with database.read() as session:
         assert not_opened(session, key) == 0
     assert key.open(since, account.id) == "a secret"
     if database.file:
         new = Settings(data=tmp_path / "new", database_url="", second_factor_key=tmp_path / "elsewhere" / "key.txt")
-        restore(new, file, settings.backup_key_file)
+        restore_backup(new, file, settings.backup_key_file)
         with Database(new.effective_database_url).read() as session:
             assert not_opened(session, factor_key(new.effective_second_factor_key)) == 0
         assert not (new.data / "second-factor-key.txt").exists()
@@ -238,7 +238,7 @@ def test_trial_restore_verifies_the_audit_trail(settings: Settings, database: Da
         add_patient(database, "K-2")
     with database.read() as session:
         rows = len(session.scalars(select(AuditRow.number)).all())
-    whole = make(settings, "asked")
+    whole = create_backup(settings, "asked")
     assert (whole.test_problem, whole.audit_rows, whole.audit_problem) == ("", rows, "")
     assert rows > 2
 
@@ -247,14 +247,14 @@ def test_trial_restore_verifies_the_audit_trail(settings: Settings, database: Da
         on = "" if database.file else " ON audit"
         connection.exec_driver_sql(f"DROP TRIGGER audit_kept{on}")
         connection.exec_driver_sql(f"DELETE FROM audit WHERE number = {rows}")
-    cut_off = make(settings, "asked")
+    cut_off = create_backup(settings, "asked")
     assert cut_off.test_problem == "", "it can be restored all the same"
     assert cut_off.audit_rows == rows - 1
-    assert f"Row {rows} is not there: the trail was anchored with them, and cut off." in cut_off.audit_problem
-    take_notes_in(settings, database)
+    assert f"Row {rows} is missing from the end: the anchor contains it." in cut_off.audit_problem
+    import_records(settings, database)
     with database.read() as session:
         assert sorted(row.audit_problem != "" for row in session.scalars(select(BackupRow))) == [False, True]
-    tried = try_and_note(settings, Path(cut_off.file), settings.backup_key_file)
+    tried = verify_and_record(settings, Path(cut_off.file), settings.backup_key_file)
     assert (tried.problems, tried.audit_problem) == ([], cut_off.audit_problem)
 
 
@@ -270,8 +270,8 @@ def test_writes_during_a_backup_do_not_damage_its_trail(
             assert audit_log.until_written()
             return told
 
-        monkeypatch.setattr(making, "copy", with_somebody_at_work)
-        note = make(settings, "asked")
+        monkeypatch.setattr(create, "copy", with_somebody_at_work)
+        note = create_backup(settings, "asked")
     assert (note.test_problem, note.audit_problem) == ("", "")
     assert note.audit_rows
 
@@ -283,7 +283,7 @@ def test_shared_trail_verifies_without_the_other_services_anchors(
         of_it = settings.model_copy(update={"audit_anchor": tmp_path / f"{name}.anchor"})
         with trail_of(of_it, database):
             add_patient(database, f"K-{name}")
-    note = make(settings, "asked")
+    note = create_backup(settings, "asked")
     assert (note.test_problem, note.audit_problem) == ("", "")
 
 
@@ -333,7 +333,7 @@ def assert_of_one_moment(settings: Settings, database: Database, backups: int, p
             wrote.clear()
             assert wrote.wait(10)
             least = acknowledged[0]
-            note = make(settings, "asked")
+            note = create_backup(settings, "asked")
             most = acknowledged[0] + 2
             assert (note.problem, note.test_problem) == ("", ""), note
             held = numbers_in(settings, Path(note.file))
@@ -351,15 +351,15 @@ def numbers_in(settings: Settings, file: Path) -> list[str]:
     """Clinic numbers in a backup, looked at without Kata's own comparison."""
     database = Database(settings.effective_database_url)
     held: list[str] = []
-    original = restoring._problems
+    original = restore._problems
 
-    def looked_at(made: Database, contents: sealed.Contents) -> list[str]:
+    def looked_at(made: Database, contents: archive.Contents) -> list[str]:
         held.extend(number for number in patients(made) if number.startswith("N-"))
         return original(made, contents)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(restoring, "_problems", looked_at)
-        assert restoring.try_backup(settings, database, file, identities(settings.backup_key_file)).problems == []
+        patch.setattr(restore, "_problems", looked_at)
+        assert restore.verify_backup(settings, database, file, identities(settings.backup_key_file)).problems == []
     database.close()
     return held
 
@@ -374,13 +374,13 @@ def test_backup_file_reveals_nothing_without_its_key(settings: Settings) -> None
     assert settings.backup_key_file.stat().st_mode & 0o777 == 0o600
     other = settings.data / "other-key.txt"
     other.write_text(f"{Identity.generate()}\n")
-    with pytest.raises(BackupError, match=r"this key does not open .* made with another one"):
-        restore(settings, file, other)
-    with pytest.raises(BackupError, match="name the copy that was kept elsewhere with --key"):
-        restore(settings, file, settings.data / "nowhere.txt")
+    with pytest.raises(BackupError, match=r"this key does not open .* made with another key"):
+        restore_backup(settings, file, other)
+    with pytest.raises(BackupError, match="give a copy of it with --key"):
+        restore_backup(settings, file, settings.data / "nowhere.txt")
     other.write_text("AGE-SECRET-KEY-1MISTYPED\n")
     with pytest.raises(BackupError, match="every letter of it counts"):
-        restore(settings, file, other)
+        restore_backup(settings, file, other)
 
 
 def test_truncated_or_changed_backup_is_refused_and_changes_nothing(small: Settings) -> None:
@@ -390,16 +390,16 @@ def test_truncated_or_changed_backup_is_refused_and_changes_nothing(small: Setti
     places = [0, 10, 60, 150, 200, 300, 65_000, 65_800, 131_500, len(whole) // 2, len(whole) - 17, len(whole) - 1]
     for place in places:
         file.write_bytes(whole[:place])
-        with pytest.raises(BackupError, match=r"not whole|no backup, or its beginning is damaged"):
-            restore(small, file, small.backup_key_file)
+        with pytest.raises(BackupError, match=r"not complete|is not a backup, or its beginning is damaged"):
+            restore_backup(small, file, small.backup_key_file)
         changed = bytearray(whole)
         changed[place] ^= 1
         file.write_bytes(bytes(changed))
-        with pytest.raises(BackupError, match=r"not whole|its first lines are damaged|its beginning is damaged"):
-            restore(small, file, small.backup_key_file)
+        with pytest.raises(BackupError, match=r"not complete|its first lines are damaged|its beginning is damaged"):
+            restore_backup(small, file, small.backup_key_file)
     assert counted(small) == before
     assert list(small.data.glob("before-restore-*")) == []
-    with served(small):
+    with claimed_by_service(small):
         pass
 
 
@@ -418,7 +418,7 @@ def forged(small: Settings, contents: dict[str, object], *members: tuple[tarfile
 
 def told(small: Settings) -> dict[str, object]:
     contents: dict[str, object] = msgspec.to_builtins(
-        try_and_note(small, backup_of(small), small.backup_key_file).contents
+        verify_and_record(small, backup_of(small), small.backup_key_file).contents
     )
     return contents
 
@@ -426,49 +426,49 @@ def told(small: Settings) -> dict[str, object]:
 def test_backup_of_newer_version_or_other_database_explains_the_remedy(small: Settings) -> None:
     honest = told(small)
     for change, sentence in (
-        ({"schema": "9999", "program": "7.0"}, "newer version of Kata .7.0, tables of 9999.*Install that version"),
+        ({"schema": "9999", "program": "7.0"}, "newer version of Kata .7.0, schema 9999.*Install the newer version"),
         ({"format": "kata-backup/2"}, "newer version of Kata .its format is 'kata-backup/2'.; install that version"),
-        ({"database": "postgresql"}, "a backup of a database of PostgreSQL, not SQLite: name an empty one in KATA_DATABASE_URL"),
-        ({"bytes": 10**18}, "no room to unpack it: .* MB on the disk of"),
-        ({"tables": "none"}, "no backup that Kata can read"),
+        ({"database": "postgresql"}, "a backup of a PostgreSQL database, not of SQLite: set KATA_DATABASE_URL to an empty PostgreSQL database"),
+        ({"bytes": 10**18}, "unpacking needs .* MB on the disk of"),
+        ({"tables": "none"}, "Kata cannot read the description"),
     ):  # fmt: skip
         with pytest.raises(BackupError, match=sentence):
-            restore(small, forged(small, honest | change), small.backup_key_file)
+            restore_backup(small, forged(small, honest | change), small.backup_key_file)
 
 
 @pytest.mark.parametrize("name", ["../outside", "/tmp/outside", "data/../../outside"])
 def test_nothing_in_a_file_is_written_outside(small: Settings, name: str) -> None:
-    with pytest.raises(BackupError, match="no backup of Kata"):
-        restore(small, forged(small, told(small), (tarfile.TarInfo(name), b"x")), small.backup_key_file)
+    with pytest.raises(BackupError, match="not a backup of Kata"):
+        restore_backup(small, forged(small, told(small), (tarfile.TarInfo(name), b"x")), small.backup_key_file)
     link = tarfile.TarInfo("data/link")
     link.type, link.linkname = tarfile.SYMTYPE, "/etc/passwd"
-    with pytest.raises(BackupError, match="no backup of Kata"):
-        restore(small, forged(small, told(small), (link, b"")), small.backup_key_file)
+    with pytest.raises(BackupError, match="not a backup of Kata"):
+        restore_backup(small, forged(small, told(small), (link, b"")), small.backup_key_file)
 
 
 def test_restored_copy_with_different_counts_is_not_put_in_place(small: Settings) -> None:
     file, before = backup_of(small), counted(small)
     keys = identities(small.backup_key_file)
     work = small.data / "looked-at"
-    contents = sealed.unseal(file, keys, work, lambda _: None)
+    contents = archive.read_archive(file, keys, work, lambda _: None)
     added = Database(f"sqlite:///{work / 'database'}")
     add_patient(added, "K-9")
     added.close()
     file.unlink()
-    sealed.seal(file, [keys[0].to_public()], contents, work)
-    with pytest.raises(BackupError, match="patients has 1 rows in place of 0"):
-        restore(small, file, small.backup_key_file)
+    archive.write_archive(file, [keys[0].to_public()], contents, work)
+    with pytest.raises(BackupError, match="patients has 1 rows instead of 0"):
+        restore_backup(small, file, small.backup_key_file)
     assert counted(small) == before
-    assert "patients has 1 rows in place of 0" in try_and_note(small, file, small.backup_key_file).problems
+    assert "patients has 1 rows instead of 0" in verify_and_record(small, file, small.backup_key_file).problems
 
 
 def test_nothing_is_replaced_under_a_running_service(settings: Settings, database: Database) -> None:
     file = backup_of(settings)
     add_patient(database, "K-2")
-    with served(settings):
+    with claimed_by_service(settings):
         with pytest.raises(BackupError, match=r"Kata is running on .* Stop it"):
-            restore(settings, file, settings.backup_key_file)
-        assert try_and_note(settings, file, settings.backup_key_file).problems == []
+            restore_backup(settings, file, settings.backup_key_file)
+        assert verify_and_record(settings, file, settings.backup_key_file).problems == []
     assert patients(database) == ["K-1", "K-2"]
 
 
@@ -478,9 +478,9 @@ def test_server_with_other_connections_is_not_replaced(settings: Settings, datab
     file = backup_of(settings)
     with (
         database.reader.connect(),
-        pytest.raises(Exception, match=r"others are connected to .* stop every Kata that uses it"),
+        pytest.raises(Exception, match=r"other clients are connected to .* stop every Kata that uses it"),
     ):
-        restore(settings, file, settings.backup_key_file)
+        restore_backup(settings, file, settings.backup_key_file)
     assert patients(database) == ["K-1"]
 
 
@@ -494,11 +494,11 @@ def test_restore_that_fails_halfway_leaves_everything_unchanged(
     def fails(*arguments: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(restoring, "_settle", fails)
+    monkeypatch.setattr(restore, "_revoke_access", fails)
     with pytest.raises(OSError, match="No space left"):
-        restore(settings, file, settings.backup_key_file)
+        restore_backup(settings, file, settings.backup_key_file)
     assert patients(database) == ["K-1", "K-2"]
-    with served(settings):
+    with claimed_by_service(settings):
         assert (settings.journal / "run-1.journal").exists()
 
 
@@ -512,13 +512,13 @@ def test_interrupted_restore_is_reported_at_start_and_can_be_repeated(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(restoring, "_exchange", cut_off)
+        patch.setattr(restore, "_replace_files", cut_off)
         with pytest.raises(KeyboardInterrupt):
-            restore(settings, file, settings.backup_key_file)
-    with pytest.raises(UnfinishedRestoreError, match="Run it again: kata restore"), served(settings):
+            restore_backup(settings, file, settings.backup_key_file)
+    with pytest.raises(UnfinishedRestoreError, match="Run it again: kata restore"), claimed_by_service(settings):
         pass
-    restore(settings, file, settings.backup_key_file)
-    with served(settings):
+    restore_backup(settings, file, settings.backup_key_file)
+    with claimed_by_service(settings):
         assert patients(database) == ["K-1"]
         assert (settings.journal / "run-1.journal").read_bytes() == b"measured"
 
@@ -527,7 +527,7 @@ def test_interrupted_restore_is_reported_at_start_and_can_be_repeated(
 
 
 def test_key_is_made_once_and_may_be_moved_elsewhere(small: Settings) -> None:
-    assert whereabouts(small) == "nowhere"
+    assert key_location(small) == "nowhere"
     assert make_key(small)
     key = small.backup_key_file.read_text()
     assert not make_key(small)
@@ -535,15 +535,15 @@ def test_key_is_made_once_and_may_be_moved_elsewhere(small: Settings) -> None:
     assert "Keep a copy of this file away from this computer" in key
     away = small.data / "in-the-safe.txt"
     small.backup_key_file.rename(away)
-    note = make(small, "asked")
-    assert whereabouts(small) == "elsewhere"
+    note = create_backup(small, "asked")
+    assert key_location(small) == "elsewhere"
     assert not make_key(small)
     assert (note.problem, note.tested_at) == ("", None)
     assert "The key is not on this computer" in note.test_problem
     # Where the key is, it opens what was made without it; and that is noted with the backup.
-    assert try_and_note(small, Path(note.file), away).problems == []
+    assert verify_and_record(small, Path(note.file), away).problems == []
     database = Database(small.effective_database_url)
-    take_notes_in(small, database)
+    import_records(small, database)
     with database.read() as session:
         row = session.scalars(select(BackupRow)).one()
         assert (row.test_problem, row.tested_at is not None) == ("", True)
@@ -556,10 +556,10 @@ def test_additional_recipients_in_the_settings_can_open_backups(small: Settings)
     file = backup_of(of_two)
     key = small.data / "director.txt"
     key.write_text(f"{director}\n")
-    assert try_and_note(small, file, key).problems == []
+    assert verify_and_record(small, file, key).problems == []
     wrong = small.model_copy(update={"backup_recipients": "age1mistyped"})
-    with pytest.raises(BackupError, match="KATA_BACKUP_RECIPIENTS names 'age1mistyped'"):
-        make(wrong, "asked")
+    with pytest.raises(BackupError, match="KATA_BACKUP_RECIPIENTS contains 'age1mistyped'"):
+        create_backup(wrong, "asked")
 
 
 # -- what becomes of them ---------------------------------------------------------------------------------------------
@@ -571,7 +571,7 @@ def test_old_backups_are_deleted_except_a_fortnight_and_monthly_firsts(tmp_path:
         at = now - timedelta(days=day)
         (tmp_path / f"kata-{at:%Y%m%dT%H%M%SZ}-{day:08x}.kata-backup").touch()
     (tmp_path / "somebody-elses.kata-backup").touch()
-    for file in let_go(tmp_path, now):
+    for file in expired_backups(tmp_path, now):
         file.unlink()
     kept = sorted(file.name[5:13] for file in tmp_path.iterdir() if file.name.startswith("kata-"))
     months = [
@@ -595,25 +595,25 @@ def test_failed_backup_is_recorded_with_its_reason(small: Settings) -> None:
     in_the_way.touch()
     nowhere = small.model_copy(update={"backup_dir": in_the_way / "backups"})
     with pytest.raises(BackupError, match="No backup was made: Not a directory"):
-        make(nowhere, "nightly")
+        create_backup(nowhere, "nightly")
     database = Database(small.effective_database_url)
-    take_notes_in(small, database)
-    take_notes_in(small, database)
+    import_records(small, database)
+    import_records(small, database)
     with database.read() as session:
-        (row,), _ = book.newest(session, limit=10)
+        (row,), _ = catalogue.newest(session, limit=10)
         assert row.problem.startswith("Not a directory")
-        assert book.last_made(session) is None
+        assert catalogue.last_made(session) is None
     database.close()
 
 
 def test_only_one_backup_is_made_at_a_time(small: Settings) -> None:
     with one_at_a_time(small), pytest.raises(BackupError, match="another backup is being made"):
-        make(small, "asked")
+        create_backup(small, "asked")
 
 
 def test_next_backup_deletes_unencrypted_leftovers_of_a_killed_one(small: Settings) -> None:
     left = small.data / ".backup-killed"
     left.mkdir()
     (left / "database").write_text("not encrypted")
-    make(small, "asked")
+    create_backup(small, "asked")
     assert not left.exists()

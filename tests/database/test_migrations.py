@@ -227,8 +227,8 @@ def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, An
         connection.exec_driver_sql("DELETE FROM run_corrections")
     with database.write() as session:
         for number in (31, 32, 51, 52):
-            TAUGHT.keep(session, key(number), pack(taught, TAUGHT_COLUMNS), b"overview")
-        PLAYED.keep(session, key(41), pack(played, PLAYED_COLUMNS), None)
+            TAUGHT.store(session, key(number), pack(taught, TAUGHT_COLUMNS), b"overview")
+        PLAYED.store(session, key(41), pack(played, PLAYED_COLUMNS), None)
         correction = sa.table(
             "run_corrections", *(sa.column(name, kind(name)) for name in ("run_id", "station", "data"))
         )
@@ -329,7 +329,7 @@ def test_upgrade_without_free_space_is_refused(tmp_path: Path, monkeypatch: pyte
     filled(database, "0004")
     before = contents(database)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1, 1, 1000))
-    with pytest.raises(DatabaseError, match="make room, then start again"):
+    with pytest.raises(DatabaseError, match="free up space, then start again"):
         upgrade(database)
     assert contents(database) == before
 

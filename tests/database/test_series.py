@@ -112,7 +112,7 @@ def test_a_window_loads_nothing_of_the_rest(database: Database, series: Series) 
         assert list(some.blocks) == [1]
         assert len(unpack_within(some, *WINDOW)["time_s"]) == 1001
         assert list(SAMPLES.read(session, key).blocks) == [0, 1, 2, 3]
-        assert SAMPLES.overview(session, key) == b"overview"
+        assert SAMPLES.read_overview(session, key) == b"overview"
 
 
 def test_overview_loads_only_when_requested(database: Database, series: Series) -> None:
@@ -130,7 +130,7 @@ def test_missing_samples_cannot_be_read(database: Database) -> None:
         for found in (SAMPLES.read(session, uuid4()), SAMPLES.read_within(session, uuid4(), *WINDOW)):
             with pytest.raises(UnreadableError):
                 unpack(found)
-        assert SAMPLES.overview(session, uuid4()) is None
+        assert SAMPLES.read_overview(session, uuid4()) is None
 
 
 def test_blocks_are_deleted_with_their_owner(database: Database, series: Series) -> None:
@@ -157,5 +157,5 @@ def keep(database: Database, series: Series) -> UUID:
         )  # fmt: skip
         session.add(recording)
         session.flush()
-        SAMPLES.keep(session, recording.id, series, b"overview")
+        SAMPLES.store(session, recording.id, series, b"overview")
         return recording.id

@@ -101,7 +101,7 @@ def test_files_rotate_and_imported_ones_are_deleted(tmp_path: Path) -> None:
 
 def test_folder_of_another_owner_is_refused(tmp_path: Path) -> None:
     (tmp_path / "000000000001.spool").write_text('{"format":"kata-spool/9"}\n')
-    with pytest.raises(SpoolError, match="that this version can read"):
+    with pytest.raises(SpoolError, match="this version cannot read"):
         Spool(tmp_path)
 
 
@@ -154,7 +154,7 @@ class Clinic:
         return len(records)
 
     def delivery(self, spool: Spool) -> Delivery:
-        return Delivery(spool, self.database, "Station 1", self.take, self.folder, again_s=0.01)
+        return Delivery(spool, self.database, "Station 1", self.take, again_s=0.01)
 
     def arrived(self) -> list[str]:
         with self.database.read() as session:
@@ -185,9 +185,7 @@ def test_everything_arrives_once_and_in_order_over_failures_and_starts(clinic: C
 def test_its_end_waits_for_no_next_look(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a")
     looked = threading.Semaphore(0)
-    delivery = Delivery(
-        spool, clinic.database, "Station 1", clinic.take, clinic.folder, again_s=600, each_round=looked.release
-    )
+    delivery = Delivery(spool, clinic.database, "Station 1", clinic.take, again_s=600, each_round=looked.release)
     assert looked.acquire(timeout=20)
     ending = threading.Thread(target=delivery.close, args=(5,), daemon=True)
     ending.start()
@@ -256,7 +254,7 @@ def test_rows_the_database_refuses_are_set_aside_without_blocking(clinic: Clinic
     delivery.close(5)
     spool.close()
     assert clinic.arrived() == ["a", "c"]
-    assert (tmp_path / "refused.jsonl").read_bytes() == b"\n"
+    assert (tmp_path / "spool" / "refused.jsonl").read_bytes() == b"\n"
 
 
 def test_spool_restored_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:

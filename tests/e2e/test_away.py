@@ -63,7 +63,7 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
             session.add(recording)
             session.flush()
             angles_deg = motor_angles_deg(lifted()(times_s), "right")
-            SAMPLES.keep(
+            SAMPLES.store(
                 session, recording.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None
             )
             programme = ProgrammeRow(

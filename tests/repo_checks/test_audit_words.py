@@ -5,9 +5,9 @@ import json
 from collections.abc import Iterator
 from typing import Final, get_args
 
-from kata.audit.changes import QUIET
+from kata.audit.changes import NOT_COLLECTED
 from kata.auth.permissions import RULES, audit_action
-from kata.backups.book import Kind
+from kata.backups.catalogue import Kind
 from kata.clinic.restricted.objects import OF_A_PATIENT
 from kata.database.base import Base
 from tests.support.paths import ROOT
@@ -62,6 +62,6 @@ def test_every_action_has_a_text_in_both_languages() -> None:
 
 
 def test_every_record_kind_has_a_text_in_both_languages() -> None:
-    kinds = (Base.metadata.tables.keys() - QUIET) | {name.removesuffix("_id") for name in OF_A_PATIENT}
+    kinds = (Base.metadata.tables.keys() - NOT_COLLECTED) | {name.removesuffix("_id") for name in OF_A_PATIENT}
     for language in LANGUAGES:
         assert kinds - texts(language, "kinds").keys() == set()

@@ -18,7 +18,7 @@ MAIN = COMMAND.value.partition(":")[0]
         ("kata.cli.main", "kata.api"),
         ("kata.cli.main", "fastapi"),
         ("kata.cli.main", "numpy"),
-        ("kata.backups.making", "scipy"),
+        ("kata.backups.create", "scipy"),
         ("kata.simulator.process", "scipy"),
         ("kata.api.app", "scipy.signal"),
     ],

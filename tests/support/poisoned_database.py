@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from kata.actor import Actor
 from kata.audit import entries
-from kata.auth.tables import AccountRow, AccountStationRow, SignInRow
+from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow
 from kata.backups.tables import BackupRow
 from kata.clinic import tables
 from kata.clinic.events.tables import DeviceEventRow
@@ -90,8 +90,9 @@ def poison(session: Session, texts: list[str]) -> Poison:
         _write_notes(session, place, together)
     for text in texts:
         actor = Actor(uuid4(), uuid4(), text, "therapist", frozenset())
-        entries.note(
-            session, text, patient_id=made.places[0].patients, subject=text, detail={"reason": text}, actor=actor
+        entries.add_entry(
+            session,
+            entries.entry(text, patient_id=made.places[0].patients, subject=text, detail={"reason": text}, actor=actor),
         )
     return made
 
@@ -146,7 +147,7 @@ def _of_the_clinic(session: Session, first: Place) -> list[Base]:
     session.add_all([glass, backup, station, known])
     session.flush()
     patient = session.get_one(PatientRow, first.patients)
-    return [account, session.scalars(select(SignInRow)).one(), patient, glass, backup, station, known]
+    return [account, session.scalars(select(LoginSessionRow)).one(), patient, glass, backup, station, known]
 
 
 def _ids(session: Session, place: Place) -> dict[str, str]:

@@ -44,6 +44,6 @@ def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], F
         )  # fmt: skip
         session.add(row)
         session.flush()
-        SAMPLES.keep(session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None)
+        SAMPLES.store(session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None)
     made: dict[str, Any] = client.get(f"/api/recordings/{row.id}").json()
     return made

@@ -97,7 +97,7 @@ def _recording(session: Session, patient_id: UUID, texts: Texts) -> tuple[Record
     )  # fmt: skip
     session.add(row)
     session.flush()
-    TAUGHT.keep(session, row.id, pack({"time_s": times, "angle_deg": angles}, TAUGHT_COLUMNS), None)
+    TAUGHT.store(session, row.id, pack({"time_s": times, "angle_deg": angles}, TAUGHT_COLUMNS), None)
     return row, Motion(times, angles)
 
 
@@ -215,7 +215,7 @@ def _run(
         "measured_deg": measured,
         "torque_nm": np.full_like(measured, 1.2),
     }
-    SAMPLES.keep(session, row.id, pack(columns, SAMPLE_COLUMNS), None)
+    SAMPLES.store(session, row.id, pack(columns, SAMPLE_COLUMNS), None)
 
 
 def _assess(session: Session, episode_id: UUID, at: datetime, better: int, texts: Texts) -> None:

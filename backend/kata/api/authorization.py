@@ -23,7 +23,7 @@ from kata.api import texts
 from kata.api.services import Services, services_of
 from kata.auth import login_session, secrets
 from kata.auth.login import actor_at, address_of, cookie_of
-from kata.auth.permissions import OF_ROLE, RULES, Rule, audit_action
+from kata.auth.permissions import OF_ROLE, RULES, RouteRule, audit_action
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.availability import DatabaseUnavailableError
@@ -131,7 +131,7 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
     if did_something and rule.needs != "stop" and auth_cache.is_news(cookie):
         task = asyncio.create_task(
-            run_in_threadpool(_did_something, services.database, actor, services.access.now()), name="did something"
+            run_in_threadpool(_record_activity, services.database, actor, services.access.now()), name="did something"
         )
         auth_cache.writing.add(task)
         task.add_done_callback(auth_cache.writing.discard)
@@ -143,7 +143,7 @@ def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
         log.info("who is signed in could not be looked up: %s", error)
 
 
-async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
+async def _asked(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Actor:
     """Return the user of the cookie from the database, or from the cache if the database does not answer and the rule allows that.
 
     :raises ProblemError: 401.
@@ -185,10 +185,10 @@ def _shows_token(connection: HTTPConnection) -> bool:
     return len(token) >= _SHORTEST_TOKEN and secrets.fits(shown.strip(), secrets.hashed(token))
 
 
-def _did_something(database: Database, actor: Actor, now: datetime) -> None:
+def _record_activity(database: Database, actor: Actor, now: datetime) -> None:
     try:
         with database.write() as session:
-            login_session.did_something(session, actor, now)
+            login_session.record_activity(session, actor, now)
     except DatabaseUnavailableError:
         # The log already contains the outage once.
         return
@@ -196,14 +196,14 @@ def _did_something(database: Database, actor: Actor, now: datetime) -> None:
         log.warning("user activity could not be stored: %s", error)
 
 
-def _check_sign_in(actor: Actor, rule: Rule) -> None:
+def _check_sign_in(actor: Actor, rule: RouteRule) -> None:
     if actor.locked and not rule.locked:
         raise ProblemError(423, "locked", texts.SCREEN_LOCKED(), texts.GIVE_PASSWORD_STOP_WORKS())
     if actor.enrolling and not rule.enrolling:
         raise ProblemError(403, "second_factor_needed", texts.SECOND_FACTOR_MISSING(), texts.SET_UP_SECOND_FACTOR())
 
 
-def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, UUID]]) -> None:
+def _check_role(actor: Actor, rule: RouteRule, station: str, named: list[tuple[str, UUID]]) -> None:
     granted = OF_ROLE[actor.role]
     # Without permission to read records, no route may name one.
     if rule.needs not in granted or (named and "read_records" not in granted):
@@ -230,7 +230,7 @@ def _wait_for_arrival(services: Services, named: list[tuple[str, UUID]]) -> None
 
 
 def _check_records(
-    services: Services, actor: Actor, rule: Rule, context: RequestContext, named: list[tuple[str, UUID]]
+    services: Services, actor: Actor, rule: RouteRule, context: RequestContext, named: list[tuple[str, UUID]]
 ) -> None:
     with services.database.read() as session:
         patients = patients_of(session, named)

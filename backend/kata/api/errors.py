@@ -82,7 +82,7 @@ def install(app: FastAPI) -> None:
         return document(
             503,
             availability.DATABASE_UNAVAILABLE,
-            texts.DATABASE_AWAY(),
+            texts.DATABASE_UNAVAILABLE(),
             texts.TRY_AGAIN_STOP_WORKS(),
             headers={"retry-after": str(_AGAIN_IN_S)},
         )

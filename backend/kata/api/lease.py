@@ -18,7 +18,7 @@ def browser() -> Browser:
     actor = CURRENT_ACTOR.get()
     # Authorization rejects requests without a login (``api/authorization.py``).
     assert actor is not None
-    return Browser(actor.sign_in_id, actor.name)
+    return Browser(actor.login_session_id, actor.name)
 
 
 async def _watching(station: TheStation) -> Browser:
@@ -47,7 +47,7 @@ def record_due_actions(audit_log: AuditLog, station: str) -> Callable[[Browser, 
     def record(browser: Browser, due: Due) -> None:
         action = "pause_without_browser" if due == "pause" else "stop_without_browser"
         with by_program(action, station):
-            audit_log.tell_at_once(
+            audit_log.record_at_once(
                 entry(action, "done", subject=f"sign_in {browser.id}", detail={"operator": browser.name})
             )
 
@@ -56,6 +56,6 @@ def record_due_actions(audit_log: AuditLog, station: str) -> Callable[[Browser, 
 
 def record_takeover(audit_log: AuditLog, before: Browser) -> None:
     """Record a takeover with the previous operator, in place of the request's own audit entry."""
-    audit_log.tell_at_once(entry("take_over", "done", subject=f"sign_in {before.id}", detail={"from": before.name}))
+    audit_log.record_at_once(entry("take_over", "done", subject=f"sign_in {before.id}", detail={"from": before.name}))
     if context := REQUEST_CONTEXT.get():
-        context.told.add("done")
+        context.audited.add("done")

@@ -12,7 +12,7 @@ from kata.station.station import Station
 
 _DATABASE_UNAVAILABLE: Final = Refusal.of(
     code=availability.DATABASE_UNAVAILABLE,
-    message=texts.DATABASE_AWAY(),
+    message=texts.DATABASE_UNAVAILABLE(),
     next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )
 

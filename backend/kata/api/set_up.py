@@ -31,7 +31,7 @@ from kata.auth.demonstration import DemonstrationLinks
 from kata.auth.login_session import Limits
 from kata.auth.openid import Provider
 from kata.auth.passwords import Passwords, hasher
-from kata.backups.folder import served
+from kata.backups.folder import claimed_by_service
 from kata.backups.key import make_key
 from kata.backups.router import Backups
 from kata.clinic.event_spool import EventSpool
@@ -98,7 +98,7 @@ class StationServices:
 async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services:
     """Set up all services. The station starts last, when everything that records its events is ready."""
     head = letterhead.read(settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo)
-    await asyncio.to_thread(stack.enter_context, served(settings))
+    await asyncio.to_thread(stack.enter_context, claimed_by_service(settings))
     storage = await set_up_storage(settings, stack)
     auth_cache = AuthCache()
     access = await set_up_access(settings, storage.database, auth_cache, stack)
@@ -312,7 +312,7 @@ def _station_name(settings: Settings) -> str:
 
 def _record_outage(audit_log: AuditLog, since: datetime) -> None:
     with by_program("database_away"):
-        audit_log.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
+        audit_log.record_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
 
 
 def _database_status(database: Database, event_spool: EventSpool, importer: Importer) -> DatabaseStatus:

@@ -21,7 +21,7 @@ async def until_gone(
     """
     services = services_of(socket)
     tasks = {asyncio.create_task(receiving), asyncio.create_task(sending)}
-    ending = asyncio.create_task(services.access.revocations.of(actor.sign_in_id))
+    ending = asyncio.create_task(services.access.revocations.of(actor.login_session_id))
     try:
         with services.metrics.listeners.track_inprogress():
             first, _ = await asyncio.wait(tasks | {ending}, return_when=asyncio.FIRST_COMPLETED)

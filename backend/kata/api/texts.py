@@ -6,8 +6,8 @@ from kata.messages import message
 
 DATABASE_UNANSWERED: Final = message("database_unanswered", "The database does not answer.")
 WHAT_GOES_ON_CONTINUES: Final = message("what_goes_on_continues", "Running operations continue.")
-DATABASE_AWAY: Final = message(
-    "database_away",
+DATABASE_UNAVAILABLE: Final = message(
+    "database_unavailable",
     "The database does not answer. This computer stores what happens at the apparatus; nothing is lost.",
 )
 TRY_AGAIN_STOP_WORKS: Final = message(

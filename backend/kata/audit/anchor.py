@@ -1,7 +1,7 @@
-"""The anchor: a file outside the database that is only added to, a line for where the chain ended at a moment.
+"""The anchor: an append-only file outside the database. Each line has the head of the chain at one moment.
 
-Who can change the database can work out a whole chain anew, or cut its end off; what the anchor says of it shows that. Each
-row, in turn, says how many lines the anchor was known to hold, so that lines which are missing from its end show as well.
+Anyone who can change the database can compute a new chain or remove its end. The anchor reveals both. In turn, each row contains the number
+of anchor lines at that time, which reveals lines missing from the anchor's end.
 """
 
 import json
@@ -15,44 +15,39 @@ from kata.audit.chain import Head
 
 
 class AnchorError(Exception):
-    """The anchor cannot be written; the message says why."""
+    """The anchor cannot be written. The message says why."""
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """What the anchor says."""
+class AnchorLine:
+    """One line of an anchor."""
 
     line: int
     """From 1, without gaps."""
     anchor: str
-    """Which anchor this is: the same in all of its lines."""
+    """Id of the anchor, the same in all its lines."""
     head: Head
 
 
-def read(path: Path) -> list[Line]:
-    """Every line that can be read; one that a power cut has torn is left out, and its number is missing then.
+def read(path: Path) -> list[AnchorLine]:
+    """Return every readable line. A line that a power cut has damaged is left out, and its number is missing.
 
-    :raises OSError: when there is no such file.
+    :raises OSError: when the file does not exist.
     """
     lines = []
     for written in path.read_bytes().splitlines():
         with suppress(ValueError, KeyError, TypeError):
-            told = json.loads(written)
-            lines.append(
-                Line(
-                    int(told["line"]),
-                    str(told["anchor"]),
-                    Head(int(told["number"]), bytes.fromhex(told["hash"])),
-                )
-            )
+            fields = json.loads(written)
+            head = Head(int(fields["number"]), bytes.fromhex(fields["hash"]))
+            lines.append(AnchorLine(int(fields["line"]), str(fields["anchor"]), head))
     return lines
 
 
 class Anchor:
-    """The file, open to be added to. One process has it at a time, and one thread uses it."""
+    """The anchor file, opened for appending. One process opens it at a time, and one thread uses it."""
 
     def __init__(self, path: Path) -> None:
-        """:raises AnchorError: when it cannot be opened."""
+        """:raises AnchorError: when the file cannot be opened."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o600)
@@ -65,20 +60,20 @@ class Anchor:
 
     @property
     def lines(self) -> int:
-        """How many it holds for certain, through a power cut too."""
+        """Return the number of synced lines."""
         return self.last.line if self.last else 0
 
     def add(self, head: Head) -> None:
-        """A line for where the chain ends; waits for the disk.
+        """Append and sync a line with the head of the chain.
 
-        :raises OSError: when the disk does not take it.
+        :raises OSError: when the disk refuses.
         """
-        line = Line(self.lines + 1, self.id, head)
-        told = {"line": line.line, "anchor": line.anchor, "number": head.number, "hash": head.hash.hex()}
-        os.write(self._file, json.dumps(told).encode() + b"\n")
+        line = AnchorLine(self.lines + 1, self.id, head)
+        fields = {"line": line.line, "anchor": line.anchor, "number": head.number, "hash": head.hash.hex()}
+        os.write(self._file, json.dumps(fields).encode() + b"\n")
         os.fsync(self._file)
         self.last = line
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         os.close(self._file)

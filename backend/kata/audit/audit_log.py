@@ -21,17 +21,17 @@ from sqlalchemy.orm import Session
 
 from kata.actor import REQUEST_CONTEXT
 from kata.audit import chain
-from kata.audit.anchor import Anchor, Line
+from kata.audit.anchor import Anchor, AnchorLine
 from kata.audit.chain import Entry, Head
 from kata.audit.changes import Changes
-from kata.audit.deduplication import Repeats
-from kata.audit.entries import NOTED, entry, written
-from kata.audit.restored import restored
+from kata.audit.deduplication import Deduplicator
+from kata.audit.entries import ADDED, as_json, entry
+from kata.audit.restored import restored_gaps
 from kata.audit.tables import AuditRow
 from kata.database.engine import Database
 
 ROWS: Final = "kata.audit"
-"""The logger that is told every row; only where the log is collected (``api/logs.py``)."""
+"""The logger of every row, used only if the log is collected (``api/logs.py``)."""
 
 log = logging.getLogger(__name__)
 _rows = logging.getLogger(ROWS)
@@ -59,8 +59,8 @@ class AuditHook:
         session.info[_CHANGES] = Changes(session)
 
     def about_to_commit(self, session: Session) -> None:
-        """Append the noted entries. Without a note, append one entry of the changes, under the request's action."""
-        entries: list[Entry] = session.info.pop(NOTED, [])
+        """Append the added entries. Without any, append one entry of the changes, under the request's action."""
+        entries: list[Entry] = session.info.pop(ADDED, [])
         changes: Changes = session.info.pop(_CHANGES)
         if changes and entries:
             entries[-1] = _with(entries[-1], changes)
@@ -74,11 +74,11 @@ class AuditHook:
 
     def committed(self, session: Session) -> None:
         """Mark the request as audited, and report the new head."""
-        noted: tuple[Head, list[Entry]] | None = session.info.pop(_HEAD, None)
-        if noted:
-            head, entries = noted
+        appended: tuple[Head, list[Entry]] | None = session.info.pop(_HEAD, None)
+        if appended:
+            head, entries = appended
             if context := REQUEST_CONTEXT.get():
-                context.told |= {item.outcome for item in entries}
+                context.audited |= {item.outcome for item in entries}
             self._note_head(head)
             log_rows(head, entries)
 
@@ -119,7 +119,7 @@ class AuditLog(AuditHook):
         self._anchor = Anchor(anchor)
         self._anchor_id, self._anchored = self._anchor.id, self._anchor.lines
         self._clock = clock
-        self._repeats = Repeats()
+        self._deduplicator = Deduplicator()
         self._something = threading.Condition()
         self._head: Head | None = None
         self._closing = False
@@ -128,16 +128,16 @@ class AuditLog(AuditHook):
         self._thread = threading.Thread(target=self._run, name="audit trail", daemon=True)
         self._thread.start()
 
-    async def tell(self, entry: Entry) -> None:
+    async def record(self, entry: Entry) -> None:
         """Record a view or a refusal; equal entries once a minute. Waits, and so delays the answer, while the disk is full."""
         while not self._spool.has_room:  # noqa: ASYNC110 - a disk does not signal free space
             await asyncio.sleep(_FULL_POLL_S)
         with self._something:
-            for due in self._repeats.take(entry, self._clock()):
+            for due in self._deduplicator.add(entry, self._clock()):
                 self._spool.put_entry(due)
             self._something.notify_all()
 
-    def tell_at_once(self, entry: Entry) -> None:
+    def record_at_once(self, entry: Entry) -> None:
         """Record a command to the apparatus or an act of the program. Never waits."""
         self._spool.put_entry(entry)
 
@@ -152,7 +152,7 @@ class AuditLog(AuditHook):
     def close(self) -> None:
         """Record the last entries, wait for them while the database answers, and end the thread."""
         with self._something:
-            for counted in self._repeats.over(float("inf")):
+            for counted in self._deduplicator.expire(float("inf")):
                 self._spool.put_entry(counted)
         self._spool.put_entry(entry("service_ended", "done"))
         if self._database.unavailable_since or not self.until_written(_SHUTDOWN_LIMIT_S):
@@ -197,10 +197,10 @@ class AuditLog(AuditHook):
     def _run(self) -> None:
         while True:
             with self._something:
-                wake_s = min(self._look_s, self._repeats.next_s or self._look_s)
+                wake_s = min(self._look_s, self._deduplicator.next_s or self._look_s)
                 self._something.wait_for(lambda: self._head or self._closing, max(0.0, wake_s - self._clock()))
                 closing = self._closing
-                for counted in self._repeats.over(self._clock()):
+                for counted in self._deduplicator.expire(self._clock()):
                     self._spool.put_entry(counted)
             self._anchor_head()
             if closing:
@@ -228,12 +228,12 @@ class AuditLog(AuditHook):
                 self._something.notify_all()
 
 
-def _continues(session: Session, last: Line) -> bool:
+def _continues(session: Session, last: AnchorLine) -> bool:
     """Return whether the chain contains the anchored head, or a restored backup explains why not."""
     if last.head == chain.NOTHING:
         return True
     stored = session.scalar(select(AuditRow.hash).where(AuditRow.number == last.head.number))
-    return stored == last.head.hash or any(gap.holds(last) for gap in restored(session))
+    return stored == last.head.hash or any(gap.explains(last) for gap in restored_gaps(session))
 
 
 def log_rows(head: Head, entries: Sequence[Entry]) -> None:
@@ -257,5 +257,5 @@ def _with(entry: Entry, changes: Changes) -> Entry:
         entry,
         patient_id=entry.patient_id or changes.patient_id,
         subject=entry.subject or changes.subject,
-        detail=written(detail),
+        detail=as_json(detail),
     )

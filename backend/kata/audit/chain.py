@@ -1,4 +1,4 @@
-"""The chain: each row of the audit trail carries a hash over itself and the row before, so that none can be changed alone."""
+"""The hash chain: each row of the audit trail has a hash of itself and the previous row, so no row can be changed alone."""
 
 import json
 from collections.abc import Sequence
@@ -19,21 +19,22 @@ COLUMNS: Final = (
     "number", "at", "account_id", "who", "role", "sign_in_id", "address", "action", "outcome", "patient_id", "subject",
     "station", "detail", "anchor", "anchored",
 )  # fmt: skip
-"""What a hash is over, in this order."""
+"""The hashed columns, in this order."""
 _WRITTEN: Final = json.JSONEncoder(separators=(",", ":"))
 _LOCK: Final = 0x6B617461
-"""Of PostgreSQL's advisory locks; others in the same database are nobody's but Kata's."""
+"""Key of PostgreSQL's advisory lock. All advisory locks in this database are Kata's."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A row of the trail that has no place in the chain yet."""
+    """An audit entry without a place in the chain. The fields are stored as columns and in spools, so their names stay."""
 
     at: datetime
     account_id: UUID | None
     who: str
     role: str
     sign_in_id: UUID | None
+    """The login session."""
     address: str
     action: str
     outcome: Outcome
@@ -45,52 +46,54 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """Where the chain ends: number and hash of its last row."""
+    """The head of the chain: number and hash of its last row."""
 
     number: int
     hash: bytes
 
 
 NOTHING: Final = Head(0, bytes(32))
-"""What the first row follows."""
+"""The head of an empty chain."""
 
 
 def link(before: bytes, values: Sequence[Any]) -> bytes:
-    """The hash of a row with these values, as :data:`COLUMNS` has them, behind the row of hash ``before``.
+    """Return the hash of a row with these values, ordered as :data:`COLUMNS`. ``before``: hash of the previous row.
 
-    :raises TypeError: for a value that no row of ours has.
+    :raises TypeError: for a value of a type that no column has.
     """
     return sha256(before + _WRITTEN.encode([_plain(value) for value in values]).encode()).digest()
 
 
 def head(session: Session) -> Head:
-    """Where the chain ends now."""
+    """Return the present head of the chain."""
     query = select(AuditRow.number, AuditRow.hash).order_by(AuditRow.number.desc()).limit(1)
     found = session.execute(query).one_or_none()
     return Head(found.number, found.hash) if found else NOTHING
 
 
 def wait_for_others(session: Session) -> None:
-    """Every writer that was about to commit has done so, or is gone, and what they wrote this session sees. On SQLite there is none."""
+    """Wait until every writer that is about to commit has finished. This session then sees their rows. SQLite has one writer only."""
     if session.get_bind().dialect.name == "postgresql":
-        # Given back at once: whoever kept it, and then waited for a row, could wait for somebody who waits here.
-        with session.begin_nested() as turn:
+        # Release the lock at once: waiting for a row while holding it could cause a deadlock.
+        with session.begin_nested() as savepoint:
             _lock(session)
-            turn.rollback()
+            savepoint.rollback()
 
 
 def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: int) -> Head:
-    """Write ``entries`` behind the last row, and say where the chain ends with them; it is final with the commit.
+    """Append entries to the chain and return the new head, which becomes final with the commit.
 
-    The last thing before a commit: on PostgreSQL every other writer waits here until then, on SQLite there is none.
-    ``anchor``, ``anchored``: which anchor this service has, and how many lines it is known to hold.
+    Call it last before the commit: on PostgreSQL all other writers wait here until then.
+
+    :param anchor: id of this service's anchor.
+    :param anchored: number of synced lines in it.
     """
     if session.get_bind().dialect.name == "postgresql":
         _lock(session)
     last = head(session)
     rows = []
-    for one in entries:
-        values = asdict(one) | {"number": last.number + 1, "anchor": anchor, "anchored": anchored}
+    for entry in entries:
+        values = asdict(entry) | {"number": last.number + 1, "anchor": anchor, "anchored": anchored}
         last = Head(last.number + 1, link(last.hash, [values[name] for name in COLUMNS]))
         rows.append(values | {"hash": last.hash})
     session.execute(insert(AuditRow), rows)
@@ -108,4 +111,4 @@ def _plain(value: Any) -> str | int | None:
         return value.astimezone(UTC).isoformat(timespec="microseconds")
     if isinstance(value, UUID):
         return value.hex
-    raise TypeError(f"{type(value).__name__} has no place in the trail")
+    raise TypeError(f"the audit trail stores no {type(value).__name__}")

@@ -1,4 +1,4 @@
-"""What a writing session changes, as far as the trail tells it: tables, ids and names of columns, and never what stands in them."""
+"""Collect the changes of a writing session for the audit trail: tables, ids and names of columns, never values."""
 
 from typing import Any, Final
 from uuid import UUID
@@ -6,46 +6,48 @@ from uuid import UUID
 from sqlalchemy import event, inspect
 from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
-QUIET: Final = frozenset({"audit", "backups", "device_events", "recovery_codes", "sign_ins", "spools", "stations"})
-"""Tables that are records of what happened themselves, or kept by the machinery; who changes them on purpose notes it."""
-_QUIET_COLUMNS: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
-_MOST: Final = 8
-"""Of a table whose rows change in greater numbers, only their number is told."""
+NOT_COLLECTED: Final = frozenset(
+    {"audit", "backups", "device_events", "recovery_codes", "sign_ins", "spools", "stations"}
+)
+"""Tables that are logs themselves or belong to internal machinery. Code that changes them for a user adds its own audit entry."""
+_COLUMNS_NOT_COLLECTED: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
+_MAX_ROWS: Final = 8
+"""If more rows of a table change, the trail contains only their number."""
 
 
 class Changes:
-    """Collects what is sent to the database in one session."""
+    """The changes of one session."""
 
     def __init__(self, session: Session) -> None:
-        """From now on."""
+        """Begin to collect changes."""
         self.patient_id: UUID | None = None
-        """Whose record it is, where a row says so."""
+        """The patient of the first changed row that has one."""
         self.subject = ""
-        """The first row that was added, or else changed: kind and id."""
+        """Table and id of the first added row, else of the first changed row."""
         self._rows: dict[str, dict[str, dict[str, set[str]]]] = {"added": {}, "changed": {}, "removed": {}}
         self._bulk: set[str] = set()
         event.listen(session, "after_flush", self._flushed)
         event.listen(session, "do_orm_execute", self._executed)
 
     def __bool__(self) -> bool:
-        """Whether there is anything to tell."""
+        """Return whether anything has changed."""
         return bool(self._bulk) or any(self._rows.values())
 
     def detail(self) -> dict[str, Any]:
-        """For the trail."""
-        told: dict[str, Any] = {}
+        """Return the changes as an entry's detail."""
+        detail: dict[str, Any] = {}
         for kind, tables in self._rows.items():
             for table, rows in tables.items():
-                if len(rows) > _MOST:
+                if len(rows) > _MAX_ROWS:
                     of_table: Any = len(rows)
                 elif kind == "changed":
                     of_table = {key: sorted(columns) for key, columns in rows.items()}
                 else:
                     of_table = list(rows)
-                told.setdefault(kind, {})[table] = of_table
+                detail.setdefault(kind, {})[table] = of_table
         if self._bulk:
-            told["changed_many"] = sorted(self._bulk)
-        return told
+            detail["changed_many"] = sorted(self._bulk)
+        return detail
 
     def _flushed(self, session: Session, _: object) -> None:
         for row in session.new:
@@ -56,7 +58,7 @@ class Changes:
             columns = {
                 attribute.key for attribute in mapper.column_attrs if state.attrs[attribute.key].history.has_changes()
             }
-            columns -= _QUIET_COLUMNS.get(_table(mapper), frozenset())
+            columns -= _COLUMNS_NOT_COLLECTED.get(_table(mapper), frozenset())
             if columns:
                 self._note("changed", row, columns)
         for row in session.deleted:
@@ -65,20 +67,20 @@ class Changes:
     def _note(self, kind: str, row: Any, columns: set[str]) -> None:
         mapper: Mapper[Any] = inspect(row).mapper
         table = _table(mapper)
-        if table in QUIET:
+        if table in NOT_COLLECTED:
             return
         key = " ".join(str(part) for part in mapper.primary_key_from_instance(row))
         self._rows[kind].setdefault(table, {}).setdefault(key, set()).update(columns)
         self.subject = self.subject or f"{table} {key}"
         if self.patient_id is None:
-            whose = row.id if table == "patients" else getattr(row, "patient_id", None)
-            self.patient_id = whose if isinstance(whose, UUID) else None
+            patient_id = row.id if table == "patients" else getattr(row, "patient_id", None)
+            self.patient_id = patient_id if isinstance(patient_id, UUID) else None
 
     def _executed(self, execution: ORMExecuteState) -> None:
         if not (execution.is_insert or execution.is_update or execution.is_delete):
             return
         name = getattr(getattr(execution.statement, "table", None), "name", "")
-        if name not in QUIET:
+        if name not in NOT_COLLECTED:
             self._bulk.add(name)
 
 

@@ -64,7 +64,7 @@ def verify_trail(
         typer.echo(json.dumps(_as_json(verdict, named(verdict.head)), indent=2))
     else:
         _print(verdict, named(verdict.head), anchors, time.perf_counter() - began_s)
-    if not verdict.whole:
+    if not verdict.intact:
         raise typer.Exit(1)
 
 
@@ -81,7 +81,7 @@ def _head(given: str) -> "Head | None":
 
 def _as_json(verdict: "Verdict", head: str) -> dict[str, Any]:
     return {
-        "whole": verdict.whole,
+        "whole": verdict.intact,
         "rows": verdict.rows,
         "lines": verdict.lines,
         "head": head,
@@ -98,7 +98,7 @@ def _print(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) ->
         typer.echo(remark)
     for finding in verdict.findings:
         typer.echo(f"NOT INTACT  {finding.message}")
-    state = "intact" if verdict.whole else "not intact"
+    state = "intact" if verdict.intact else "not intact"
     typer.echo(f"The audit trail is {state}: {verdict.rows} rows, {verdict.lines} anchors, in {took_s:.1f} s.")
     typer.echo(f"It ends at {head}")
     typer.echo(

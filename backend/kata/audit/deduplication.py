@@ -1,4 +1,4 @@
-"""The same again within a minute is no row of its own: pages ask for the same record over and over, and who tries doors tries many."""
+"""Deduplicate audit entries for one minute: pages request the same record repeatedly, and attackers repeat requests."""
 
 import json
 from collections.abc import Hashable
@@ -7,11 +7,10 @@ from datetime import datetime
 from typing import Final
 
 from kata.audit.chain import Entry
-from kata.audit.entries import written
+from kata.audit.entries import as_json
 
 WINDOW_S: Final = 60.0
-_MOST: Final = 10_000
-"""Kinds of acts that are remembered at once."""
+_MAX_WINDOWS: Final = 10_000
 
 
 @dataclass(slots=True)
@@ -22,41 +21,40 @@ class _Window:
     again: int = 0
 
 
-class Repeats:
-    """Remembers what was noted in the last minute: by whom, what, to what, with which outcome. Of one thread at a time."""
+class Deduplicator:
+    """Remembers the entries of the last minute by user, action, subject and outcome. One thread at a time may use it."""
 
     def __init__(self) -> None:
-        """Nothing is remembered yet."""
         self._windows: dict[Hashable, _Window] = {}
-        """In the order in which they end."""
+        """Ordered by their end."""
 
-    def take(self, entry: Entry, now_s: float) -> list[Entry]:
-        """What to write down now: the entry, if it is the first in its minute, behind what :meth:`over` has to tell."""
-        told = self.over(now_s)
-        # Of somebody who is not signed in the address is all that counts, or each made-up id would be remembered.
+    def add(self, entry: Entry, now_s: float) -> list[Entry]:
+        """Return the entries to be recorded: those of :meth:`expire`, then this one unless an equal entry was recorded in its minute."""
+        due = self.expire(now_s)
+        # Without a login only the address counts: otherwise each invented id would be remembered.
         what = (entry.patient_id, entry.subject) if entry.account_id else None
         who = (entry.account_id, entry.sign_in_id, entry.address, entry.role)
         key = (*who, entry.action, what, entry.outcome, entry.detail)
         window = self._windows.get(key)
         if window is None:
             self._windows[key] = _Window(entry, now_s + WINDOW_S, entry.at)
-            return [*told, entry]
+            return [*due, entry]
         window.again += 1
         window.last_at = entry.at
-        return told
+        return due
 
-    def over(self, now_s: float) -> list[Entry]:
-        """Of windows that have ended: a row that counts what was refused again. Looks are not counted."""
-        told = []
-        while (ends_s := self.next_s) is not None and (ends_s <= now_s or len(self._windows) > _MOST):
+    def expire(self, now_s: float) -> list[Entry]:
+        """Remove ended windows. Return an entry with the number of repetitions for each refusal; repeated views are not counted."""
+        counted = []
+        while (ends_s := self.next_s) is not None and (ends_s <= now_s or len(self._windows) > _MAX_WINDOWS):
             window = self._windows.pop(next(iter(self._windows)))
             if window.again and window.first.outcome != "done":
                 detail = json.loads(window.first.detail or "{}") | {"again": window.again}
-                told.append(replace(window.first, at=window.last_at, detail=written(detail)))
-        return told
+                counted.append(replace(window.first, at=window.last_at, detail=as_json(detail)))
+        return counted
 
     @property
     def next_s(self) -> float | None:
-        """When the next window ends; None while there is none."""
+        """Return the end of the next window; None if there is none."""
         first = next(iter(self._windows.values()), None)
         return first.until_s if first else None

@@ -1,4 +1,4 @@
-"""The audit trail: what is noted of a change is committed with it, in the same transaction, as the next link of one chain."""
+"""Make audit entries, and add them to the transaction of the change that they describe."""
 
 import json
 from collections.abc import Mapping
@@ -12,22 +12,23 @@ from kata.audit.chain import Entry, Outcome
 from kata.database.base import utc_now
 
 PROGRAM: Final = "Kata"
-"""Who did what nobody asked for."""
-NOTED: Final = "audit"
-"""Where in ``Session.info`` entries wait for the commit."""
+"""The name of the actor when no user requested the action."""
+ADDED: Final = "audit"
+"""Key in ``Session.info`` of the entries that wait for the commit."""
 
 
 def entry(
     action: str,
-    outcome: Outcome,
+    outcome: Outcome = "done",
     patient_id: UUID | None = None,
     subject: str = "",
     detail: Mapping[str, Any] | None = None,
     actor: Actor | None = None,
 ) -> Entry:
-    """What is to be noted, with what the request is known to be: who, from where, to whom. Texts are cut to their columns.
+    """Return an entry with user, address, patient and station of the request. Texts are truncated to their columns.
 
-    ``actor``: who did it, where that is not whose request it is. ``detail``: no secret, nothing that a field says of a patient.
+    :param detail: must contain no secret and no data of a patient.
+    :param actor: the user, if it is not the user of the request.
     """
     actor, context = actor or CURRENT_ACTOR.get(), REQUEST_CONTEXT.get()
     return Entry(
@@ -35,39 +36,31 @@ def entry(
         account_id=actor.account_id if actor else context.account_id if context else None,
         who=_cut(actor.name, 100) if actor else "" if context and context.address else PROGRAM,
         role=actor.role if actor else "",
-        sign_in_id=actor.sign_in_id if actor else None,
+        sign_in_id=actor.login_session_id if actor else None,
         address=_cut(context.address, 64) if context else "",
         action=_cut(action, 64),
         outcome=outcome,
         patient_id=patient_id or (context.patient_id if context else None),
         subject=_cut(subject or (context.subject if context else ""), 100),
         station=_cut(context.station, 100) if context else "",
-        detail=written(detail),
+        detail=as_json(detail),
     )
 
 
-def note(
-    session: Session,
-    action: str,
-    outcome: Outcome = "done",
-    patient_id: UUID | None = None,
-    subject: str = "",
-    detail: Mapping[str, Any] | None = None,
-    actor: Actor | None = None,
-) -> None:
-    """Have this written into the trail when ``session``, one of :meth:`Database.write`, is committed; and only then.
+def add_entry(session: Session, entry: Entry) -> None:
+    """Add an entry to the trail when ``session``, one of :meth:`Database.write`, is committed.
 
-    It stands for the whole of what the session changes: without it, a row is made from the request's action. See :func:`entry`
-    for the rest. What somebody typed as a user name is none of it: it may be a password.
+    It stands for all changes of the session. Without it, the audit hook makes an entry of the request's action. It must not contain a typed
+    user name, which may be a password.
     """
-    session.info.setdefault(NOTED, []).append(entry(action, outcome, patient_id, subject, detail, actor))
+    session.info.setdefault(ADDED, []).append(entry)
 
 
-def written(detail: Mapping[str, Any] | None) -> str:
-    """As it stands in a row."""
+def as_json(detail: Mapping[str, Any] | None) -> str:
+    """Return a detail as stored in a row: compact JSON, empty for no detail."""
     return json.dumps(detail, separators=(",", ":")) if detail else ""
 
 
 def _cut(text: str, longest: int) -> str:
-    """As every database can keep it."""
+    """Return a text that every database can store, truncated."""
     return text.replace("\0", "").encode(errors="replace").decode()[:longest]

@@ -1,4 +1,4 @@
-"""Restoring a backup gives rows of the trail up, and says so in it: then the anchor, which goes on, is right to know more."""
+"""Entries of restored backups. A restore discards newer rows of the trail; its entry explains why the anchor still contains them."""
 
 import json
 from collections.abc import Iterator
@@ -11,28 +11,28 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.audit import anchor, chain
-from kata.audit.anchor import Line
-from kata.audit.entries import note
+from kata.audit.anchor import AnchorLine
+from kata.audit.entries import add_entry, entry
 from kata.audit.tables import AuditRow
 
 _ACTION: Final = "backup_restored"
 
 
 @dataclass(frozen=True, slots=True)
-class Restored:
-    """A row that says: what this anchor told up to that line, of rows from this one on, was given up."""
+class RestoredGap:
+    """The rows that a restore discarded: those from ``number`` that the anchor contains up to ``line``."""
 
     number: int
     anchor: str
     line: int
 
-    def holds(self, line: Line) -> bool:
-        """Whether what a line tells was given up then."""
+    def explains(self, line: AnchorLine) -> bool:
+        """Return whether this restore discarded the row of an anchor line."""
         return line.anchor == self.anchor and line.line <= self.line and line.head.number >= self.number
 
 
 def note_restored(session: Session, anchor_file: Path, file: str) -> None:
-    """Write into a database that was just restored from the backup ``file`` what the anchor has seen of the one before."""
+    """Add the entry of a restore from the backup ``file``, with the last line of the anchor."""
     try:
         last = max(anchor.read(anchor_file), key=lambda line: line.line, default=None)
     except OSError:
@@ -40,13 +40,13 @@ def note_restored(session: Session, anchor_file: Path, file: str) -> None:
     detail = {"file": file, "from": chain.head(session).number + 1}
     if last:
         detail |= {"anchor": last.anchor, "line": last.line, "to": last.head.number}
-    note(session, _ACTION, detail=detail)
+    add_entry(session, entry(_ACTION, detail=detail))
 
 
-def restored(session: Session) -> Iterator[Restored]:
-    """Every such row."""
+def restored_gaps(session: Session) -> Iterator[RestoredGap]:
+    """Yield the gap of every restore in the trail."""
     query = select(AuditRow.number, AuditRow.detail).where(AuditRow.action == _ACTION).order_by(AuditRow.number)
     for row in session.execute(query):
         with suppress(ValueError, KeyError, TypeError):
-            told = json.loads(row.detail)
-            yield Restored(row.number, str(told["anchor"]), int(told["line"]))
+            detail = json.loads(row.detail)
+            yield RestoredGap(row.number, str(detail["anchor"]), int(detail["line"]))

@@ -1,4 +1,4 @@
-"""The edge of the audit trail: looks, refused tries and commands that change no row; and its search, for administrators."""
+"""Record requests that change no row (views, refusals, commands) in the audit trail, and search the trail."""
 
 import json
 from datetime import datetime
@@ -23,19 +23,19 @@ from kata.types import NO_NUL, Moment, Schema
 router = APIRouter(tags=["audit"])
 
 _REFUSED: Final = frozenset({401, 403, 404, 409, 410, 423, 429, 503})
-"""What is wrong with a form (422) is no refusal of a person."""
-_LOOKS: Final = frozenset({"read_records", "administer"})
-"""Permissions of which a mere look is worth a row."""
+"""Statuses of a refusal. A validation error (422) is none."""
+_AUDITED_VIEWS: Final = frozenset({"read_records", "administer"})
+"""Permissions of routes whose read requests are recorded."""
 _COMMANDS: Final = frozenset({"stop", "operate"})
 _READING: Final = frozenset({"GET", "HEAD", "OPTIONS"})
-_LISTENS: Final = frozenset({"live", "live_stations"})
-"""Who is on an apparatus is seen there."""
-_WATCHED: Final = frozenset({"get_health_live", "get_health_ready"})
-"""Programs ask every few seconds, without a database, too: nothing of it is written down."""
+_AUDITED_SOCKETS: Final = frozenset({"live", "live_stations"})
+"""These WebSockets show which patient is on an apparatus."""
+_HEALTH_CHECKS: Final = frozenset({"get_health_live", "get_health_ready"})
+"""Never recorded: programs request them every few seconds."""
 _DOOR: Final = "at_the_door"
-"""The action of what was refused before anybody knew what it was."""
+"""Action code of requests that were refused before their route was known. Stored rows contain it."""
 _STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
-"""What the beginning of a WebSocket's answer comes to."""
+"""HTTP status of the first message of a WebSocket's answer."""
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, int], AuditRow.at, AuditRow.number, descending=True)
 
 
@@ -48,13 +48,13 @@ class AuditServices(Protocol):
 
 
 class AuditMiddleware:
-    """Tells the trail what each request came to, before it is answered: what cannot be told is not answered."""
+    """Records the outcome of each request before it is answered. A request that cannot be recorded is not answered."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on; at the beginning of the answer, note what it is."""
+        """Run the application, and record the outcome when its answer begins."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -89,46 +89,46 @@ async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
             REQUEST_CONTEXT.set(
                 RequestContext(_DOOR, subject=f"{method} {scope['path']}", address=client[0] if client else "?")
             )
-            await audit_log.tell(entry(_DOOR, "refused", detail={"why": status}))
+            await audit_log.record(entry(_DOOR, "refused", detail={"why": status}))
         return
-    if outcome in context.told or not _is_worth_a_row(context, method, status):
+    if outcome in context.audited or not _is_recorded(context, method, status):
         return
-    one = entry(context.action, outcome, detail={"why": context.why or status} if status >= 400 else None)
+    outcome_entry = entry(context.action, outcome, detail={"why": context.why or status} if status >= 400 else None)
     if method not in _READING and (outcome == "done" or context.permission in _COMMANDS):
-        # Once a command has been carried out, nobody is to wait for the database.
-        audit_log.tell_at_once(one)
+        # The answer to a command never waits for the disk.
+        audit_log.record_at_once(outcome_entry)
     else:
-        await audit_log.tell(one)
+        await audit_log.record(outcome_entry)
 
 
-def _is_worth_a_row(context: RequestContext, method: str, status: int) -> bool:
-    # While the database is away nobody is refused anything: the outage has a row of its own.
-    if context.why == DATABASE_UNAVAILABLE or context.action in _WATCHED:
+def _is_recorded(context: RequestContext, method: str, status: int) -> bool:
+    # Refusals during an outage of the database are not recorded: the outage has its own entry.
+    if context.why == DATABASE_UNAVAILABLE or context.action in _HEALTH_CHECKS:
         return False
     if status >= 500:
         return True
     if status >= 400:
         return status in _REFUSED
-    return method not in _READING or context.permission in _LOOKS or context.action in _LISTENS
+    return method not in _READING or context.permission in _AUDITED_VIEWS or context.action in _AUDITED_SOCKETS
 
 
 class AuditEntry(Schema):
-    """Something that somebody did, saw, or tried in vain."""
+    """An action, a view or a refused attempt."""
 
     number: int = Field(description="In the chain, from 1 without gaps.")
     at: datetime
     account_id: UUID | None = Field(
-        description="Who did it; where nobody was signed in, whose account was tried. Null: neither."
+        description="The user's account; without a login, the account of the attempted login. Null: neither."
     )
-    who: str = Field(description="The name as it was then; empty where nobody was signed in.")
+    who: str = Field(description="The user's name at that time; empty without a login.")
     role: str
-    address: str = Field(description="Of the browser.")
-    action: str = Field(description="The operation's name in this interface, or what the program did.")
+    address: str = Field(description="Address of the browser.")
+    action: str = Field(description="The operation's name in this API, or the program's action.")
     outcome: Outcome
     patient_id: UUID | None
-    subject: str = Field(description="What else it was done to.")
+    subject: str = Field(description="The object, besides the patient.")
     station: str
-    detail: dict[str, Any] = Field(description="Which rows and fields changed, why it was refused.")
+    detail: dict[str, Any] = Field(description="Changed rows and fields, or the reason of a refusal.")
 
 
 _Text = Annotated[str | None, Query(max_length=100, pattern=NO_NUL)]
@@ -172,7 +172,7 @@ def list_audit(
 def _entry(row: AuditRow) -> AuditEntry:
     names = AuditEntry.model_fields.keys() - {"detail"}
     try:
-        told = json.loads(row.detail or "{}")
+        detail = json.loads(row.detail or "{}")
     except ValueError:
-        told = {"unreadable": row.detail}
-    return AuditEntry.model_validate({name: getattr(row, name) for name in names} | {"detail": told})
+        detail = {"unreadable": row.detail}
+    return AuditEntry.model_validate({name: getattr(row, name) for name in names} | {"detail": detail})

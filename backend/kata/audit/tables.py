@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class AuditRow(Base):
-    """One link of the chain: an action, a look or a refused attempt. Rows are only added."""
+    """One link of the chain: an action, a view or a refused attempt. Rows are only added."""
 
     __tablename__ = "audit"
     __table_args__ = (
@@ -22,14 +22,15 @@ class AuditRow(Base):
     )
 
     number: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True)
-    """From 1, without gaps. What an outage kept back got its number later than what was done after it."""
+    """From 1, without gaps. An entry that an outage delayed has a higher number than later entries."""
     at: Mapped[datetime] = mapped_column(UtcDateTime)
     account_id: Mapped[UUID | None]
-    """No foreign key, as below: the trail outlives what it speaks of."""
+    """No foreign key: the trail outlives the rows that it names."""
     who: Mapped[str] = mapped_column(String(100))
-    """The user's name at that time, or the program's own for what no user asked for."""
+    """The user's name at that time, or the program's name if no user requested the action."""
     role: Mapped[str] = mapped_column(String(16))
     sign_in_id: Mapped[UUID | None]
+    """The login session."""
     address: Mapped[str] = mapped_column(String(64))
     action: Mapped[str] = mapped_column(String(64))
     """The route's operation id, or what the program did."""
@@ -37,13 +38,13 @@ class AuditRow(Base):
     """done, refused or failed."""
     patient_id: Mapped[UUID | None]
     subject: Mapped[str] = mapped_column(String(100))
-    """What else it was done to: kind and id."""
+    """Kind and id of the object, besides the patient."""
     station: Mapped[str] = mapped_column(String(100))
     detail: Mapped[str] = mapped_column(Text)
-    """JSON: which fields changed, why it was refused. Never a secret, never what a field said of a patient."""
+    """JSON: changed fields, or the reason of a refusal. Never a secret or data of a patient."""
     anchor: Mapped[str] = mapped_column(String(32))
-    """Which file outside the database the writing service anchors the chain in."""
+    """Id of the writing service's anchor file."""
     anchored: Mapped[int] = mapped_column(BigInteger)
-    """How many lines that file was known to hold."""
+    """Number of synced lines in that file."""
     hash: Mapped[bytes] = mapped_column(LargeBinary(32))
-    """SHA-256 over the link before and all of this row."""
+    """SHA-256 of the previous row's hash and this row."""

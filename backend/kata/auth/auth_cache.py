@@ -38,9 +38,9 @@ class AuthCache:
     def put(self, cookie: str, actor: Actor) -> None:
         """Cache a user who has just been authenticated."""
         key = secrets.hashed(cookie)
-        if (before := self._keys.get(actor.sign_in_id, key)) != key:
+        if (before := self._keys.get(actor.login_session_id, key)) != key:
             self._drop(before)
-        self._actors[key], self._keys[actor.sign_in_id] = (actor, time.monotonic()), key
+        self._actors[key], self._keys[actor.login_session_id] = (actor, time.monotonic()), key
         self._actors.move_to_end(key)
         while len(self._actors) > self._MOST:
             self._drop(next(iter(self._actors)))
@@ -54,19 +54,19 @@ class AuthCache:
         for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
             self._drop(key)
 
-    def sign_ins(self) -> set[UUID]:
+    def login_sessions(self) -> set[UUID]:
         """Return the cached login sessions."""
-        return {actor.sign_in_id for actor, _ in list(self._actors.values())}
+        return {actor.login_session_id for actor, _ in list(self._actors.values())}
 
-    def forget_sign_ins(self, ended: Collection[UUID]) -> None:
+    def forget_login_sessions(self, ended: Collection[UUID]) -> None:
         """Remove login sessions that have ended."""
-        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.sign_in_id in ended]:
+        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.login_session_id in ended]:
             self._drop(key)
 
     def _drop(self, key: str) -> None:
         actor, _ = self._actors.pop(key, (None, 0.0))
-        if actor and self._keys.get(actor.sign_in_id) == key:
-            self._keys.pop(actor.sign_in_id, None)
+        if actor and self._keys.get(actor.login_session_id) == key:
+            self._keys.pop(actor.login_session_id, None)
         self._seen_s.pop(key, None)
         self._told.pop(key, None)
 

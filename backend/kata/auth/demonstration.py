@@ -9,7 +9,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from kata.auth import login_session, secrets
-from kata.auth.tables import AccountRow, SignInRow
+from kata.auth.tables import AccountRow, LoginSessionRow
 
 DemonstrationRole = Literal["therapist", "administrator"]
 ACCOUNTS: Final[dict[DemonstrationRole, tuple[str, str]]] = {
@@ -63,8 +63,8 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
                 login_session.end_all(session, row.id, "no_demonstration", now)
     if not allowed:
         session.execute(
-            update(SignInRow)
-            .where(SignInRow.method == "link", SignInRow.ended_at.is_(None))
+            update(LoginSessionRow)
+            .where(LoginSessionRow.method == "link", LoginSessionRow.ended_at.is_(None))
             .values(ended_at=now, end_reason="no_demonstration")
         )
 

@@ -69,18 +69,18 @@ class SessionRevocations:
         if self._loop:
             self._loop.call_soon_threadsafe(self._look.set)
 
-    async def of(self, sign_in_id: UUID) -> None:
+    async def of(self, login_session_id: UUID) -> None:
         """Return when this one has ended."""
         ended = asyncio.Event()
-        self._waiting.setdefault(sign_in_id, set()).add(ended)
+        self._waiting.setdefault(login_session_id, set()).add(ended)
         # It may have ended since it was looked up.
         self._look.set()
         try:
             await ended.wait()
         finally:
-            self._waiting[sign_in_id].discard(ended)
-            if not self._waiting[sign_in_id]:
-                del self._waiting[sign_in_id]
+            self._waiting[login_session_id].discard(ended)
+            if not self._waiting[login_session_id]:
+                del self._waiting[login_session_id]
 
     @asynccontextmanager
     async def watched(self, auth_cache: AuthCache) -> AsyncIterator[None]:
@@ -98,7 +98,7 @@ class SessionRevocations:
                 async with asyncio.timeout(_LOOK_EVERY_S):
                     await self._look.wait()
             self._look.clear()
-            asked = set(self._waiting) | auth_cache.sign_ins()
+            asked = set(self._waiting) | auth_cache.login_sessions()
             if not asked:
                 continue
             try:
@@ -109,9 +109,9 @@ class SessionRevocations:
             except SQLAlchemyError:
                 log.exception("which sign-ins have ended could not be looked up")
                 continue
-            auth_cache.forget_sign_ins(asked - still)
-            for sign_in_id in asked - still:
-                for ended in self._waiting.get(sign_in_id, ()):
+            auth_cache.forget_login_sessions(asked - still)
+            for login_session_id in asked - still:
+                for ended in self._waiting.get(login_session_id, ()):
                     ended.set()
 
     def _still(self, asked: set[UUID]) -> set[UUID]:
@@ -241,7 +241,9 @@ def let_in(
     actor = login_session.actor_of(session, secret, now, access.limits)
     if actor is None:
         raise not_signed_in()
-    entries.note(session, audit_action(request.scope["route"].name), actor=actor, detail={"method": method})
+    entries.add_entry(
+        session, entries.entry(audit_action(request.scope["route"].name), actor=actor, detail={"method": method})
+    )
     _keep(request, response, secret)
     access.throttle.succeeded(f"name {account.username}")
     return me(session, actor, access)
@@ -255,9 +257,9 @@ def go_on(
     :raises ProblemError: 401 when that sign-in has ended meanwhile.
     """
     now = access.now()
-    _keep(request, response, login_session.proved(session, actor.sign_in_id, now, method))
+    _keep(request, response, login_session.proved(session, actor.login_session_id, now, method))
     session.flush()
-    fresh = login_session.by_id(session, actor.sign_in_id, now, access.limits)
+    fresh = login_session.by_id(session, actor.login_session_id, now, access.limits)
     if fresh is None:
         raise ProblemError(401, "not_signed_in", texts.LOGIN_SESSION_ENDED(), texts.SIGN_IN())
     return fresh
@@ -279,7 +281,7 @@ def end_here(request: Request, session: Session, access: Access) -> Actor | None
     """Nobody is signed in at this browser any more; who was."""
     actor = login_session.actor_of(session, cookie_of(request), access.now(), access.limits)
     if actor:
-        login_session.end(session, actor.sign_in_id, "signed_out", access.now())
+        login_session.end(session, actor.login_session_id, "signed_out", access.now())
         auth_services(request).auth_cache.forget(cookie_of(request) or "")
     return actor
 
@@ -311,7 +313,7 @@ def check_it_is_them(database: Database, access: Access, actor: Actor, password:
     :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many tries.
     """
     with database.read() as session:
-        if password is None and login_session.is_fresh(session, actor.sign_in_id, access.now()):
+        if password is None and login_session.is_fresh(session, actor.login_session_id, access.now()):
             return
         account = session.get_one(AccountRow, actor.account_id)
         if password is None and account.password_hash is None and access.openid:
@@ -320,7 +322,7 @@ def check_it_is_them(database: Database, access: Access, actor: Actor, password:
             )
         if password is None:
             raise ProblemError(403, "password_needed", texts.PASSWORD_NEEDED(), texts.GIVE_PASSWORD())
-    key = f"sign-in {actor.sign_in_id}"
+    key = f"sign-in {actor.login_session_id}"
     access.throttle.begin((key, OF_A_NAME))
     if not access.passwords.fits(account.password_hash, password):
         raise ProblemError(403, "wrong_password", texts.WRONG_PASSWORD(), texts.TRY_AGAIN())

@@ -191,7 +191,7 @@ def set_password_by_code(request: Request, database: TheDatabase, access: TheAcc
         if not accounts.code_fits(account, given.code, access.now()):
             raise unfit
         accounts.set_password(session, account, made, access.now())
-        entries.note(session, "set_password_by_code", subject=f"account {account.id}")
+        entries.add_entry(session, entries.entry("set_password_by_code", subject=f"account {account.id}"))
     access.throttle.succeeded(name_key(given.username))
     access.revocations.notice()
 
@@ -201,7 +201,7 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
     """End the login session of this browser."""
     with database.write() as session:
         actor = end_here(request, session, access)
-        entries.note(session, "sign_out", actor=actor)
+        entries.add_entry(session, entries.entry("sign_out", actor=actor))
     access.revocations.notice()
     for name in (login_session.COOKIE, login_session.SECURE_COOKIE):
         response.delete_cookie(name, secure=name == login_session.SECURE_COOKIE, httponly=True, samesite="strict")

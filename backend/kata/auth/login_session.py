@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from kata.actor import Actor, Role
 from kata.auth import secrets, texts
-from kata.auth.tables import AccountRow, AccountStationRow, SignInRow
+from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow
 from kata.errors import ProblemError
 
 COOKIE: Final = "kata_sign_in"
@@ -48,7 +48,7 @@ def begin(session: Session, account: AccountRow, method: Method, now: datetime, 
     """
     secret = secrets.fresh()
     session.add(
-        SignInRow(
+        LoginSessionRow(
             id=uuid4(),
             account_id=account.id,
             secret_hash=secrets.hashed(secret),
@@ -75,23 +75,23 @@ def actor_of(
     if not cookie:
         return None
     hashed = secrets.hashed(cookie)
-    just_before = and_(SignInRow.before_hash == hashed, SignInRow.proved_at > now - _ON_ITS_WAY)
-    found = _actor(session, SignInRow.secret_hash == hashed, now, limits, at_the_arm)
+    just_before = and_(LoginSessionRow.before_hash == hashed, LoginSessionRow.proved_at > now - _ON_ITS_WAY)
+    found = _actor(session, LoginSessionRow.secret_hash == hashed, now, limits, at_the_arm)
     return found or _actor(session, just_before, now, limits, at_the_arm)
 
 
-def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
+def by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limits) -> Actor | None:
     """Return the user of a login session; None when it has ended."""
-    return _actor(session, SignInRow.id == sign_in_id, now, limits)
+    return _actor(session, LoginSessionRow.id == login_session_id, now, limits)
 
 
 def _actor(
     session: Session, which: ColumnElement[bool], now: datetime, limits: Limits, at_the_arm: UUID | None = None
 ) -> Actor | None:
     found = session.execute(
-        select(SignInRow, AccountRow)
-        .join(AccountRow, AccountRow.id == SignInRow.account_id)
-        .where(which, SignInRow.ended_at.is_(None))
+        select(LoginSessionRow, AccountRow)
+        .join(AccountRow, AccountRow.id == LoginSessionRow.account_id)
+        .where(which, LoginSessionRow.ended_at.is_(None))
     ).one_or_none()
     if found is None:
         return None
@@ -104,7 +104,7 @@ def _actor(
     stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
     return Actor(
         account_id=account.id,
-        sign_in_id=sign_in.id,
+        login_session_id=sign_in.id,
         name=account.name,
         role=account.role,
         stations=frozenset(stations),
@@ -118,28 +118,28 @@ def _actor(
     )
 
 
-def _is_locked(row: SignInRow, now: datetime, limits: Limits) -> bool:
+def _is_locked(row: LoginSessionRow, now: datetime, limits: Limits) -> bool:
     """Return whether the screen is locked. A demonstration account never is, because it has no password to unlock it."""
     return row.method != "link" and (row.locked_at is not None or now - row.seen_at >= limits.idle)
 
 
-def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
+def lock(session: Session, login_session_id: UUID, now: datetime) -> None:
     """Lock the screen: a running session stays visible and can be stopped; everything else needs the password again.
 
     :raises ProblemError: 409 for a demonstration account, which has no password.
     """
-    row = session.get_one(SignInRow, sign_in_id)
+    row = session.get_one(LoginSessionRow, login_session_id)
     if row.method == "link":
         raise ProblemError(409, "no_password", texts.DEMONSTRATION_CANNOT_UNLOCK(), texts.SIGN_OUT_INSTEAD())
     row.locked_at = row.locked_at or now
 
 
-def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | None = None) -> str:
+def proved(session: Session, login_session_id: UUID, now: datetime, method: Method | None = None) -> str:
     """Record a reauthentication: unlock the screen, and return a new secret for the cookie.
 
     ``method``: the login session's new method, if it changes.
     """
-    row = session.get_one(SignInRow, sign_in_id)
+    row = session.get_one(LoginSessionRow, login_session_id)
     secret = secrets.fresh()
     row.before_hash, row.secret_hash = row.secret_hash, secrets.hashed(secret)
     row.locked_at = None
@@ -148,33 +148,35 @@ def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | N
     return secret
 
 
-def is_fresh(session: Session, sign_in_id: UUID, now: datetime) -> bool:
+def is_fresh(session: Session, login_session_id: UUID, now: datetime) -> bool:
     """Return whether the user authenticated within the last ten minutes."""
-    return now - session.get_one(SignInRow, sign_in_id).proved_at < _FRESH
+    return now - session.get_one(LoginSessionRow, login_session_id).proved_at < _FRESH
 
 
-def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[SignInRow]:
+def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[LoginSessionRow]:
     """Return the active login sessions of an account, newest first."""
-    of_account = select(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
+    of_account = select(LoginSessionRow).where(
+        LoginSessionRow.account_id == account_id, LoginSessionRow.ended_at.is_(None)
+    )
     return session.scalars(
-        of_account.where(SignInRow.began_at > now - limits.longest).order_by(SignInRow.began_at.desc())
+        of_account.where(LoginSessionRow.began_at > now - limits.longest).order_by(LoginSessionRow.began_at.desc())
     ).all()
 
 
 def still(
-    session: Session, sign_in_ids: Collection[UUID], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+    session: Session, session_ids: Collection[UUID], now: datetime, limits: Limits, at_the_arm: UUID | None = None
 ) -> set[UUID]:
     """Return the given login sessions that are still active; ``at_the_arm`` as in :func:`actor_of`."""
     began_after = now - limits.longest
     asked = (
-        select(SignInRow.id)
-        .join(AccountRow, AccountRow.id == SignInRow.account_id)
+        select(LoginSessionRow.id)
+        .join(AccountRow, AccountRow.id == LoginSessionRow.account_id)
         .where(
-            SignInRow.id.in_(sign_in_ids),
-            SignInRow.ended_at.is_(None),
+            LoginSessionRow.id.in_(session_ids),
+            LoginSessionRow.ended_at.is_(None),
             or_(
-                SignInRow.began_at > began_after,
-                and_(SignInRow.id == at_the_arm, SignInRow.began_at > began_after - limits.extension),
+                LoginSessionRow.began_at > began_after,
+                and_(LoginSessionRow.id == at_the_arm, LoginSessionRow.began_at > began_after - limits.extension),
             ),
             AccountRow.disabled_at.is_(None),
         )
@@ -182,28 +184,28 @@ def still(
     return set(session.scalars(asked))
 
 
-def did_something(session: Session, actor: Actor, now: datetime) -> None:
+def record_activity(session: Session, actor: Actor, now: datetime) -> None:
     """Record user activity, which restarts the idle time. A locked screen stays locked."""
     if not actor.locked:
         session.execute(
-            update(SignInRow)
-            .where(SignInRow.id == actor.sign_in_id, SignInRow.seen_at < now - _SEEN_EVERY)
+            update(LoginSessionRow)
+            .where(LoginSessionRow.id == actor.login_session_id, LoginSessionRow.seen_at < now - _SEEN_EVERY)
             .values(seen_at=now)
         )
 
 
-def end(session: Session, sign_in_id: UUID, why: EndReason, now: datetime) -> None:
+def end(session: Session, login_session_id: UUID, why: EndReason, now: datetime) -> None:
     """End one login session."""
     session.execute(
-        update(SignInRow)
-        .where(SignInRow.id == sign_in_id, SignInRow.ended_at.is_(None))
+        update(LoginSessionRow)
+        .where(LoginSessionRow.id == login_session_id, LoginSessionRow.ended_at.is_(None))
         .values(ended_at=now, end_reason=why)
     )
 
 
 def end_all(session: Session, account_id: UUID, why: EndReason, now: datetime, besides: UUID | None = None) -> None:
     """End all login sessions of an account except ``besides``."""
-    ending = update(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
+    ending = update(LoginSessionRow).where(LoginSessionRow.account_id == account_id, LoginSessionRow.ended_at.is_(None))
     if besides is not None:
-        ending = ending.where(SignInRow.id != besides)
+        ending = ending.where(LoginSessionRow.id != besides)
     session.execute(ending.values(ended_at=now, end_reason=why))

@@ -166,11 +166,11 @@ def _come_in(
         _check_open(account)
         here = login_session.actor_of(session, cookie_of(request), now, access.limits)
         if here and here.account_id == account.id:
-            entries.note(session, "sign_in_by_openid", actor=here, detail={"method": "again"})
+            entries.add_entry(session, entries.entry("sign_in_by_openid", actor=here, detail={"method": "again"}))
             told = me(session, go_on(request, response, session, access, here), access)
         elif account.totp_confirmed_at is not None and not word.two_factors:
             _keep(request, response, access, PendingMfa(account_id=account.id, to=begun.to))
-            entries.note(session, "sign_in_by_openid", detail={"needed": "second_factor"})
+            entries.add_entry(session, entries.entry("sign_in_by_openid", detail={"needed": "second_factor"}))
             return LoginResult(me=None, to=begun.to)
         else:
             told = let_in(request, response, session, access, account, "oidc_two" if word.two_factors else "oidc")

@@ -9,7 +9,7 @@ from pydantic import Field
 from kata.auth import accounts, login_session, second_factor
 from kata.auth import texts as access_texts
 from kata.auth.login import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
-from kata.auth.tables import AccountRow, SignInRow
+from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import not_found
 from kata.i18n import Language
@@ -87,7 +87,7 @@ def choose_language(database: TheDatabase, access: TheAccess, actor: TheActor, g
 def lock_screen(database: TheDatabase, access: TheAccess, actor: TheActor) -> None:
     """Lock the screen. A running session stays visible and can be stopped."""
     with database.write() as session:
-        login_session.lock(session, actor.sign_in_id, access.now())
+        login_session.lock(session, actor.login_session_id, access.now())
 
 
 @router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429), summary="Unlock the screen")
@@ -117,7 +117,7 @@ def change_password(
     made = access.passwords.hash(given.password)
     with database.write() as session:
         row = accounts.get(session, actor.account_id)
-        accounts.set_password(session, row, made, access.now(), besides=actor.sign_in_id)
+        accounts.set_password(session, row, made, access.now(), besides=actor.login_session_id)
         go_on(request, response, session, access, actor)
     access.revocations.notice()
 
@@ -145,7 +145,7 @@ def confirm_second_factor(
         account = accounts.get(session, actor.account_id)
         codes = second_factor.confirm(session, access.factor_key, account, given.code, now)
         go_on(request, response, session, access, actor, "totp")
-        login_session.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
+        login_session.end_all(session, actor.account_id, "password", now, besides=actor.login_session_id)
     access.revocations.notice()
     return RecoveryCodes(codes=codes)
 
@@ -167,7 +167,7 @@ def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor)
     """Return the browsers at which this account is signed in, the newest first. There are few, so the list has no pages."""
     with database.read() as session:
         rows = login_session.present(session, actor.account_id, access.now(), access.limits)
-        return Page[OwnSignIn].complete([_told(row, actor.sign_in_id) for row in rows])
+        return Page[OwnSignIn].complete([_told(row, actor.login_session_id) for row in rows])
 
 
 @router.delete(
@@ -186,14 +186,14 @@ def end_own_sign_in(
     """Sign another of one's own browsers out."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
-        row = session.get(SignInRow, sign_in_id)
+        row = session.get(LoginSessionRow, sign_in_id)
         if row is None or row.account_id != actor.account_id:
             raise not_found(access_texts.LOGIN_SESSION_NOT_FOUND)
         login_session.end(session, sign_in_id, "signed_out", access.now())
     access.revocations.notice()
 
 
-def _told(row: SignInRow, here: UUID) -> OwnSignIn:
+def _told(row: LoginSessionRow, here: UUID) -> OwnSignIn:
     return OwnSignIn(
         id=row.id,
         here=row.id == here,

@@ -40,7 +40,7 @@ OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class RouteRule:
     """What a user needs for one route."""
 
     needs: Permission
@@ -59,15 +59,15 @@ class Rule:
     """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
 
 
-_PUBLIC: Final = Rule("public")
-_OWN: Final = Rule("own_account", locked=True, enrolling=True, away=True)
-_READ: Final = Rule("read_records")
-_WRITE: Final = Rule("write_records")
-_OPERATE: Final = Rule("operate", here=True)
-_GO_ON: Final = Rule("operate", here=True, away=True)
-_DIAGNOSE: Final = Rule("diagnose", here=True, away=True)
-_ADMINISTER: Final = Rule("administer")
-_WATCH: Final = Rule("see_station", locked=True, away=True)
+_PUBLIC: Final = RouteRule("public")
+_OWN: Final = RouteRule("own_account", locked=True, enrolling=True, away=True)
+_READ: Final = RouteRule("read_records")
+_WRITE: Final = RouteRule("write_records")
+_OPERATE: Final = RouteRule("operate", here=True)
+_GO_ON: Final = RouteRule("operate", here=True, away=True)
+_DIAGNOSE: Final = RouteRule("diagnose", here=True, away=True)
+_ADMINISTER: Final = RouteRule("administer")
+_WATCH: Final = RouteRule("see_station", locked=True, away=True)
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -96,7 +96,7 @@ def audit_action(route: str) -> str:
     return _RENAMED.get(route, route)
 
 
-RULES: Final[Mapping[str, Rule]] = MappingProxyType(
+RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
     {
         # The page itself, and the description of the interface.
         "page": _PUBLIC,
@@ -117,13 +117,13 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "get_me": _OWN,
         "lock_screen": _OWN,
         "unlock_screen": _OWN,
-        "begin_second_factor": Rule("own_account", enrolling=True),
-        "confirm_second_factor": Rule("own_account", enrolling=True),
-        "remove_second_factor": Rule("own_account"),
-        "change_password": Rule("own_account"),
-        "choose_language": Rule("own_account"),
-        "list_own_sign_ins": Rule("own_account"),
-        "end_own_sign_in": Rule("own_account"),
+        "begin_second_factor": RouteRule("own_account", enrolling=True),
+        "confirm_second_factor": RouteRule("own_account", enrolling=True),
+        "remove_second_factor": RouteRule("own_account"),
+        "change_password": RouteRule("own_account"),
+        "choose_language": RouteRule("own_account"),
+        "list_own_sign_ins": RouteRule("own_account"),
+        "end_own_sign_in": RouteRule("own_account"),
         # Accounts.
         "list_accounts": _ADMINISTER,
         "create_account": _ADMINISTER,
@@ -134,9 +134,9 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "create_patient": _WRITE,
         "get_patient": _READ,
         "update_patient": _WRITE,
-        "get_record_access": Rule("read_records", restricted=True),
-        "change_record_access": Rule("administer", restricted=True),
-        "break_glass": Rule("read_records", restricted=True),
+        "get_record_access": RouteRule("read_records", restricted=True),
+        "change_record_access": RouteRule("administer", restricted=True),
+        "break_glass": RouteRule("read_records", restricted=True),
         "list_break_glass_accesses": _ADMINISTER,
         "review_break_glass_access": _ADMINISTER,
         # Episodes, assessments, progress.
@@ -175,15 +175,15 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "list_sessions": _READ,
         "get_session_filter_options": _READ,
         "list_patient_sessions": _READ,
-        "create_session": Rule("write_records", here=True, away=True),
-        "get_session": Rule("read_records", away=True),
-        "update_session": Rule("write_records", away=True),
+        "create_session": RouteRule("write_records", here=True, away=True),
+        "get_session": RouteRule("read_records", away=True),
+        "update_session": RouteRule("write_records", away=True),
         "get_session_plan": _READ,
-        "list_ready_patients": Rule("read_records", here=True, away=True),
-        "get_checklist": Rule("read_records", away=True),
-        "confirm_check": Rule("write_records", here=True, away=True),
+        "list_ready_patients": RouteRule("read_records", here=True, away=True),
+        "get_checklist": RouteRule("read_records", away=True),
+        "confirm_check": RouteRule("write_records", here=True, away=True),
         "get_teaching_checklist": _READ,
-        "end_session": Rule("write_records", away=True),
+        "end_session": RouteRule("write_records", away=True),
         "get_note_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,
@@ -213,17 +213,17 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
         # The audit trail must be searchable for a restricted record without access to that record.
-        "list_audit": Rule("administer", restricted=True),
+        "list_audit": RouteRule("administer", restricted=True),
         # The state of the service.
-        "list_station_versions": Rule("see_operation"),
-        "get_metrics": Rule("see_operation", token=True),
+        "list_station_versions": RouteRule("see_operation"),
+        "get_metrics": RouteRule("see_operation", token=True),
         # The apparatus.
         "live": _WATCH,
         "live_stations": _WATCH,
         "list_stations": _WATCH,
         "get_station": _WATCH,
-        "list_events": Rule("see_station"),
-        "stop": Rule("stop", locked=True, away=True),
+        "list_events": RouteRule("see_station"),
+        "stop": RouteRule("stop", locked=True, away=True),
         "take_lease": _GO_ON,
         "release_lease": _GO_ON,
         "set_side": _OPERATE,
@@ -238,7 +238,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "return_to_rest": _GO_ON,
         "release_torque": _GO_ON,
         "acknowledge": _GO_ON,
-        "get_simulator": Rule("diagnose", away=True),
+        "get_simulator": RouteRule("diagnose", away=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,

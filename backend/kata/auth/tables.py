@@ -59,7 +59,7 @@ class RecoveryCodeRow(Base):
     used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
-class SignInRow(Base):
+class LoginSessionRow(Base):
     """A login session of one browser. Its cookie holds a secret; only the secret's hash is stored."""
 
     __tablename__ = "sign_ins"

@@ -1,1 +1,1 @@
-"""Backups: made each night, encrypted, tried; and how the clinic comes back from one."""
+"""Encrypted backups: create them every night, verify them by a trial restore, and restore the clinic from one."""

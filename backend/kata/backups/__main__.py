@@ -1,4 +1,4 @@
-"""``python -m kata.backups``: ``kata backup``, without loading what only the rest of the program needs."""
+"""``python -m kata.backups``: runs ``kata backup`` without importing the rest of the program."""
 
 import typer
 

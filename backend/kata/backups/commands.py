@@ -13,7 +13,7 @@ from kata.settings import Settings
 from kata.system.console import fail
 
 if TYPE_CHECKING:
-    from kata.backups.restoring import Tried
+    from kata.backups.restore import VerifiedBackup
 
 _NICENESS: Final = 10
 _EXIT_AFTER_SIGTERM: Final = 143
@@ -27,8 +27,8 @@ def backup(
     nightly: Annotated[bool, typer.Option("--nightly", hidden=True)] = False,
 ) -> None:
     """Make and verify an encrypted backup, also while Kata runs. Status 1 when that fails or its audit trail is not intact."""
+    from kata.backups.create import create_backup
     from kata.backups.key import BackupError
-    from kata.backups.making import make
 
     settings = _settings(data=data, backup_dir=to)
     # The backup is not urgent and must not delay the control loop.
@@ -36,17 +36,17 @@ def backup(
     # An exit removes files that are not encrypted yet.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_EXIT_AFTER_SIGTERM))
     try:
-        note = make(settings, "nightly" if nightly else "asked")
+        record = create_backup(settings, "nightly" if nightly else "asked")
     except BackupError as error:
         fail(str(error))
-    typer.echo(f"Backup: {note.file} ({note.bytes / 1e6:.1f} MB)")
-    if note.tested_at is None:
-        typer.echo(f"Not verified: {note.test_problem}")
-    elif note.test_problem:
-        fail(f"The backup cannot be restored completely: {note.test_problem}")
+    typer.echo(f"Backup: {record.file} ({record.bytes / 1e6:.1f} MB)")
+    if record.tested_at is None:
+        typer.echo(f"Not verified: {record.test_problem}")
+    elif record.test_problem:
+        fail(f"The backup cannot be restored completely: {record.test_problem}")
     else:
         typer.echo("Verified by a trial restore: complete, and equal to the database at the time of the backup.")
-        _print_audit_result(note.audit_rows, note.audit_problem)
+        _print_audit_result(record.audit_rows, record.audit_problem)
     if settings.backup_key_file.exists():
         typer.echo(
             f"Key: {settings.backup_key_file}. The backup cannot be opened without it; keep a copy on another computer or on paper."
@@ -65,8 +65,8 @@ def restore(
     former_try: Annotated[bool, typer.Option("--try", hidden=True)] = False,
 ) -> None:
     """Restore the clinic from a backup. The present data is moved aside, not overwritten. Stop Kata before."""
-    from kata.backups import restoring
     from kata.backups.key import BackupError
+    from kata.backups.restore import restore_backup, verify_and_record
     from kata.database.engine import DatabaseError
 
     # Without the messages of the database upgrade.
@@ -77,9 +77,9 @@ def restore(
     key_file = key or settings.backup_key_file
     try:
         if verify or former_try:
-            _print_trial(restoring.try_and_note(settings, file, key_file))
+            _print_trial(verify_and_record(settings, file, key_file))
             return
-        restored = restoring.restore(settings, file, key_file)
+        restored = restore_backup(settings, file, key_file)
     except (BackupError, DatabaseError) as error:
         fail(_sentence(error))
     except OSError as error:
@@ -91,16 +91,16 @@ def restore(
     typer.echo("All users have to sign in again, with their passwords of that day. Start the service: kata serve")
 
 
-def _print_trial(tried: "Tried") -> None:
-    contents = tried.contents
-    if tried.problems:
-        fail(f"The backup cannot be restored completely: {'; '.join(tried.problems)}.")
+def _print_trial(verified: "VerifiedBackup") -> None:
+    contents = verified.contents
+    if verified.problems:
+        fail(f"The backup cannot be restored completely: {'; '.join(verified.problems)}.")
     rows = sum(table.rows for table in contents.tables.values())
     typer.echo(
         f"Complete: made on {contents.made_at:%Y-%m-%d %H:%M} UTC by Kata {contents.program}, {len(contents.tables)} tables, "
         f"{rows} rows, equal to the database at that time. Nothing was changed."
     )
-    _print_audit_result(tried.audit_rows, tried.audit_problem)
+    _print_audit_result(verified.audit_rows, verified.audit_problem)
 
 
 def _print_audit_result(rows: int | None, problem: str) -> None:

@@ -1,4 +1,4 @@
-"""The data folder, as backups see it: what of it belongs to the clinic, and who may touch it now."""
+"""The data folder as backups use it: the clinic's files in it, and locks on it."""
 
 import shutil
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from kata.backups.key import BackupError, public_half
+from kata.backups.key import BackupError, public_key_file
 from kata.device import journal
 from kata.settings import Settings
 
@@ -20,31 +20,31 @@ _ENDINGS: Final = ("", "-wal", "-shm", "-journal")
 
 
 class UnfinishedRestoreError(Exception):
-    """A restore was cut off while it put things in their places; the message says what to do."""
+    """A restore was interrupted while it replaced the data. The message says what to do."""
 
 
 @contextmanager
-def served(settings: Settings) -> Iterator[None]:
-    """The data folder is one service's alone while the block lasts: no other one starts on it, and nothing is restored into it.
+def claimed_by_service(settings: Settings) -> Iterator[None]:
+    """Claim the data folder for a service. During the block no other service starts on it and no restore begins.
 
-    :raises FolderInUseError: when another service, or a restore, has it.
-    :raises UnfinishedRestoreError: when a restore into it was cut off.
+    :raises FolderInUseError: when another service or a restore uses the folder.
+    :raises UnfinishedRestoreError: when a restore into the folder was interrupted.
     """
     settings.data.mkdir(parents=True, exist_ok=True)
     with journal.claimed(settings.data, _LAST_SERVICE_S):
         if (marker := restoring_marker(settings)).exists():
             raise UnfinishedRestoreError(
-                f"A restore into {settings.data} was cut off before its end. Run it again: kata restore FILE. What was there "
-                f"before it is in a folder {_ASIDE}... beside it. To start with what is there now, delete {marker}."
+                f"A restore into {settings.data} was interrupted. Run it again: kata restore FILE. The previous data is in a "
+                f"folder {_ASIDE}... beside it. To start with the present data, delete {marker}."
             )
         yield
 
 
 @contextmanager
-def without_service(settings: Settings) -> Iterator[None]:
-    """Nobody else uses the data folder while the block lasts.
+def claimed_by_restore(settings: Settings) -> Iterator[None]:
+    """Claim the data folder for a restore.
 
-    :raises BackupError: when a service does.
+    :raises BackupError: when a service uses the folder.
     """
     settings.data.mkdir(parents=True, exist_ok=True)
     try:
@@ -52,58 +52,63 @@ def without_service(settings: Settings) -> Iterator[None]:
             yield
     except journal.FolderInUseError as error:
         raise BackupError(
-            f"Kata is running on {settings.data}, and nothing is replaced under somebody at work. Stop it (sudo systemctl stop "
-            "kata, or Ctrl-C where it runs), then restore again. To look into a backup meanwhile: kata restore FILE --verify"
+            f"Kata is running on {settings.data}. Stop it (sudo systemctl stop kata, or Ctrl-C where it runs), then restore "
+            "again. To verify a backup while Kata runs: kata restore FILE --verify"
         ) from error
 
 
 def restoring_marker(settings: Settings) -> Path:
-    """There while a restore puts things in their places: a service does not start on half of them."""
+    """Return the file that exists while a restore replaces the data. A service does not start while it exists."""
     return settings.data / _RESTORING
 
 
 @contextmanager
 def one_at_a_time(settings: Settings) -> Iterator[None]:
-    """Of backups, tries and restores.
+    """Allow one backup, trial restore or restore at a time.
 
-    :raises BackupError: when there is another.
+    :raises BackupError: when another one is running.
     """
-    notes_folder(settings).mkdir(parents=True, exist_ok=True)
+    records_folder(settings).mkdir(parents=True, exist_ok=True)
     try:
-        with journal.claimed(notes_folder(settings), 0.0):
-            for left in settings.data.glob(f"{_WORK}*"):
-                # Of one that was killed: what is in it is not encrypted.
-                shutil.rmtree(left)
+        with journal.claimed(records_folder(settings), 0.0):
+            for leftover in settings.data.glob(f"{_WORK}*"):
+                # A killed backup left it. It is not encrypted.
+                shutil.rmtree(leftover)
             yield
     except journal.FolderInUseError as error:
-        raise BackupError("another backup is being made or tried just now; try again when it is done") from error
+        raise BackupError("another backup is being made or verified just now; try again when it is done") from error
 
 
 @contextmanager
 def work_folder(settings: Settings) -> Iterator[Path]:
-    """A folder for what is not encrypted yet, or no longer: beside the database, and as little of others' business."""
+    """Create a temporary folder for unencrypted data, beside the database and readable by its user only."""
     with TemporaryDirectory(prefix=_WORK, dir=settings.data) as made:
         yield Path(made)
 
 
-def notes_folder(settings: Settings) -> Path:
-    """Where notes wait for the service to take them in."""
+def records_folder(settings: Settings) -> Path:
+    """Return the folder of records that the service has not imported yet."""
     return settings.data / _NOTES
 
 
 def aside_folder(settings: Settings, name: str) -> Path:
-    """Where a restore puts what was there."""
+    """Return the folder into which a restore moves the previous data."""
     return settings.data / f"{_ASIDE}{name}"
 
 
-def others_files(settings: Settings, database: Path | None) -> list[Path]:
-    """Files of the data folder that belong to the clinic besides its database, relative to it: journals that no row holds yet, how the
-    station stands, certificates. Not: what is kept elsewhere already, what opens backups; and the audit trail's
-    anchor and the key of the second factors, which have places of their own in a backup, and go on over a restore.
+def files_besides_database(settings: Settings, database: Path | None) -> list[Path]:
+    """Return the clinic's files besides the database, relative to the data folder: journals that are not imported yet, the station's state,
+    certificates. Backups, imported journals and the backup key are left out. So are the audit anchor and the key of the second factors,
+    because a backup has separate entries for them.
 
-    ``database``: SQLite's file.
+    :param database: SQLite's file.
     """
-    left_out = {settings.backup_folder, settings.backup_key_file, public_half(settings), settings.journal / "imported"}
+    left_out = {
+        settings.backup_folder,
+        settings.backup_key_file,
+        public_key_file(settings),
+        settings.journal / "imported",
+    }
     left_out |= {settings.effective_audit_anchor, settings.effective_second_factor_key}
     copies = f"{database.name}.version-" if database else None
     if database:

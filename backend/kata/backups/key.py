@@ -1,8 +1,8 @@
-"""The key that opens backups (age, X25519), and who else's key does.
+"""The key that opens backups (age, X25519), and further recipients.
 
-It is made at the first start beside the data, so that nobody has backups that nobody can read for want of a decision. It protects them
-where they are kept, not on this computer, and burns with it: a copy of it has to be kept elsewhere. Its secret half may
-be taken away from here altogether; the public half stays, and backups go on being made, but can no longer be tried here.
+The first start creates the key beside the data, so that every installation has encrypted backups. The key protects backups in other
+places, not on this computer, and is lost with this computer: keep a copy elsewhere. The secret key may be removed from this computer. With
+the public key alone backups are still made, but they cannot be verified here.
 """
 
 import os
@@ -24,34 +24,33 @@ _TEXT: Final = """\
 
 
 class BackupError(Exception):
-    """No backup can be made, or none can be restored; the message says why and what to do."""
+    """A backup cannot be made or restored. The message says why and what to do."""
 
 
 def make_key(settings: Settings) -> bool:
-    """Make the key where there is neither half of one; whether that was so.
+    """Create the key unless a secret or public key exists. Return whether it was created.
 
     :raises BackupError: when it cannot be written.
     """
-    secret, public = settings.backup_key_file, public_half(settings)
+    secret, public = settings.backup_key_file, public_key_file(settings)
     if secret.exists() or public.exists():
         return False
-    made = Identity.generate()
-    told = _TEXT.format(day=utc_now().date(), public=made.to_public(), secret=made)
+    key = Identity.generate()
     try:
         secret.parent.mkdir(parents=True, exist_ok=True)
-        _write(secret, told)
-        _write(public, f"{made.to_public()}\n")
+        _write(secret, _TEXT.format(day=utc_now().date(), public=key.to_public(), secret=key))
+        _write(public, f"{key.to_public()}\n")
     except FileExistsError:
-        # Somebody else, at the same moment.
+        # Another process created the key at the same moment.
         return False
     except OSError as error:
-        raise BackupError(f"the key of the backups cannot be kept in {secret}: {error.strerror}") from error
+        raise BackupError(f"the backup key cannot be written to {secret}: {error.strerror}") from error
     return True
 
 
 def adopt_key(settings: Settings, key: Path) -> bool:
-    """Go on with the key that has opened a backup, where there is none here; whether that was so."""
-    secret, public = settings.backup_key_file, public_half(settings)
+    """Copy the key that has opened a backup to this computer unless it has one. Return whether it was copied."""
+    secret, public = settings.backup_key_file, public_key_file(settings)
     if secret.exists() or public.exists():
         return False
     found = identities(key)
@@ -61,44 +60,44 @@ def adopt_key(settings: Settings, key: Path) -> bool:
     return True
 
 
-def whereabouts(settings: Settings) -> Literal["here", "elsewhere", "nowhere"]:
-    """Of the key's secret half; nowhere: none has been made."""
+def key_location(settings: Settings) -> Literal["here", "elsewhere", "nowhere"]:
+    """Return where the secret key is; nowhere: no key has been created."""
     if settings.backup_key_file.exists():
         return "here"
-    return "elsewhere" if public_half(settings).exists() else "nowhere"
+    return "elsewhere" if public_key_file(settings).exists() else "nowhere"
 
 
-def public_half(settings: Settings) -> Path:
-    """The file beside the data that says for whom backups are encrypted."""
+def public_key_file(settings: Settings) -> Path:
+    """Return the file in the data folder with the public key for which backups are encrypted."""
     return settings.data / "backup-key.pub"
 
 
 def recipients(settings: Settings) -> list[Recipient]:
-    """For whom backups are encrypted: the clinic's key, and everybody whom the settings name.
+    """Return the public keys for which backups are encrypted: the clinic's, and those of the settings.
 
-    :raises BackupError: when one of them is no public key of age.
+    :raises BackupError: when one of them is not a public key of age.
     """
-    told = [one.strip() for one in settings.backup_recipients.split(",") if one.strip()]
+    additional = [key.strip() for key in settings.backup_recipients.split(",") if key.strip()]
     if settings.backup_key_file.exists():
         ours = [identity.to_public() for identity in identities(settings.backup_key_file)]
     else:
-        ours = [_recipient(line, public_half(settings)) for line in _lines(public_half(settings))]
-    return [*ours, *(_recipient(one, "KATA_BACKUP_RECIPIENTS") for one in told)]
+        ours = [_recipient(line, public_key_file(settings)) for line in _lines(public_key_file(settings))]
+    return [*ours, *(_recipient(key, "KATA_BACKUP_RECIPIENTS") for key in additional)]
 
 
 def identities(file: Path) -> list[Identity]:
-    """The keys in a file as age-keygen writes it.
+    """Return the secret keys in a file of age-keygen's format.
 
-    :raises BackupError: when it cannot be read, or holds something else.
+    :raises BackupError: when the file cannot be read or contains no key.
     """
     try:
         found = [Identity.from_str(line) for line in _lines(file)]
     except IdentityError as error:
         raise BackupError(
-            f"{file} is no key of backups: its last line begins with AGE-SECRET-KEY-1, and every letter of it counts"
+            f"{file} is not a backup key: its last line must be a complete key that begins with AGE-SECRET-KEY-1"
         ) from error
     if not found:
-        raise BackupError(f"{file} holds no key; a key is a line that begins with AGE-SECRET-KEY-1")
+        raise BackupError(f"{file} contains no key; a key is a line that begins with AGE-SECRET-KEY-1")
     return found
 
 
@@ -106,11 +105,9 @@ def _lines(file: Path) -> list[str]:
     try:
         lines = [line.strip() for line in file.read_text(encoding="utf-8").splitlines()]
     except OSError as error:
-        raise BackupError(
-            f"the key {file} cannot be read ({error.strerror}); name the copy that was kept elsewhere with --key"
-        ) from error
+        raise BackupError(f"the key {file} cannot be read ({error.strerror}); give a copy of it with --key") from error
     except UnicodeDecodeError as error:
-        raise BackupError(f"{file} is no key of backups, but something else") from error
+        raise BackupError(f"{file} is not a backup key") from error
     return [line for line in lines if line and not line.startswith("#")]
 
 
@@ -118,7 +115,7 @@ def _recipient(text: str, where: Path | str) -> Recipient:
     try:
         return Recipient.from_str(text)
     except RecipientError as error:
-        raise BackupError(f"{where} names {text!r}, which is no public key of age (age1...)") from error
+        raise BackupError(f"{where} contains {text!r}, which is not a public key of age (age1...)") from error
 
 
 def _write(file: Path, text: str) -> None:

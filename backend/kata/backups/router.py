@@ -1,6 +1,6 @@
-"""Backups as the administrator has them: made each night by a process of their own, listed with their last restore test.
+"""Routes and schedule of backups: a separate process makes one every night, and the list shows each with its last restore test.
 
-That process only reads the database (:mod:`kata.backups.making`); what became of it is taken in here.
+That process only reads the database (:mod:`kata.backups.create`). The service imports its record.
 """
 
 import asyncio
@@ -21,8 +21,17 @@ from pydantic import Field
 from sqlalchemy import func, select
 
 from kata.backups import texts
-from kata.backups.book import DEFAULT_PAGE, Kind, Note, last_good, last_made, leave_note, newest, take_notes_in
-from kata.backups.key import whereabouts
+from kata.backups.catalogue import (
+    DEFAULT_PAGE,
+    BackupRecord,
+    Kind,
+    import_records,
+    last_good,
+    last_made,
+    newest,
+    write_record,
+)
+from kata.backups.key import key_location
 from kata.backups.tables import BackupRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -35,68 +44,68 @@ from kata.types import Moment, Schema
 log = logging.getLogger(__name__)
 
 _FIRST_LOOK_S: Final = 300.0
-"""Whoever has just switched the computer on wants to work with it."""
+"""No backup begins right after the start, when the user wants to work."""
 _LOOK_S: Final = 60.0
-_AGAIN: Final = timedelta(hours=1)
-"""After one that failed."""
+_RETRY_AFTER: Final = timedelta(hours=1)
+"""Pause after a failed backup."""
 _NIGHTLY: Final = 0x6B_61_74_61_62_6B_75_70
-"""The advisory lock that a service holds while it makes the night's backup: any number that nobody else takes."""
+"""The advisory lock that a service holds during the nightly backup: an arbitrary number."""
 
 router = APIRouter(prefix="/api/backups", tags=["backups"])
 
 
 class Backup(Schema):
-    """A backup that was made, or tried to be."""
+    """A backup, or a failed attempt to make one."""
 
     id: UUID
     at: Moment
-    kind: Kind = Field(description="nightly: by itself; asked: by somebody.")
+    kind: Kind = Field(description="nightly: automatic; asked: requested by a user.")
     file: str
-    bytes: int = Field(ge=0, description="0 where there is none.")
-    problem: str = Field(description="Why there is none; empty when it was made.")
-    tested_at: Moment | None = Field(description="When it was restored to see whether it can be.")
+    bytes: int = Field(ge=0, description="0 if it failed.")
+    problem: str = Field(description="Why it failed; empty if it was made.")
+    tested_at: Moment | None = Field(description="Time of the last restore test.")
     test_problem: str = Field(
-        description="Why it is not known to be restorable; empty where it came back whole and equal."
+        description="Why it may not be restorable; empty if the restored copy was complete and equal."
     )
     audit_rows: int | None = Field(
-        ge=0, description="Rows of the audit trail that were verified when it was tried; null: none were."
+        ge=0, description="Rows of the audit trail that the restore test verified; null: none."
     )
     audit_problem: str = Field(
-        description="Where the audit trail in it is not whole; empty where it is. It can be restored all the same."
+        description="Where the audit trail in it is damaged; empty if intact. The backup can be restored in both cases."
     )
-    there: bool = Field(description="The file is on this computer; another service may have made it on its own.")
+    there: bool = Field(description="The file is on this computer; another service may store its backups elsewhere.")
 
 
 class BackupList(Page[Backup]):
     """Backups, newest first, and how they are made."""
 
-    last_good: Backup | None = Field(description="The newest that came back whole and equal when it was tried.")
-    running: bool = Field(description="One is being made just now.")
-    next_at: Moment | None = Field(description="When the next one is made by itself; null: never.")
+    last_good: Backup | None = Field(description="The newest whose restore test succeeded.")
+    running: bool = Field(description="A backup is being made.")
+    next_at: Moment | None = Field(description="Time of the next automatic backup; null: never.")
     folder: str = Field(examples=["/var/lib/kata/backups"])
-    same_disk: bool = Field(description="The folder is on the database's own disk, and is lost with it.")
+    same_disk: bool = Field(description="The folder is on the database's disk and is lost with it.")
     key: Literal["here", "elsewhere", "nowhere"] = Field(
-        description="Where the key that opens them is: on this computer, taken away from it, or not made yet."
+        description="Location of the secret key: on this computer, removed from it, or not created yet."
     )
     key_file: str = Field(examples=["/var/lib/kata/backup-key.txt"])
 
 
 class Backups:
-    """Makes them when it is time, and when somebody asks. One at a time."""
+    """Makes backups every night and on request, one at a time."""
 
     def __init__(self, settings: Settings, database: Database, occupied: Callable[[], bool]) -> None:
-        """``occupied``: the arm is under torque; a nightly backup waits for that to be over."""
+        """``occupied`` returns True while motors have torque. A nightly backup waits until it returns False."""
         self._settings = settings
         self._database = database
         self._occupied = occupied
         self._running: asyncio.Task[None] | None = None
-        self._tried_at: datetime | None = None
-        self._taking_in = threading.Lock()
-        """The page asks for the list while one comes to its end: no note is taken in twice."""
+        self._begun_at: datetime | None = None
+        self._importing = threading.Lock()
+        """Keeps a request for the list and the end of a backup from importing the same record twice."""
 
     @asynccontextmanager
     async def each_night(self, first_look_s: float = _FIRST_LOOK_S, look_s: float = _LOOK_S) -> AsyncIterator[None]:
-        """While the context lasts."""
+        """Make nightly backups while the context lasts."""
         watching = asyncio.create_task(self._watch(first_look_s, look_s), name="backups")
         try:
             yield
@@ -107,9 +116,9 @@ class Backups:
             await asyncio.gather(*tasks, return_exceptions=True)
 
     def begin(self, kind: Kind) -> None:
-        """Have one made.
+        """Begin a backup.
 
-        :raises ProblemError: when one is being made.
+        :raises ProblemError: 409 while a backup is being made.
         """
         if self._running and not self._running.done():
             raise ProblemError(
@@ -118,12 +127,12 @@ class Backups:
                 texts.BACKUP_RUNNING(),
                 texts.WAIT_FOR_BACKUP(),
             )
-        self._tried_at = utc_now()
+        self._begun_at = utc_now()
         self._running = asyncio.create_task(self._make(kind), name="backup")
-        self._running.add_done_callback(_say_why)
+        self._running.add_done_callback(_log_error)
 
     async def state(self, limit: int = DEFAULT_PAGE, after: str | None = None) -> BackupList:
-        """What there is, and what comes next."""
+        """Return a page of backups and the time of the next backup."""
         rows, further, good = await asyncio.to_thread(self._rows, limit, after)
         settings = self._settings
         return BackupList(
@@ -134,7 +143,7 @@ class Backups:
             next_at=next_at(utc_now(), settings.backup_time, _zone(settings)),
             folder=str(settings.backup_folder),
             same_disk=same_disk(settings),
-            key=whereabouts(settings),
+            key=key_location(settings),
             key_file=str(settings.backup_key_file),
         )
 
@@ -144,43 +153,43 @@ class Backups:
             await asyncio.sleep(wait_s)
             wait_s = look_s
             try:
-                await asyncio.to_thread(self._take_notes_in)
+                await asyncio.to_thread(self._import_records)
                 if await asyncio.to_thread(self._due) and not self._occupied():
                     self.begin("nightly")
             except ProblemError:
-                # One that somebody asked for; it is looked at again when that is done.
+                # A requested backup is running. The next look comes after it.
                 continue
             except Exception:
-                # Whatever a look comes to, the next one may go well.
-                log.exception("whether it is time for a backup could not be told")
+                # The next look may succeed.
+                log.exception("the schedule of backups could not be checked")
 
     def _due(self) -> bool:
-        tried_at = self._tried_at
-        return (tried_at is None or tried_at <= utc_now() - _AGAIN) and self._wanted()
+        begun_at = self._begun_at
+        return (begun_at is None or begun_at <= utc_now() - _RETRY_AFTER) and self._due_by_catalogue()
 
-    def _wanted(self) -> bool:
-        """As far as the database tells, whoever on it has made or tried one."""
+    def _due_by_catalogue(self) -> bool:
+        """Return whether a backup is due, counting backups of all services on this database."""
         with self._database.read() as session:
             made = last_made(session)
-            tried = [row.at for row in newest(session, 1)[0]]
+            attempts = [row.at for row in newest(session, 1)[0]]
         made_at = made.at if made else None
-        return due(utc_now(), self._settings.backup_time, _zone(self._settings), made_at, max(tried, default=None))
+        return due(utc_now(), self._settings.backup_time, _zone(self._settings), made_at, max(attempts, default=None))
 
     async def _make(self, kind: Kind) -> None:
         if kind == "asked":
-            await self._made(kind)
+            await self._run_process(kind)
             return
         lock = await asyncio.to_thread(night_lock, self._database)
         if lock is None:
             return
         try:
-            # Another service may have made it between our look and the lock.
-            if await asyncio.to_thread(self._wanted):
-                await self._made(kind)
+            # Another service may have made the backup before this one got the lock.
+            if await asyncio.to_thread(self._due_by_catalogue):
+                await self._run_process(kind)
         finally:
             await asyncio.to_thread(lock.close)
 
-    async def _made(self, kind: Kind) -> None:
+    async def _run_process(self, kind: Kind) -> None:
         before = await asyncio.to_thread(self._count)
         command = [sys.executable, "-m", "kata.backups", *(["--nightly"] if kind == "nightly" else [])]
         process = await asyncio.create_subprocess_exec(
@@ -191,62 +200,61 @@ class Backups:
             stderr=asyncio.subprocess.PIPE,
         )
         try:
-            _, told = await process.communicate()
+            _, stderr = await process.communicate()
         except asyncio.CancelledError:
             process.terminate()
             await process.wait()
             raise
         if process.returncode:
-            log.error("the backup: %s", told.decode(errors="replace").strip())
-        await asyncio.to_thread(self._take_in, kind, process.returncode or 0, before)
+            log.error("the backup failed: %s", stderr.decode(errors="replace").strip())
+        await asyncio.to_thread(self._import_result, kind, process.returncode or 0, before)
 
-    def _take_in(self, kind: Kind, code: int, before: int) -> None:
-        """``before``: how many were known when it began; one at a time is made, so what has come since is of this one."""
-        self._take_notes_in()
-        if code and self._count() == before:
-            # It came to so little that it could not even say so.
-            leave_note(
+    def _import_result(self, kind: Kind, status: int, before: int) -> None:
+        """Import the record of a finished process, or write one if it wrote none. ``before``: number of known backups at its beginning."""
+        self._import_records()
+        if status and self._count() == before:
+            write_record(
                 self._settings,
-                Note(
+                BackupRecord(
                     id=uuid4(),
                     at=utc_now(),
                     kind=kind,
                     file="",
-                    problem=f"It ended with status {code}; the log says more.",
+                    problem=f"The backup process ended with status {status}; see the log.",
                 ),
             )
-            self._take_notes_in()
+            self._import_records()
 
-    def _take_notes_in(self) -> None:
-        with self._taking_in:
-            take_notes_in(self._settings, self._database)
+    def _import_records(self) -> None:
+        with self._importing:
+            import_records(self._settings, self._database)
 
     def _count(self) -> int:
         with self._database.read() as session:
             return session.scalars(select(func.count()).select_from(BackupRow)).one()
 
     def _rows(self, limit: int, after: str | None) -> tuple[list[Backup], str | None, Backup | None]:
-        self._take_notes_in()
+        self._import_records()
         with self._database.read() as session:
             good = last_good(session)
             rows, further = newest(session, limit, after)
             return [_shown(row) for row in rows], further, _shown(good) if good else None
 
 
-def _say_why(made: asyncio.Task[None]) -> None:
-    if not made.cancelled() and (error := made.exception()):
-        log.error("a backup came to nothing", exc_info=error)
+def _log_error(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and (error := task.exception()):
+        log.error("a backup failed", exc_info=error)
 
 
 def night_lock(database: Database) -> ExitStack | None:
-    """To be closed when the night's backup is made; None where another service on this database makes it.
+    """Take the lock of the nightly backup. Close it after the backup. Return None if another service on this database has it.
 
-    PostgreSQL takes the lock back by itself when a service is killed. On SQLite there is one service, which needs none.
+    PostgreSQL releases the lock when a service is killed. A SQLite database has one service, which needs no lock.
     """
     with ExitStack() as stack:
         if not database.file:
             connection = stack.enter_context(database.writer.connect())
-            # It goes with its connection, which is not one of the pool's any more.
+            # The lock ends with its connection, which therefore must leave the pool.
             connection.detach()
             if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY))).scalar_one():
                 return None
@@ -256,31 +264,32 @@ def night_lock(database: Database) -> ExitStack | None:
 
 
 def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None, tried_at: datetime | None) -> bool:
-    """Whether a backup is to be made: no sound one is newer than the last time of day ``at``, and the last try
-    was not just now. ``zone``: of the clinic; None: this computer's.
+    """Return whether a backup is due: the newest usable one is older than the last time of day ``at``, and no attempt was made recently.
+
+    :param zone: time zone of the clinic; None: this computer's.
     """
-    if at == "never" or (tried_at is not None and tried_at > now - _AGAIN):
+    if at == "never" or (tried_at is not None and tried_at > now - _RETRY_AFTER):
         return False
     return made_at is None or made_at < _moments(now, at, zone)[0]
 
 
 def next_at(now: datetime, at: str, zone: ZoneInfo | None) -> datetime | None:
-    """When the time of day ``at`` comes next; None: never."""
+    """Return the next time of day ``at``; None: never."""
     return None if at == "never" else _moments(now, at, zone)[1]
 
 
 def same_disk(settings: Settings) -> bool:
-    """Whether backups are lost with the disk that the data is on."""
-    there = next(path for path in (settings.backup_folder, *settings.backup_folder.parents) if path.exists())
-    return settings.data.exists() and there.stat().st_dev == settings.data.stat().st_dev
+    """Return whether the backup folder is on the disk of the data folder."""
+    existing = next(path for path in (settings.backup_folder, *settings.backup_folder.parents) if path.exists())
+    return settings.data.exists() and existing.stat().st_dev == settings.data.stat().st_dev
 
 
 def _moments(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, datetime]:
-    """The last time it was ``at`` on the clinic's clock, and the next."""
+    """Return the last and the next moment with the time of day ``at`` in the clinic."""
     local = now.astimezone(zone)
     days = [local.date() + timedelta(days=days) for days in (-1, 0, 1)]
     moments = [datetime.combine(day, time.fromisoformat(at), tzinfo=zone).astimezone(now.tzinfo) for day in days]
-    return max(one for one in moments if one <= now), min(one for one in moments if one > now)
+    return max(moment for moment in moments if moment <= now), min(moment for moment in moments if moment > now)
 
 
 def _zone(settings: Settings) -> ZoneInfo | None:
@@ -288,8 +297,8 @@ def _zone(settings: Settings) -> ZoneInfo | None:
 
 
 def _environment(settings: Settings) -> Mapping[str, str]:
-    """A password in the database's address is not for everybody who lists processes."""
-    given = {
+    """Return the settings as environment variables. Arguments would show a password in the database URL in process lists."""
+    values = {
         "data": settings.data,
         "database_url": settings.database_url,
         "backup_dir": settings.backup_folder,
@@ -297,12 +306,12 @@ def _environment(settings: Settings) -> Mapping[str, str]:
         "backup_recipients": settings.backup_recipients,
         "audit_anchor": settings.effective_audit_anchor,
     }
-    return os.environ | {f"KATA_{name.upper()}": str(value) for name, value in given.items()}
+    return os.environ | {f"KATA_{name.upper()}": str(value) for name, value in values.items()}
 
 
 def _shown(row: BackupRow) -> Backup:
-    told = {name: getattr(row, name) for name in Backup.model_fields if name != "there"}
-    return Backup(**told, there=bool(row.file) and Path(row.file).exists())
+    fields = {name: getattr(row, name) for name in Backup.model_fields if name != "there"}
+    return Backup(**fields, there=bool(row.file) and Path(row.file).exists())
 
 
 class BackupServices(Protocol):

@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class BackupRow(Base):
-    """A backup that was made, and whether it has been restored to see that it can be."""
+    """A backup and the result of its last restore test."""
 
     __tablename__ = "backups"
 
@@ -23,8 +23,8 @@ class BackupRow(Base):
     problem: Mapped[str] = mapped_column(Text, default="")
     tested_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     test_problem: Mapped[str] = mapped_column(Text, default="")
-    """Empty where the restored copy was whole and equal."""
+    """Empty if the restored copy was complete and equal."""
     audit_rows: Mapped[int | None] = mapped_column(BigInteger)
-    """Of the audit trail, verified when it was tried; None where it was not."""
+    """Rows of the audit trail that the restore test verified; None if it verified none."""
     audit_problem: Mapped[str] = mapped_column(Text, default="")
-    """Where that trail was not whole."""
+    """Where that trail was damaged."""

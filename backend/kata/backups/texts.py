@@ -4,5 +4,5 @@ from typing import Final
 
 from kata.messages import message
 
-BACKUP_RUNNING: Final = message("backup_running", "A backup is being made already.")
-WAIT_FOR_BACKUP: Final = message("wait_for_backup", "Wait until it is done; it is in the list then.")
+BACKUP_RUNNING: Final = message("backup_running", "Another backup is being made.")
+WAIT_FOR_BACKUP: Final = message("wait_for_backup", "Wait until it is in the list.")

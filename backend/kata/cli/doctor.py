@@ -23,8 +23,8 @@ from sqlalchemy import inspect
 from sqlalchemy.exc import SQLAlchemyError
 
 from kata.auth.openid import OpenIdError, Provider
-from kata.backups.book import last_good
-from kata.backups.key import whereabouts
+from kata.backups.catalogue import last_good
+from kata.backups.key import key_location
 from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
@@ -294,7 +294,7 @@ def _database(settings: Settings) -> Iterator[Finding]:
 
 
 def _backups(settings: Settings) -> Iterator[Finding]:
-    if whereabouts(settings) == "nowhere":
+    if key_location(settings) == "nowhere":
         yield Finding("Backups", "ok", "The first start makes the key that opens them.")
         return
     on_data = settings.backup_folder.exists() and settings.backup_folder.stat().st_dev == settings.data.stat().st_dev
@@ -317,7 +317,7 @@ def _backups(settings: Settings) -> Iterator[Finding]:
     yield Finding(
         "Backups",
         "warning",
-        f"{told}; the key is {whereabouts(settings)}.",
+        f"{told}; the key is {key_location(settings)}.",
         "kata backup makes one and says what is wrong; kata restore FILE --verify --key KEY tries one where the key is.",
     )
 

@@ -75,7 +75,7 @@ def seeded(settings: Settings, number: int, patients: int) -> int:
 
     :raises SeedError: and the others of :data:`FAILURES`, when nothing was written.
     """
-    with folder.served(settings):
+    with folder.claimed_by_service(settings):
         database = Database(settings.effective_database_url)
         try:
             upgrade(database)

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 from kata.actor import by_program
 from kata.audit import chain
 from kata.audit.chain import Entry
-from kata.audit.entries import NOTED, note
+from kata.audit.entries import ADDED, add_entry, entry
 from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow
@@ -80,7 +80,7 @@ class EventSpool:
         """
         self._station = station
         self.spool = Spool(folder)
-        self.delivery = Delivery(self.spool, database, station, self._store_batch, folder, again_s=again_s)
+        self.delivery = Delivery(self.spool, database, station, self._store_batch, again_s=again_s)
 
     @property
     def has_room(self) -> bool:
@@ -126,31 +126,34 @@ class EventSpool:
         _store_events(session, batch)
         entries = [item.entry for item in batch if isinstance(item, _AuditEntry)]
         if entries:
-            session.info.setdefault(NOTED, []).extend(entries)
+            session.info.setdefault(ADDED, []).extend(entries)
         return len(batch)
 
     def _store_single(self, session: Session, item: _SingleItem) -> None:
         match item:
             case NotBegun():
                 with by_program("never_begun", self._station):
-                    note(session, "never_begun", subject=f"{item.what} {item.id}")
+                    add_entry(session, entry("never_begun", subject=f"{item.what} {item.id}"))
                 _remove(session, item)
                 return
             case SessionOpened():
                 with by_program("opened_without_database", self._station):
-                    note(session, "opened_without_database", patient_id=item.patient_id, subject=f"session {item.id}")
+                    add_entry(
+                        session,
+                        entry("opened_without_database", patient_id=item.patient_id, subject=f"session {item.id}"),
+                    )
             case RunStarted():
                 with by_program("begun_without_database", self._station):
-                    note(session, "begun_without_database", subject=f"run {item.id}")
+                    add_entry(session, entry("begun_without_database", subject=f"run {item.id}"))
             case CheckAnswered():
                 with by_program("ticked_without_database", self._station):
-                    note(session, "ticked_without_database", subject=f"session {item.session_id}")
+                    add_entry(session, entry("ticked_without_database", subject=f"session {item.session_id}"))
             case PainRecorded():
                 with by_program("pain_without_database", self._station):
-                    note(session, "pain_without_database", subject=f"session {item.session_id}")
+                    add_entry(session, entry("pain_without_database", subject=f"session {item.session_id}"))
             case SessionClosed():
                 with by_program("ended_without_database", self._station):
-                    note(session, "ended_without_database", subject=f"session {item.session_id}")
+                    add_entry(session, entry("ended_without_database", subject=f"session {item.session_id}"))
         replay.store(session, item)
 
 

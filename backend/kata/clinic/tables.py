@@ -1,7 +1,7 @@
 """All tables of the clinic, for migrations."""
 
 from kata.audit.tables import AuditRow
-from kata.auth.tables import AccountRow, AccountStationRow, RecoveryCodeRow, SignInRow
+from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow, RecoveryCodeRow
 from kata.backups.tables import BackupRow
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
@@ -36,6 +36,7 @@ __all__ = [
     "DeviceEventRow",
     "EpisodeRow",
     "ErasureRow",
+    "LoginSessionRow",
     "MotionTrackingRow",
     "MotorTrackingRow",
     "PatientRow",
@@ -52,7 +53,6 @@ __all__ = [
     "SchemaRow",
     "SessionRow",
     "SessionStopRow",
-    "SignInRow",
     "SpoolRow",
     "StageRow",
     "StationRow",

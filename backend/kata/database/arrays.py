@@ -1,11 +1,10 @@
-"""Arrays of samples as one compressed blob, with a header that says what is in it.
+"""Compress arrays of samples into one blob with a header.
 
-A blob is a line of JSON (format, and for each column its name, unit, resolution, shape), one compressed part a column, and a checksum
-of it all. A value is stored as a whole number of steps: of its resolution, or of the counts that a drive tells it in,
-where the values themselves show them. Neighbouring samples differ little, so what is stored is how far each is from where
-the ones before it lead, its bytes grouped by significance.
+A blob consists of a line of JSON (format, and each column's name, unit, resolution and shape), one compressed part per column, and a
+checksum. A value is stored as a whole number of steps. A step is the resolution, or a drive's encoder count if the values show it.
+Neighbouring samples differ little, so differences of first to third order are stored, with bytes grouped by significance.
 
-Blobs of the first format, which stored differences only, are still read.
+Blobs of the first format, which stored first differences only, are still read.
 """
 
 import json
@@ -23,11 +22,11 @@ _FORMAT: Final = "kata-samples/2"
 _BEFORE: Final = "kata-samples/1"
 _MISSING_BEFORE: Final = np.iinfo(np.int64).min
 _HIGHEST_ORDER: Final = 3
-"""A setpoint is a smooth curve, whose third differences are smallest; a torque is mostly noise."""
+"""Third differences of a smooth setpoint are smallest; a torque is mostly noise."""
 _AXIS: Final = struct.Struct("<ddBBB")
-"""Step, offset, order, bytes a value, whether some are missing."""
+"""Step, offset, order, bytes per value, 1 if values are missing."""
 _CRC: Final = struct.Struct("<I")
-# What is left is noise: its bytes follow no pattern of their neighbours, and are told best by how frequent each is.
+# The differences are noise: no context of neighbouring bytes predicts them, so lc and pb are 0.
 _FILTERS: Final = [{"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 0, "pb": 0, "dict_size": 1 << 18}]
 _DAMAGE: Final = (ValueError, KeyError, TypeError, IndexError, struct.error, zlib.error, lzma.LZMAError)
 
@@ -36,24 +35,24 @@ _Steps = NDArray[np.int64]
 
 
 class UnreadableError(ValueError):
-    """The blob cannot be read; the record around it can."""
+    """The samples of a record cannot be read."""
 
 
 @dataclass(frozen=True)
-class Column:
-    """How one array is kept: ``resolution`` is the smallest difference that survives, in ``unit``."""
+class SampleColumn:
+    """How one array is stored. ``resolution``: the smallest difference that is stored, in ``unit``."""
 
     name: str
     unit: str
     resolution: float
     counted: bool = False
-    """Its values come from a drive, in whole counts: stored as these where they are coarser than the resolution."""
+    """The values are whole counts of a drive. They are stored as counts if a count is larger than the resolution."""
     along: str | None = None
-    """Another column, before this one and of the same resolution, that this one goes along with."""
+    """An earlier column of the same resolution. Only the difference from it is stored."""
 
 
-def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> bytes:
-    """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``; NaN is a value that is missing."""
+def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]) -> bytes:
+    """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``. NaN is a missing value."""
     values = {column.name: np.asarray(arrays[column.name], dtype=np.float64) for column in columns}
     parts = [_packed(values[column.name], column, values[column.along] if column.along else None) for column in columns]
     header = {
@@ -70,11 +69,11 @@ def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> b
             for column, part in zip(columns, parts, strict=True)
         ],
     }
-    return sealed(json.dumps(header).encode() + b"\n" + b"".join(parts))
+    return with_checksum(json.dumps(header).encode() + b"\n" + b"".join(parts))
 
 
 def decode(blob: bytes) -> dict[str, Floats]:
-    """The arrays by name.
+    """Return the arrays by name.
 
     :raises UnreadableError: when the blob is damaged or of a format this version does not know.
     """
@@ -85,7 +84,7 @@ def decode(blob: bytes) -> dict[str, Floats]:
             return _decode_before(header, body)
         if header["format"] != _FORMAT:
             raise UnreadableError(f"samples of format {header['format']} cannot be read by this version")
-        body = unsealed(blob)[len(line) + 1 :]
+        body = without_checksum(blob)[len(line) + 1 :]
         arrays: dict[str, Floats] = {}
         start = 0
         for column in header["columns"]:
@@ -98,43 +97,43 @@ def decode(blob: bytes) -> dict[str, Floats]:
     return arrays
 
 
-def sealed(data: bytes) -> bytes:
-    """With a checksum behind it."""
+def with_checksum(data: bytes) -> bytes:
+    """Append a checksum."""
     return data + _CRC.pack(zlib.crc32(data))
 
 
-def seal(data: bytes) -> str:
-    """The checksum behind it, to know it again by."""
+def checksum_of(data: bytes) -> str:
+    """Return the appended checksum in hex."""
     return data[-_CRC.size :].hex()
 
 
-def unsealed(data: bytes) -> bytes:
-    """What stands before the checksum.
+def without_checksum(data: bytes) -> bytes:
+    """Check and remove the checksum.
 
-    :raises UnreadableError: when it is not the data's.
+    :raises UnreadableError: when it is wrong.
     """
-    inside = data[: -_CRC.size]
-    if data[-_CRC.size :] != _CRC.pack(zlib.crc32(inside)):
+    content = data[: -_CRC.size]
+    if data[-_CRC.size :] != _CRC.pack(zlib.crc32(content)):
         raise UnreadableError("the samples are damaged")
-    return inside
+    return content
 
 
-def _packed(values: Floats, column: Column, along: Floats | None) -> bytes:
+def _packed(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     table = values if values.ndim > 1 else values[:, None]
     axes = [_axis(table[:, axis], column, along) for axis in range(table.shape[1])]
     return lzma.compress(b"".join(axes), lzma.FORMAT_RAW, filters=_FILTERS)
 
 
-def _axis(values: Floats, column: Column, along: Floats | None) -> bytes:
+def _axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     missing = np.isnan(values)
     known = values[~missing]
     step, offset = _counts(known, column.resolution) if column.counted else (column.resolution, 0.0)
     steps = np.rint((known - offset) / step).astype(np.int64)
     if along is not None:
         steps = steps - _in_steps(along, step)[~missing]
-    order, starts, left = _least(steps)
-    # Sign into the lowest bit: small numbers of either sign are small.
-    folded = ((left << 1) ^ (left >> 63)).astype("<u8")
+    order, starts, differences = _smallest_differences(steps)
+    # Zigzag encoding: the sign is the lowest bit, so small negative numbers stay small.
+    folded = ((differences << 1) ^ (differences >> 63)).astype("<u8")
     width = -(-int(folded.max(initial=0)).bit_length() // 8)
     planes = folded.view(np.uint8).reshape(-1, 8)[:, :width].T
     return b"".join(
@@ -148,11 +147,11 @@ def _axis(values: Floats, column: Column, along: Floats | None) -> bytes:
 
 
 def _counts(values: Floats, resolution: float) -> tuple[float, float]:
-    """Step and offset of the grid that all values lie on, where there is a coarser one than the resolution."""
-    apart = np.diff(np.unique(values))
-    if len(apart) and (finest := float(apart.min())) > resolution:
+    """Return step and offset of the drive's counts if all values fit such a grid, else the resolution and 0."""
+    distances = np.diff(np.unique(values))
+    if len(distances) and (finest := float(distances.min())) > resolution:
         span = float(np.ptp(values))
-        # A value of 32 bits tells a single count less exactly than it tells the whole way.
+        # The whole span of 32-bit values gives the count more exactly than a single distance.
         step = span / round(span / finest)
         offset = float(values[0] - np.rint(values[0] / step) * step)
         if np.abs(np.rint((values - offset) / step) * step + offset - values).max() <= resolution / 2:
@@ -164,15 +163,15 @@ def _in_steps(values: Floats, step: float) -> _Steps:
     return np.rint(values / step).astype(np.int64)
 
 
-def _least(steps: _Steps) -> tuple[int, _Steps, _Steps]:
-    """The order of differences that leaves least: order, what each order starts from, what is left."""
-    tried = [steps]
-    while len(tried) <= min(_HIGHEST_ORDER, len(steps) - 1):
-        tried.append(np.diff(tried[-1]))
-    bits = [float(np.log2(1.0 + np.abs(left)).sum()) for left in tried]
+def _smallest_differences(steps: _Steps) -> tuple[int, _Steps, _Steps]:
+    """Return the order of differences that needs the fewest bits, the first value of each lower order, and the differences."""
+    differences = [steps]
+    while len(differences) <= min(_HIGHEST_ORDER, len(steps) - 1):
+        differences.append(np.diff(differences[-1]))
+    bits = [float(np.log2(1.0 + np.abs(values)).sum()) for values in differences]
     order = int(np.argmin(bits))
-    starts = np.array([left[0] for left in tried[:order]], dtype=np.int64)
-    return order, starts, tried[order]
+    starts = np.array([values[0] for values in differences[:order]], dtype=np.int64)
+    return order, starts, differences[order]
 
 
 def _unpacked(part: bytes, shape: list[int], resolution: float, along: Floats | None) -> Floats:
@@ -190,10 +189,10 @@ def _unpacked(part: bytes, shape: list[int], resolution: float, along: Floats | 
             position += len(bits)
         starts = np.frombuffer(data, "<i8", order, position)
         position += starts.nbytes
-        left = int(known.sum()) - order
-        folded = np.zeros((left, 8), dtype=np.uint8)
-        folded[:, :width] = np.frombuffer(data, np.uint8, left * width, position).reshape(width, left).T
-        position += left * width
+        stored = int(known.sum()) - order
+        folded = np.zeros((stored, 8), dtype=np.uint8)
+        folded[:, :width] = np.frombuffer(data, np.uint8, stored * width, position).reshape(width, stored).T
+        position += stored * width
         steps = _summed(folded.view("<u8").ravel(), starts)
         if along is not None:
             steps = steps + _in_steps(along, step)[known]

@@ -1,4 +1,4 @@
-"""What every table shares: naming of constraints, and times that are UTC on every database."""
+"""The base of all tables, and a column type for times in UTC."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -9,7 +9,7 @@ from sqlalchemy.types import TypeDecorator
 
 
 class Base(DeclarativeBase):
-    """Base of all tables. Names of constraints are fixed, so that migrations can name them on every database."""
+    """Base of all tables. A fixed scheme names constraints, so migrations know their names on every database."""
 
     metadata = MetaData(
         naming_convention={
@@ -23,13 +23,16 @@ class Base(DeclarativeBase):
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """An aware datetime in UTC, in and out; SQLite itself knows no time zones."""
+    """An aware datetime in UTC. SQLite itself has no time zones."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """Refuse a naive time: nobody can tell later which zone it was."""
+        """Convert to UTC.
+
+        :raises ValueError: for a time without a time zone.
+        """
         if value is None:
             return None
         if value.tzinfo is None:
@@ -37,7 +40,7 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.astimezone(UTC)
 
     def process_result_value(self, value: Any | None, dialect: Dialect) -> datetime | None:
-        """Aware again."""
+        """Return an aware time in UTC."""
         if value is None:
             return None
         stored: datetime = value
@@ -45,5 +48,5 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 def utc_now() -> datetime:
-    """Now."""
+    """Return the present time in UTC."""
     return datetime.now(UTC)

@@ -1,7 +1,7 @@
-"""A whole copy of the database as it is at one moment, taken while others write; and how one is put back.
+"""Copy the whole database at one moment while others write, and restore such a copy.
 
-SQLite's is taken through a connection that only reads (:mod:`kata.database.engine`: another one writes, and alone checkpoints), in
-the transaction that counts, too; PostgreSQL's by ``pg_dump`` in the snapshot that counts. So what was counted is what was copied.
+SQLite is copied through a read-only connection (:mod:`kata.database.engine` has one writer, which alone checkpoints), PostgreSQL with
+``pg_dump``. The tallies are taken in the same transaction or snapshot, so they describe exactly the copied data.
 """
 
 import os
@@ -28,22 +28,22 @@ DatabaseKind = Literal["sqlite", "postgresql"]
 
 _ASIDE: Final = "before_restore_"
 _SCRATCH: Final = "kata_try_"
-_FORGOTTEN_S: Final = 86_400
+_LEFTOVER_AFTER_S: Final = 86_400
 _PARTS: Final = ("", "-wal", "-shm", "-journal")
 
 
 def kind_of(database: Database) -> DatabaseKind:
-    """Which of the two it is."""
+    """Return the kind of database."""
     return "sqlite" if database.file else "postgresql"
 
 
 def schema_of(connection: Connection) -> str:
-    """The revision of its tables; empty when it has none."""
+    """Return the revision of the schema; empty if there is none."""
     return MigrationContext.configure(connection).get_current_revision() or ""
 
 
 def size_bytes(database: Database) -> int:
-    """What a copy takes at most."""
+    """Return the largest size of a copy."""
     if database.file:
         return sum(part.stat().st_size for part in _parts(database.file))
     with database.reader.connect() as connection:
@@ -52,17 +52,17 @@ def size_bytes(database: Database) -> int:
 
 
 def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
-    """Copy it into ``file``: its schema, and what was in it at the moment of the copy.
+    """Copy the database into ``file``. Return the revision of its schema, and the tallies of its tables.
 
-    :raises DatabaseError: when it cannot be read, or PostgreSQL's programs are missing.
+    :raises DatabaseError: when the database cannot be read, or PostgreSQL's programs are missing.
     """
     if database.file and not database.file.exists():
-        raise DatabaseError(f"there is no database {database.file} yet; the first start makes it")
+        raise DatabaseError(f"there is no database {database.file} yet; the first start creates it")
     try:
         with database.reader.connect() as connection:
             if database.file:
                 with connection.begin(), closing(_new_sqlite(file)) as target:
-                    # The transaction begins with what it reads first, and the copy is of what that transaction sees.
+                    # This first read begins the transaction. The copy contains what the transaction sees.
                     schema = schema_of(connection)
                     raw = connection.connection.driver_connection
                     assert raw is not None
@@ -80,9 +80,9 @@ def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
 
 @contextmanager
 def scratch(database: Database, file: Path) -> Iterator[Database]:
-    """A copy, put back where it harms nobody, while the block lasts. ``file`` itself is used up.
+    """Restore a copy into a scratch database for the block. ``file`` is used as the database or read into it.
 
-    :raises DatabaseError: when PostgreSQL refuses to make a database for it, or takes back less than all.
+    :raises DatabaseError: when PostgreSQL refuses to create the database, or cannot restore everything.
     """
     if database.file:
         with closing(_at(file)) as made:
@@ -92,17 +92,17 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
     server = database.writer.execution_options(isolation_level="AUTOCOMMIT")
     try:
         with server.connect() as connection:
-            for forgotten in _forgotten(connection):
-                connection.exec_driver_sql(f'DROP DATABASE IF EXISTS "{forgotten}"')
+            for leftover in _leftovers(connection):
+                connection.exec_driver_sql(f'DROP DATABASE IF EXISTS "{leftover}"')
             connection.exec_driver_sql(f'CREATE DATABASE "{name}" TEMPLATE template0')
     except DBAPIError as error:
         raise DatabaseError(
-            f"PostgreSQL makes no database to try the backup in ({error.orig}); "
-            f"let its user do so: ALTER ROLE {database.url.username} CREATEDB"
+            f"PostgreSQL refuses to create a database for the trial restore ({error.orig}); "
+            f"allow it: ALTER ROLE {database.url.username} CREATEDB"
         ) from error
     try:
         url = database.url.set(database=name)
-        _put_back(url, file)
+        _restore(url, file)
         with closing(Database(url.render_as_string(hide_password=False))) as made:
             yield made
     finally:
@@ -112,11 +112,11 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
 
 @contextmanager
 def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
-    """The copy in place of the database, once the block has ended well; what was there stays as it was otherwise.
+    """Replace the database by the copy when the block ends without an error. Otherwise the database stays unchanged.
 
-    SQLite's old file goes into the folder ``aside``, PostgreSQL's old tables into a schema of the same name.
+    SQLite's previous file goes into the folder ``aside``, PostgreSQL's previous tables into a schema of the same name.
 
-    :raises DatabaseError: when somebody else is connected to PostgreSQL, or it takes back less than all.
+    :raises DatabaseError: when other clients are connected to PostgreSQL, or it cannot restore everything.
     """
     if database.file:
         with closing(_at(file)) as made:
@@ -127,18 +127,18 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
     with database.writer.begin() as connection:
         if others := _others(connection):
             raise DatabaseError(
-                f"others are connected to {_shown(database)} ({', '.join(others)}); stop every Kata that uses it, then restore"
+                f"other clients are connected to {_shown(database)} ({', '.join(others)}); stop every Kata that uses it, then restore"
             )
         try:
             connection.exec_driver_sql(f'ALTER SCHEMA public RENAME TO "{schema}"')
             connection.exec_driver_sql("CREATE SCHEMA public")
         except DBAPIError as error:
             raise DatabaseError(
-                f"the old tables cannot be put aside ({error.orig}); the schema public has to belong to Kata's user: "
+                f"the previous tables cannot be moved aside ({error.orig}); Kata's user must own the schema public: "
                 f"ALTER SCHEMA public OWNER TO {database.url.username}"
             ) from error
     try:
-        _put_back(database.url, file)
+        _restore(database.url, file)
         yield database
     except BaseException:
         with database.writer.begin() as connection:
@@ -151,7 +151,7 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
 
 
 def schema_aside(database: Database, aside: Path) -> str | None:
-    """Under which name PostgreSQL's old tables have stayed, where there were any."""
+    """Return the schema of PostgreSQL's previous tables, None if there were none."""
     if database.file:
         return None
     with database.reader.connect() as connection:
@@ -160,15 +160,15 @@ def schema_aside(database: Database, aside: Path) -> str | None:
 
 
 def found_damaged(connection: Connection) -> list[str]:
-    """What the database says of itself, where it is not whole. PostgreSQL finds that when it is put back."""
+    """Return the damages that SQLite's checks find. PostgreSQL finds damage when it restores a copy."""
     if connection.dialect.name != "sqlite":
         return []
-    told = [row[0] for row in connection.exec_driver_sql("PRAGMA integrity_check(5)") if row[0] != "ok"]
-    told += [
-        f"a row of {row[0]} refers to none of {row[2]}"
+    damages = [row[0] for row in connection.exec_driver_sql("PRAGMA integrity_check(5)") if row[0] != "ok"]
+    damages += [
+        f"a row of {row[0]} refers to a missing row of {row[2]}"
         for row in connection.exec_driver_sql("PRAGMA foreign_key_check")
     ]
-    return told
+    return damages
 
 
 def _schema(aside: Path) -> str:
@@ -189,7 +189,7 @@ def _parts(file: Path) -> list[Path]:
 
 
 def _swap(file: Path, made: Path, aside: Path) -> None:
-    """All of it, or nothing: what is moved is moved back when the next thing cannot be."""
+    """Move all files, or none: after an error, move them back."""
     file.parent.mkdir(parents=True, exist_ok=True)
     moved: list[Path] = []
     try:
@@ -204,41 +204,41 @@ def _swap(file: Path, made: Path, aside: Path) -> None:
         raise
 
 
-def _put_back(url: URL, file: Path) -> None:
+def _restore(url: URL, file: Path) -> None:
     options = ("--exit-on-error", "--single-transaction", "--no-owner", "--no-privileges")
     _run("pg_restore", url, *options, str(file))
 
 
 def _run(program: str, url: URL, *arguments: str) -> None:
-    """One of PostgreSQL's programs; the password goes where the list of processes does not show it."""
+    """Run one of PostgreSQL's programs. The password is an environment variable, which process lists do not show."""
     path = postgresql_program(program)
     if path is None:
         raise DatabaseError(
             f"{program} is not on this computer; on Debian and Ubuntu: sudo apt install postgresql-client"
         )
-    told = url.set(drivername="postgresql", password=None).render_as_string()
-    given = os.environ | ({"PGPASSWORD": str(url.password)} if url.password else {})
+    address = url.set(drivername="postgresql", password=None).render_as_string()
+    environment = os.environ | ({"PGPASSWORD": str(url.password)} if url.password else {})
     done = subprocess.run(
-        [path, f"--dbname={told}", *arguments], env=given, capture_output=True, text=True, check=False
+        [path, f"--dbname={address}", *arguments], env=environment, capture_output=True, text=True, check=False
     )
     if done.returncode:
-        raise DatabaseError(f"{program} did not do it: {done.stderr.strip() or done.returncode}")
+        raise DatabaseError(f"{program} failed: {done.stderr.strip() or done.returncode}")
 
 
 def _others(connection: Connection) -> list[str]:
-    told = connection.exec_driver_sql(
+    rows = connection.exec_driver_sql(
         "SELECT DISTINCT coalesce(nullif(application_name, ''), usename::text) || ' at ' || coalesce(host(client_addr), 'this computer')"
         " FROM pg_stat_activity WHERE datname = current_database() AND pid <> pg_backend_pid()"
         " AND backend_type = 'client backend'"
     )
-    return [row[0] for row in told]
+    return [row[0] for row in rows]
 
 
-def _forgotten(connection: Connection) -> list[str]:
-    """What a try that was killed has left."""
+def _leftovers(connection: Connection) -> list[str]:
+    """Return the scratch databases of killed trial restores."""
     query = text("SELECT datname FROM pg_database WHERE starts_with(datname, :prefix)")
     names = connection.scalars(query, {"prefix": _SCRATCH})
-    return [name for name in names if int(name.split("_")[2]) < time.time() - _FORGOTTEN_S]
+    return [name for name in names if int(name.split("_")[2]) < time.time() - _LEFTOVER_AFTER_S]
 
 
 def _shown(database: Database) -> str:

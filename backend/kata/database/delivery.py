@@ -1,11 +1,10 @@
-"""From the spool into the database: in order, exactly once, tried until it is there."""
+"""Deliver records from the spool to the database: in order, exactly once, with retries."""
 
 import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
 from datetime import datetime
-from pathlib import Path
 from typing import Final
 from uuid import UUID
 
@@ -21,30 +20,29 @@ from kata.database.spool import Record, Spool
 
 log = logging.getLogger(__name__)
 
-_AT_ONCE: Final = 500
+_BATCH_RECORDS: Final = 500
 AGAIN_S: Final = 1.0
-_LONGEST_S: Final = 10.0
-"""Between two tries."""
+_LONGEST_PAUSE_S: Final = 10.0
 _REFUSED: Final = "refused.jsonl"
 
 
 class SpoolRow(Base):
-    """How far the database has taken a station's spool: written in the transaction that takes it, and nowhere else."""
+    """The last delivered record of a station's spool. It is updated only in the transaction that stores the records."""
 
     __tablename__ = "spools"
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     station: Mapped[str] = mapped_column(String(100))
     taken: Mapped[int] = mapped_column(BigInteger)
-    """Number of the last record that stands in the database."""
+    """Number of the last record in the database."""
     at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class Delivery:
-    """A thread that brings what is in the spool into the database.
+    """A thread that delivers the spool's records to the database.
 
-    Whatever of it a crash, or a connection that broke in the commit, leaves undecided is decided by the row of the spool, which is
-    locked, read and written with what is taken.
+    The spool's row is locked, read and written in the transaction that stores the records. After a crash or a connection lost during the
+    commit, it shows which records have been stored.
     """
 
     def __init__(
@@ -53,18 +51,18 @@ class Delivery:
         database: Database,
         station: str,
         take: Callable[[Session, Sequence[Record]], int],
-        folder: Path,
         *,
         again_s: float = AGAIN_S,
         each_round: Callable[[], None] = lambda: None,
     ) -> None:
-        """``take`` writes some records, in a session that it does not commit, and says how many of the first it has written.
+        """Start the thread.
 
-        ``folder``: where is kept what the database refuses for itself. ``again_s``: the first pause before it is tried again; each
-        is twice the one before. ``each_round``: done between two looks, at least once in ``again_s``.
+        :param take: stores the first of the given records without committing, and returns how many.
+        :param again_s: first pause before a retry; each following pause is twice as long.
+        :param each_round: called between two deliveries, at least every ``again_s`` seconds.
         """
         self._spool, self._database, self._station, self._take = spool, database, station, take
-        self._refused, self._again_s, self.each_round = folder / _REFUSED, again_s, each_round
+        self._refused, self._again_s, self.each_round = spool.folder / _REFUSED, again_s, each_round
         self._changed = threading.Condition()
         self._taken: int | None = None
         self._closing = False
@@ -74,11 +72,11 @@ class Delivery:
 
     @property
     def waiting(self) -> int:
-        """How many records the database does not have yet, as far as is known."""
+        """Return the number of records that are not known to be in the database."""
         return self._spool.unwritten + self._spool.last - (self._taken or 0)
 
     def until_taken(self, limit_s: float) -> bool:
-        """Whether the database has, within so many seconds, all that has been put into the spool so far."""
+        """Wait until the database has all records put so far. Return False if that takes longer than ``limit_s`` seconds."""
         until = time.monotonic() + limit_s
         if not self._spool.until_written(limit_s):
             return False
@@ -89,23 +87,23 @@ class Delivery:
             )
 
     def close(self, limit_s: float) -> None:
-        """End the thread when all is taken, or at the first failure after this, or after so many seconds: what is left stays on disk."""
+        """End the thread when everything is delivered, at the first failure, or after ``limit_s`` seconds. Other records stay on disk."""
         with self._changed:
             self._closing, self._gives_up_s = True, time.monotonic() + limit_s
             self._changed.notify_all()
-        self._spool.let_go()
+        self._spool.wake()
         self._thread.join()
-        if left := self.waiting:
-            log.warning("%d records of the spool are left for the next start", left)
+        if undelivered := self.waiting:
+            log.warning("%d records of the spool are not delivered; the next start delivers them", undelivered)
 
     def _run(self) -> None:
         pause_s = self._again_s
         while True:
             try:
                 if self._taken is None:
-                    self._find()
+                    self._find_position()
                 while self._spool.last > (self._taken or 0):
-                    self._deliver(_AT_ONCE)
+                    self._deliver(_BATCH_RECORDS)
                 pause_s = self._again_s
                 self.each_round()
                 if self._closing and not self._spool.unwritten:
@@ -115,23 +113,23 @@ class Delivery:
             except (OperationalError, NoConnectionError, DatabaseUnavailableError) as error:
                 log.info("the spool waits for the database: %s", error)
             except Exception:
-                log.exception("the spool could not be read or brought into the database")
+                log.exception("the spool could not be read or delivered")
             with self._changed:
                 if self._closing:
                     return
                 self._changed.wait_for(lambda: self._closing, pause_s)
-            pause_s = min(2 * pause_s, _LONGEST_S)
+            pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
             if monitor := self._database.monitor:
                 monitor.until_back(pause_s)
 
-    def _find(self) -> None:
-        """Where it goes on; the spool's row is made where there is none."""
+    def _find_position(self) -> None:
+        """Read the position from the spool's row, or create that row."""
         with self._database.write() as session:
             row = session.get(SpoolRow, self._spool.id)
             if row is None:
                 row = SpoolRow(id=self._spool.id, station=self._station, taken=0, at=utc_now())
                 session.add(row)
-            # A folder that was put back to an older state goes on with numbers that have been taken before.
+            # A folder restored to an older state reuses numbers of delivered records.
             taken = row.taken = min(row.taken, self._spool.found)
         self._now_taken(taken)
 
@@ -142,7 +140,7 @@ class Delivery:
                 last = self._spool.last
                 records = self._spool.after(row.taken, at_once)
                 count = self._take(session, records) if records else 0
-                # What a damaged file does not tell is behind us, too.
+                # Records lost in a damaged file are skipped.
                 row.taken = records[count - 1].number if records else last
                 row.at = utc_now()
                 session.flush()
@@ -151,7 +149,7 @@ class Delivery:
             raise
         except (SQLAlchemyError, ValueError) as error:
             if at_once > 1:
-                # One of them is refused: the others are not to wait behind it.
+                # The database refuses one record. Deliver the others one by one.
                 for _ in range(at_once):
                     if self._spool.last > (self._taken or 0):
                         self._deliver(1)
@@ -160,11 +158,13 @@ class Delivery:
         self._now_taken(taken)
 
     def _set_aside(self, error: Exception) -> int:
-        """What the database refuses for itself stands in a file, for whoever looks after it; the others go on."""
+        """Append a record that the database refuses to a file, and skip it."""
         with self._database.write() as session:
             row = session.scalars(select(SpoolRow).where(SpoolRow.id == self._spool.id).with_for_update()).one()
             (record,) = self._spool.after(row.taken, 1)
-            log.error("the database refuses record %d; it is kept in %s", record.number, self._refused, exc_info=error)
+            log.error(
+                "the database refuses record %d; it is stored in %s", record.number, self._refused, exc_info=error
+            )
             with self._refused.open("ab") as file:
                 file.write(record.payload + b"\n")
             row.taken, row.at = record.number, utc_now()

@@ -8,7 +8,7 @@ _DEBIAN: Final = Path("/usr/lib/postgresql")
 
 
 def postgresql_program(name: str) -> Path | None:
-    """Where ``name`` (``pg_dump``, say) is: on the path, or else the newest that Debian keeps beside it; None without."""
+    """Return the path of a program such as ``pg_dump``: from PATH, else Debian's newest version; None if it is not installed."""
     found = shutil.which(name)
     candidates = [Path(found)] if found else sorted(_DEBIAN.glob(f"*/bin/{name}"), key=_newest, reverse=True)
     return next(iter(candidates), None)

@@ -1,4 +1,4 @@
-"""Series of samples in tables: a row for what is in them and one for each block, so that a window loads no more than it needs."""
+"""Store series of samples in tables: one row for the head and one for each block, so a window loads only its blocks."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,16 +12,16 @@ from kata.database.series import Series, numbers_within
 
 
 class SamplesColumns:
-    """Of a table with a row a series; its primary key names whose it is."""
+    """Columns of a table with one row per series. Its primary key identifies the recording or run."""
 
     data: Mapped[bytes] = mapped_column(LargeBinary)
-    """The head (:mod:`kata.database.series`); of before there were blocks, everything (:mod:`kata.database.arrays`)."""
+    """The head (:mod:`kata.database.series`); of an old series without blocks, all samples (:mod:`kata.database.arrays`)."""
     overview: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
-    """What a plot of it all shows, made when it was kept; None where it is short enough to be looked at as it is."""
+    """Downsampled lines for a plot of the whole series; None if it is short enough to be plotted from its samples."""
 
 
 class SampleBlockColumns:
-    """Of a table with a row a block; the rest of its primary key is that of the series."""
+    """Columns of a table with one row per block. The key of the series completes its primary key."""
 
     number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     data: Mapped[bytes] = mapped_column(LargeBinary)
@@ -29,25 +29,28 @@ class SampleBlockColumns:
 
 @dataclass(frozen=True)
 class SampleTables:
-    """Where series of one kind are: ``key`` is the column, in both tables, that says whose."""
+    """The tables of one kind of series. ``key``: the column of both tables that identifies a series."""
 
     heads: type[Any]
     blocks: type[Any]
     key: str
 
-    def keep(self, session: Session, key: UUID, series: Series, overview: bytes | None) -> None:
-        """Write a new one down; whose it is must be there."""
+    def store(self, session: Session, key: UUID, series: Series, overview: bytes | None) -> None:
+        """Store a new series. The recording or run must exist."""
         session.add(self.heads(data=series.head, overview=overview, **{self.key: key}))
         session.flush()
         rows = [self.blocks(number=number, data=data, **{self.key: key}) for number, data in series.blocks.items()]
         session.add_all(rows)
 
     def read(self, session: Session, key: UUID) -> Series:
-        """All of it; empty when there is none."""
+        """Return the whole series; empty if there is none."""
         return self._with_blocks(session, key, self._head(session, key), None)
 
     def read_within(self, session: Session, key: UUID, clock: str, start_s: float, end_s: float) -> Series:
-        """The blocks that cover some of a window, by one of its columns of seconds; of a damaged head none."""
+        """Return the head and the blocks that overlap a window; no blocks if the head is damaged.
+
+        :param clock: the column of seconds that the window refers to.
+        """
         head = self._head(session, key)
         try:
             numbers = numbers_within(head, clock, start_s, end_s)
@@ -55,10 +58,10 @@ class SampleTables:
             numbers = []
         return self._with_blocks(session, key, head, numbers)
 
-    def overview(self, session: Session, key: UUID) -> bytes | None:
-        """Its overview, where it has one."""
-        mine = getattr(self.heads, self.key) == key
-        overview: bytes | None = session.scalar(select(self.heads.overview).where(mine))
+    def read_overview(self, session: Session, key: UUID) -> bytes | None:
+        """Return the overview of a series, None if it has none."""
+        is_series = getattr(self.heads, self.key) == key
+        overview: bytes | None = session.scalar(select(self.heads.overview).where(is_series))
         return overview
 
     def _head(self, session: Session, key: UUID) -> bytes:

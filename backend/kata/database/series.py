@@ -1,8 +1,7 @@
-"""A series of samples, cut into blocks of about a minute: a window of an hour is read without the rest of it.
+"""A series of samples in blocks of a minute, so that a window of a long recording is read without the rest.
 
-The head says what is in all of them (columns, axes, rate, clock) and for each block which part of the clock it covers, with
-its checksum. A block is a whole blob of :mod:`kata.database.arrays`: damage to one leaves the others as they are. Series
-of before there were blocks are one such blob in the place of the head.
+The head describes columns, axes, rate and clock, and for each block its range of time and its checksum. Each block is a complete blob of
+:mod:`kata.database.arrays`, so damage to one block leaves the others readable. An old series has no blocks: one blob is in place of the head.
 """
 
 import json
@@ -13,7 +12,16 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from kata.database.arrays import Column, Floats, UnreadableError, decode, encode, seal, sealed, unsealed
+from kata.database.arrays import (
+    Floats,
+    SampleColumn,
+    UnreadableError,
+    checksum_of,
+    decode,
+    encode,
+    with_checksum,
+    without_checksum,
+)
 
 BLOCK_SAMPLES: Final = 6000
 """A minute at 100 Hz."""
@@ -23,14 +31,14 @@ _CLOCK: Final = "seconds since the first sample, by the monotonic clock of the d
 
 @dataclass(frozen=True)
 class Series:
-    """A series as it is stored, or some of it: the head and, by number, blocks of it."""
+    """A stored series, or a part of it: the head, and blocks by number."""
 
     head: bytes
     blocks: Mapping[int, bytes] = field(default_factory=dict)
 
 
-def pack(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> Series:
-    """Compress arrays of equal length, ``(n,)`` or ``(n, k)``; the first column is their clock ``time_s``."""
+def pack(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]) -> Series:
+    """Compress arrays of equal length, ``(n,)`` or ``(n, k)``. The first column is their clock ``time_s``."""
     count = len(arrays[columns[0].name])
     blocks: list[bytes] = []
     table = []
@@ -40,7 +48,7 @@ def pack(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> Ser
         table.append(
             {
                 "samples": len(part[columns[0].name]),
-                "seal": seal(blocks[-1]),
+                "seal": checksum_of(blocks[-1]),
                 "covers": {column.name: _covers(part[column.name]) for column in columns if column.unit == "s"},
             }
         )
@@ -62,13 +70,13 @@ def pack(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> Ser
         ],
         "blocks": table,
     }
-    return Series(sealed(json.dumps(head).encode()), dict(enumerate(blocks)))
+    return Series(with_checksum(json.dumps(head).encode()), dict(enumerate(blocks)))
 
 
 def unpack(series: Series) -> dict[str, Floats]:
-    """All of its arrays by name.
+    """Return all arrays by name.
 
-    :raises UnreadableError: when any of it is missing, damaged or of a format this version does not know.
+    :raises UnreadableError: when a part is missing, damaged or of a format that this version does not know.
     """
     if _is_one_blob(series.head):
         return decode(series.head)
@@ -76,8 +84,9 @@ def unpack(series: Series) -> dict[str, Floats]:
 
 
 def numbers_within(head: bytes, clock: str, start_s: float, end_s: float) -> list[int]:
-    """Which blocks cover some of a window, by one of the columns of seconds; none of a series that has no blocks.
+    """Return the numbers of the blocks that overlap a window; none for a series without blocks.
 
+    :param clock: the column of seconds that the window refers to.
     :raises UnreadableError: when the head cannot be read.
     """
     if _is_one_blob(head):
@@ -86,29 +95,31 @@ def numbers_within(head: bytes, clock: str, start_s: float, end_s: float) -> lis
 
 
 def unpack_within(series: Series, clock: str, start_s: float, end_s: float) -> dict[str, Floats]:
-    """The samples within a window, both ends included; only the blocks that cover some of it need be there.
+    """Return the samples within a window, both ends included. Only blocks that overlap it are needed.
 
-    :raises UnreadableError: when one of these is missing, or damaged.
+    :raises UnreadableError: when one of these blocks is missing or damaged.
     """
     if _is_one_blob(series.head):
         arrays = decode(series.head)
     else:
         arrays = _joined(series, _within(_head(series.head), clock, start_s, end_s))
-    there = (arrays[clock] >= start_s) & (arrays[clock] <= end_s)
-    return {name: values[there] for name, values in arrays.items()}
+    within = (arrays[clock] >= start_s) & (arrays[clock] <= end_s)
+    return {name: values[within] for name, values in arrays.items()}
 
 
 def _joined(series: Series, numbers: range | list[int]) -> dict[str, Floats]:
     head = _head(series.head)
     parts = [_block(series, head, number) for number in numbers]
     if not parts:
-        return {one["name"]: np.empty((0, len(one["axes"])) if one["axes"] else 0) for one in head["columns"]}
+        return {
+            column["name"]: np.empty((0, len(column["axes"])) if column["axes"] else 0) for column in head["columns"]
+        }
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _block(series: Series, head: dict[str, Any], number: int) -> dict[str, Floats]:
     blob = series.blocks.get(number, b"")
-    if seal(blob) != head["blocks"][number]["seal"]:
+    if checksum_of(blob) != head["blocks"][number]["seal"]:
         raise UnreadableError(f"block {number} of the samples is damaged")
     return decode(blob)
 
@@ -119,7 +130,7 @@ def _is_one_blob(head: bytes) -> bool:
 
 def _head(data: bytes) -> dict[str, Any]:
     try:
-        head: dict[str, Any] = json.loads(unsealed(data))
+        head: dict[str, Any] = json.loads(without_checksum(data))
     except ValueError as error:
         raise UnreadableError(f"the samples cannot be read: {error}") from error
     return head
@@ -131,11 +142,11 @@ def _within(head: dict[str, Any], clock: str, start_s: float, end_s: float) -> l
 
 
 def _covers(values: Floats) -> list[float] | None:
-    """Rounded outwards, as what is stored is rounded too; None where all are missing."""
+    """Return the range of the values, slightly widened because stored values are rounded; None if all are missing."""
     known = values[~np.isnan(values)]
     return [float(known.min()) - 1e-5, float(known.max()) + 1e-5] if len(known) else None
 
 
 def _rate_hz(times_s: Floats) -> float | None:
-    """As most of them follow each other: what was put together of several parts has its samples at several distances."""
+    """Return the median rate. A recording that was made of several parts can have several rates."""
     return round(float(1 / np.median(np.diff(times_s))), 1) if len(times_s) > 1 else None

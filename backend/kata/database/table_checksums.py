@@ -1,6 +1,6 @@
-"""What is in a database, in a line a table: how many rows, and a checksum over all that stands in them.
+"""Number of rows and checksum of every table, to compare two copies of a database.
 
-Two copies of one database have the same tallies; SQLite and PostgreSQL do not, as they store the same things differently.
+SQLite and PostgreSQL store the same data differently, so their checksums differ.
 """
 
 from hashlib import sha256
@@ -9,50 +9,50 @@ from typing import Any, Final
 import msgspec
 from sqlalchemy import ColumnClause, Connection, column, inspect, select, table
 
-_AT_ONCE: Final = 1000
+_BATCH_ROWS: Final = 1000
 
 
 class Tally(msgspec.Struct, frozen=True):
-    """Of one table."""
+    """Number of rows and checksum of one table."""
 
     rows: int
     checksum: str
-    """SHA-256 over its rows in the order of the primary key, in hex."""
+    """SHA-256 of the rows in the order of the primary key, in hex."""
 
 
 def tallies(connection: Connection) -> dict[str, Tally]:
-    """Of every table there is, by name. Reads all of it: seconds for each gigabyte."""
+    """Return the tally of every table, by name. This reads the whole database: seconds for each gigabyte."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql("SET LOCAL TIME ZONE 'UTC'")
     return {name: _tally(connection, name) for name in sorted(inspect(connection).get_table_names())}
 
 
 def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str]:
-    """What is not the same, in words; empty when all of it is."""
-    told = [f"the table {name} is missing" for name in expected.keys() - found.keys()]
-    told += [f"the table {name} is too many" for name in found.keys() - expected.keys()]
+    """Return one sentence for each difference; empty if there is none."""
+    sentences = [f"missing table {name}" for name in expected.keys() - found.keys()]
+    sentences += [f"unexpected table {name}" for name in found.keys() - expected.keys()]
     for name in expected.keys() & found.keys():
-        wanted, there = expected[name], found[name]
-        if wanted.rows != there.rows:
-            told.append(f"{name} has {there.rows} rows in place of {wanted.rows}")
-        elif wanted != there:
-            told.append(f"what stands in {name} is not the same")
-    return sorted(told)
+        before, after = expected[name], found[name]
+        if before.rows != after.rows:
+            sentences.append(f"{name} has {after.rows} rows instead of {before.rows}")
+        elif before != after:
+            sentences.append(f"the contents of {name} differ")
+    return sorted(sentences)
 
 
 def _tally(connection: Connection, name: str) -> Tally:
-    found = inspect(connection)
-    # Without their types, as the driver hands them over: what a type of SQLAlchemy's makes of a value may hide a difference.
-    columns: list[ColumnClause[Any]] = [column(one["name"]) for one in found.get_columns(name)]
-    keys = found.get_pk_constraint(name)["constrained_columns"]
+    inspector = inspect(connection)
+    # The driver's values: SQLAlchemy's column types could hide a difference.
+    columns: list[ColumnClause[Any]] = [column(described["name"]) for described in inspector.get_columns(name)]
+    keys = inspector.get_pk_constraint(name)["constrained_columns"]
     query = select(*columns).select_from(table(name, *columns)).order_by(*([column(key) for key in keys] or columns))
     rows, checksum = 0, sha256()
-    for row in connection.execute(query.execution_options(stream_results=True, yield_per=_AT_ONCE)):
+    for row in connection.execute(query.execution_options(stream_results=True, yield_per=_BATCH_ROWS)):
         rows += 1
         checksum.update(repr([_short(value) for value in row]).encode())
     return Tally(rows, checksum.hexdigest())
 
 
 def _short(value: Any) -> Any:
-    """Samples are long, and slow to write out."""
+    """Return the hash of a binary value, whose text form would be long and slow."""
     return sha256(value).digest() if isinstance(value, bytes | memoryview) else value

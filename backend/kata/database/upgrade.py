@@ -1,7 +1,7 @@
-"""Bringing the database to this program's schema at start.
+"""Upgrade the database to this program's schema at start.
 
-A file is copied first: what an upgrade does to it can be taken back by putting the copy in its place. Each step is one transaction,
-so that a start that was killed leaves a whole version behind, from which the next one goes on.
+A SQLite file is copied before the upgrade; the copy can replace it later. Each migration is one transaction, so a killed start leaves a
+complete version, from which the next start continues.
 """
 
 import logging
@@ -29,32 +29,32 @@ log = logging.getLogger(__name__)
 _IN_PACKAGE: Final = Path(__file__).parent / "migrations"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "migrations"
 _COPIES: Final = 2
-"""That of the last upgrade, and of the one before: who notices late has one still."""
+"""The copies of the last two upgrades are kept."""
 _LOCK: Final = 0x6B617462
-"""Of PostgreSQL's advisory locks: upgrading."""
+"""Key of PostgreSQL's advisory lock for upgrades."""
 _ROOM: Final = 3
-"""Times its size: the copy, what is written anew, and both versions of that until it is done."""
+"""Required disk space as a multiple of the database: the copy, and old and new versions of rewritten tables."""
 
 
 def migrations() -> Path:
-    """The folder of migrations: inside an installed package, at the top of a checkout."""
+    """Return the folder of migrations: in the installed package, or at the top of a checkout."""
     return _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 
 
 class SchemaRow(Base):
-    """A revision that the database has come to, as its own migration has noted it: programs that do not know it ask here."""
+    """A revision that the database has reached. Its migration adds the row, and older programs read it."""
 
     __tablename__ = "schemas"
 
     revision: Mapped[str] = mapped_column(String(32), primary_key=True)
     oldest: Mapped[str] = mapped_column(String(32))
-    """The oldest revision whose program still goes on with this one: it was only added to since."""
+    """The oldest revision whose program can use this schema, because later migrations only add to it."""
 
 
 def upgrade(database: Database) -> None:
-    """Apply what is missing. One that is newer, and says that it serves this program too, stays as it is.
+    """Apply the missing migrations. A newer database that this program can use is not changed.
 
-    :raises DatabaseError: when the database cannot be opened, has no room to be upgraded, or is a newer program's alone.
+    :raises DatabaseError: when the database cannot be opened, the disk has too little space, or only a newer program can use the database.
     """
     config = Config()
     config.set_main_option("script_location", str(migrations()))
@@ -62,14 +62,14 @@ def upgrade(database: Database) -> None:
     try:
         if database.file:
             database.file.parent.mkdir(parents=True, exist_ok=True)
-        with database.writer.connect() as connection, _alone(connection):
+        with database.writer.connect() as connection, _one_at_a_time(connection):
             present = MigrationContext.configure(connection).get_current_revision()
             connection.rollback()
             if present == script.get_current_head():
                 return
             if present and _serves(connection, present, script):
                 log.warning(
-                    "the database is newer (%s) than this program, and serves it: upgrade this station too", present
+                    "the database is newer (%s) than this program, which can use it: upgrade this station too", present
                 )
                 return
             if present:
@@ -90,8 +90,8 @@ def upgrade(database: Database) -> None:
 
 
 @contextmanager
-def _alone(connection: Connection) -> Iterator[None]:
-    """Services that start at the same time on one server upgrade it one after another."""
+def _one_at_a_time(connection: Connection) -> Iterator[None]:
+    """Let services that start at the same time on one server upgrade one after another."""
     on_server = connection.dialect.name == "postgresql"
     if on_server:
         connection.execute(text("SELECT pg_advisory_lock(:key)"), {"key": _LOCK})
@@ -106,8 +106,8 @@ def _alone(connection: Connection) -> Iterator[None]:
 
 
 def _serves(connection: Connection, present: str, script: ScriptDirectory) -> bool:
-    """Whether a revision that this program does not know says that it serves this program."""
-    known = [one.revision for one in script.walk_revisions()]
+    """Return whether this program can use a database of a newer revision."""
+    known = [revision.revision for revision in script.walk_revisions()]
     if present in known:
         return False
     try:
@@ -119,21 +119,21 @@ def _serves(connection: Connection, present: str, script: ScriptDirectory) -> bo
 
 
 def _copy(file: Path, version: str) -> None:
-    """Beside it, under the version that it has; whole, or not there under that name."""
+    """Copy the file beside itself, named by its version. The copy gets its name when it is complete."""
     size = sum(part.stat().st_size for part in (file, _beside(file, "-wal")) if part.exists())
     free = shutil.disk_usage(file.parent).free
     if free < _ROOM * size:
         raise DatabaseError(
-            f"the database {file} cannot be upgraded: that takes {_ROOM * size / 1e6:.0f} MB on its disk, and "
-            f"{free / 1e6:.0f} MB are free; make room, then start again"
+            f"the database {file} cannot be upgraded: the upgrade needs {_ROOM * size / 1e6:.0f} MB on its disk, and "
+            f"{free / 1e6:.0f} MB are free; free up space, then start again"
         )
     part = _beside(file, ".part")
     part.unlink(missing_ok=True)
     with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as target:
         source.backup(target)
     copy = part.rename(_beside(file, f".version-{version}"))
-    log.info("the database is upgraded from %s; as it was it is kept in %s", version, copy)
-    copies = sorted(file.parent.glob(f"{file.name}.version-*"), key=lambda one: one.stat().st_mtime_ns)
+    log.info("the database of version %s was copied to %s before the upgrade", version, copy)
+    copies = sorted(file.parent.glob(f"{file.name}.version-*"), key=lambda path: path.stat().st_mtime_ns)
     for old in copies[:-_COPIES]:
         old.unlink()
 

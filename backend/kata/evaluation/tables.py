@@ -7,7 +7,7 @@ from itertools import groupby
 from kata.evaluation.outcome import Outcome
 from kata.evaluation.paper import ERRORS
 from kata.motion.axes import BASIC_MOTIONS
-from kata.motion.tracking import MotorTracking, Range
+from kata.motion.tracking import AngleRange, MotorTracking
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def rom_reached(outcomes: Sequence[Outcome]) -> TextTable:
     )
 
 
-def _least(ranges: Iterable[Range]) -> str:
+def _least(ranges: Iterable[AngleRange]) -> str:
     found = list(ranges)
     return _rom((max(range_.min_deg for range_ in found), min(range_.max_deg for range_ in found)))
 

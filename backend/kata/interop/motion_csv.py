@@ -15,7 +15,7 @@ from kata.device.config import StationConfig
 from kata.interop import texts
 from kata.messages import text_of
 from kata.motion.axes import AXES, Side
-from kata.motion.csv_table import Complaint, Table, TableError, read_table
+from kata.motion.csv_table import Complaint, CsvTable, TableError, read_table
 from kata.motion.edit import LONGEST_S
 from kata.motion.linkage import Floats, OutOfReachError, motor_angles_deg
 from kata.motion.method import reference
@@ -36,8 +36,9 @@ _SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "com
 
 @dataclass(frozen=True)
 class ParsedMotion:
-    """The content of a file. ``series``: its motor angles as stored samples."""
+    """The content of a file. ``series``: its motor angles as stored samples, of an apparatus that is set to ``side``."""
 
+    side: Side
     layout: Layout
     separator: Literal["comma", "semicolon", "tab"]
     left_alone: tuple[str, ...]
@@ -67,6 +68,7 @@ def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion
     except TrajectoryError as error:
         raise _at_its_line(error, table, times_s, layout) from error
     return ParsedMotion(
+        side,
         layout,
         _SEPARATORS[table.separator],
         table.others,
@@ -97,7 +99,7 @@ def _is_shift_jis(data: bytes) -> bool:
         return False
 
 
-def _check_clock(table: Table) -> None:
+def _check_clock(table: CsvTable) -> None:
     times_s = table.values[:, 0]
     steps = np.diff(times_s)
     if len(steps) > 1 and np.median(steps) > _LONGEST_GAP_S:
@@ -115,7 +117,7 @@ def _check_clock(table: Table) -> None:
     table.complain(gaps())
 
 
-def _check_degrees(table: Table) -> None:
+def _check_degrees(table: CsvTable) -> None:
     angles = table.values[:, 1:]
     table.complain(
         (row, axis + 1, texts.MORE_THAN_A_TURN(angle_deg=angles[row, axis]))
@@ -127,7 +129,7 @@ def _check_degrees(table: Table) -> None:
         table.complain([(int(row), int(axis) + 1, complaint)])
 
 
-def _of_poses(table: Table, side: Side) -> Floats:
+def _of_poses(table: CsvTable, side: Side) -> Floats:
     check_poses(table)
     try:
         return motor_angles_deg(table.values[:, 1:], side)
@@ -137,7 +139,7 @@ def _of_poses(table: Table, side: Side) -> Floats:
         raise
 
 
-def _at_its_line(error: TrajectoryError, table: Table, times_s: Floats, layout: Layout) -> TableError:
+def _at_its_line(error: TrajectoryError, table: CsvTable, times_s: Floats, layout: Layout) -> TableError:
     """Return the error with its line and column."""
     if error.at_s is None or error.motor is None:
         return TableError(text_of(error))

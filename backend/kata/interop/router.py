@@ -147,7 +147,7 @@ def import_motion(
     understood = _as_understood(made, side)
     with database.write() as session:
         row = service.store_imported_motion(
-            session, patient_id, made, name=name, side=side, taught_by=taught_by, station=station.config.name
+            session, patient_id, made, name=name, taught_by=taught_by, station=station.config.name
         )
     plain = Recording.model_validate(row).model_dump()
     return ImportedMotion(

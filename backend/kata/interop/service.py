@@ -21,7 +21,6 @@ from kata.interop.fhir_import import ImportedPatient
 from kata.interop.motion_csv import DONE, ParsedMotion
 from kata.interop.samples import Origin
 from kata.messages import sent_key
-from kata.motion.axes import Side
 
 
 def identified_patient(session: Session, patient_id: UUID) -> PatientRow:
@@ -99,7 +98,7 @@ def register_patients(session: Session, patients_in: list[ImportedPatient]) -> l
 
 
 def store_imported_motion(
-    session: Session, patient_id: UUID, made: ParsedMotion, *, name: str, side: Side, taught_by: str, station: str
+    session: Session, patient_id: UUID, made: ParsedMotion, *, name: str, taught_by: str, station: str
 ) -> RecordingRow:
     """Store an imported motion as a recording without teaching and parent.
 
@@ -119,7 +118,7 @@ def store_imported_motion(
         done=[str(DONE)],
         done_keys=[sent_key(DONE)],
         name=name,
-        side=side,
+        side=made.side,
         station=station,
         taught_by=taught_by,
         taught_at=utc_now(),
@@ -131,5 +130,5 @@ def store_imported_motion(
     )
     session.add(row)
     session.flush()
-    RECORDING_SAMPLES.keep(session, row.id, made.series, made.downsampled)
+    RECORDING_SAMPLES.store(session, row.id, made.series, made.downsampled)
     return row

@@ -48,7 +48,7 @@ class TableError(ValueError):
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """The requested columns: ``values`` is ``(n, k)`` in the order of ``columns``; ``lines`` is ``(n,)``, from 1."""
 
     columns: tuple[str, ...]
@@ -71,7 +71,7 @@ class Table:
             raise TableError(found[0].text, found)
 
 
-def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
+def read_table(text: str, *layouts: tuple[str, ...]) -> CsvTable:
     """Read the columns of the first layout whose names are all in the header, in any order and among others.
 
     :raises TableError: naming line and column of the problem: a missing column, a cell too many, no finite number.
@@ -90,7 +90,7 @@ def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
     except csv.Error as error:
         raise TableError(texts.CSV_UNREADABLE(line=reader.line_num, error=error)) from error
     others = tuple(name for name in header if name and name not in wanted)
-    return Table(wanted, others, separator, values, lines)
+    return CsvTable(wanted, others, separator, values, lines)
 
 
 def _numbered(reader: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:

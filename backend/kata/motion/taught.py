@@ -14,7 +14,7 @@ import numpy as np
 from kata.messages import text_of
 from kata.motion import texts
 from kata.motion.axes import POSE_COLUMNS, POSE_RANGE_DEG
-from kata.motion.csv_table import Table, TableError, read_table
+from kata.motion.csv_table import CsvTable, TableError, read_table
 from kata.motion.linkage import Floats
 
 RANGE_TOLERANCE_DEG: Final = 2.0
@@ -72,7 +72,7 @@ def parse_csv(text: str, name: str) -> Taught:
     return Taught(name, times_s - times_s[0], table.values[:, 1:])
 
 
-def check_time(table: Table) -> None:
+def check_time(table: CsvTable) -> None:
     """Check the first column, the time: it must increase, and the motion must be long enough.
 
     :raises TableError: naming line and column.
@@ -86,7 +86,7 @@ def check_time(table: Table) -> None:
         raise TableError(texts.MOTION_TOO_SHORT(least_s=MIN_DURATION_S))
 
 
-def check_poses(table: Table) -> None:
+def check_poses(table: CsvTable) -> None:
     """Check the other five columns, the pose: it must be within the apparatus' range.
 
     :raises TableError: naming line and column.

@@ -32,7 +32,7 @@ _SAME_PLACE_S: Final = 1e-3
 """Closer places on the recording count as the same."""
 
 
-class Range(NamedTuple):
+class AngleRange(NamedTuple):
     """Lowest and highest angle, degrees."""
 
     min_deg: float
@@ -53,9 +53,9 @@ class Tracking:
     """The shift of the clock that best aligns playback with teaching: positive if the playback is late. None if the
     angle hardly moves.
     """
-    taught: Range
+    taught: AngleRange
     """Range of the whole recording."""
-    played: Range
+    played: AngleRange
     """Range that the playback reached."""
     taught_smoothness: float | None
     """SPARC (:mod:`kata.motion.smoothness`) of the part that was played."""
@@ -218,8 +218,8 @@ class _AlignedRecordings:
         return float(minimize_scalar(left, bounds=within, method="bounded", options={"xatol": _LAG_EXACT_S}).x) * 1000
 
 
-def _range(angles: Floats) -> Range:
-    return Range(float(angles.min()), float(angles.max()))
+def _range(angles: Floats) -> AngleRange:
+    return AngleRange(float(angles.min()), float(angles.max()))
 
 
 def _peak(values: Floats) -> float:

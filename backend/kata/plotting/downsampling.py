@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tsdownsample import MinMaxDownsampler
 
-from kata.database.arrays import Column, Floats, encode
+from kata.database.arrays import Floats, SampleColumn, encode
 from kata.database.series import BLOCK_SAMPLES
 from kata.motion.axes import N_AXES
 from kata.motion.edit import Motion
@@ -22,12 +22,12 @@ _MINMAX: Final = MinMaxDownsampler()  # type: ignore[no-untyped-call]
 Lines = dict[str, Floats]
 """Lines by name. ``..._s`` and ``..._deg`` are ``(k, 5)``: one column per motor, each with its own points."""
 
-_OF_RECORDING: Final = (Column("taught_s", "s", 1e-3), Column("taught_deg", "deg", 1e-3))
+_OF_RECORDING: Final = (SampleColumn("taught_s", "s", 1e-3), SampleColumn("taught_deg", "deg", 1e-3))
 _OF_RUN: Final = (
     *_OF_RECORDING,
-    Column("played_s", "s", 1e-3),
-    Column("played_deg", "deg", 1e-3),
-    Column("error_deg", "deg", 1e-3),
+    SampleColumn("played_s", "s", 1e-3),
+    SampleColumn("played_deg", "deg", 1e-3),
+    SampleColumn("error_deg", "deg", 1e-3),
 )
 
 

@@ -132,7 +132,7 @@ def recording(parts: RecordingFigureSamples) -> str:
     lines = _recording_lines(parts)
     angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
     traces = [
-        _line(lines["taught_s"][:, axis], angles[axis], texts.FIGURE_MOTOR(motor=motor), _TAUGHT, row=motor, width=1.5)
+        _line(lines["taught_s"][:, axis], angles[axis], texts.FIGURE_MOTOR(motor=motor), _style(_TAUGHT, 1.5), motor)
         for axis, motor in enumerate(AXES)
     ]
     return _stacked(traces, angles, parts.window, legend=False)
@@ -145,8 +145,8 @@ def derived(before_series: Series, after_series: Series) -> str:
     for axis, motor in enumerate(AXES):
         old, new = before["taught_deg"][:, axis], after["taught_deg"][:, axis]
         traces += [
-            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _TAUGHT, width=1.2, row=motor),
-            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _PLAYED, dash="dash", row=motor),
+            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _style(_TAUGHT, 1.2), motor),
+            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _style(_PLAYED, dash="dash"), motor),
         ]
         for trace in traces[-2:]:
             trace["showlegend"] = axis == 0
@@ -163,10 +163,10 @@ def run(parts: RunFigureSamples) -> str:
     figures = []
     for axis, motor in enumerate(AXES):
         of_motor = {name: values[:, axis] for name, values in lines.items()}
-        error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _ERROR, width=1.2)
+        error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _style(_ERROR, 1.2))
         traces = [
-            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _TAUGHT),
-            _line(of_motor["played_s"], of_motor["played_deg"], texts.FIGURE_PLAYBACK(), _PLAYED, dash="dash"),
+            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _style(_TAUGHT)),
+            _line(of_motor["played_s"], of_motor["played_deg"], texts.FIGURE_PLAYBACK(), _style(_PLAYED, dash="dash")),
             error | {"yaxis": "y2"},
         ]
         layout = _layout() | {
@@ -266,16 +266,11 @@ def _around_window(motion: Motion, start_s: float, end_s: float) -> Motion:
     return replace(motion, times_s=motion.times_s[first:last], angles_deg=motion.angles_deg[first:last])
 
 
-def _line(
-    x_s: Floats,
-    y_deg: Floats,
-    name: str,
-    colour: str,
-    *,
-    row: int = 1,
-    dash: str = "solid",
-    width: float = 2.0,
-) -> _Trace:
+def _style(colour: str, width: float = 2.0, dash: str = "solid") -> _Layout:
+    return {"color": colour, "width": width, "dash": dash}
+
+
+def _line(x_s: Floats, y_deg: Floats, name: str, style: _Layout, row: int = 1) -> _Trace:
     """Return a line on the axes of a row."""
     return {
         "type": "scatter",
@@ -286,7 +281,7 @@ def _line(
         "xaxis": _axis("x", row),
         "yaxis": _axis("y", row),
         "hovertemplate": texts.FIGURE_ANGLE_HOVER(),
-        "line": {"color": colour, "width": width, "dash": dash},
+        "line": style,
     }
 
 

@@ -106,7 +106,7 @@ def figure_samples(session: Session, recording_id: UUID, window: Window | None) 
     get(session, recording_id)
     if window:
         return RecordingFigureSamples(SAMPLES.read_within(session, recording_id, "time_s", *window), None, window)
-    seen = SAMPLES.overview(session, recording_id)
+    seen = SAMPLES.read_overview(session, recording_id)
     return RecordingFigureSamples(SAMPLES.read(session, recording_id) if seen is None else None, seen, None)
 
 
@@ -167,7 +167,7 @@ def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | 
     )
     session.add(row)
     session.flush()
-    SAMPLES.keep(session, row.id, made.series, made.downsampled)
+    SAMPLES.store(session, row.id, made.series, made.downsampled)
     return row
 
 
@@ -225,7 +225,7 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
         session.add(row)
         session.flush()
         series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
-        SAMPLES.keep(session, recording_id, series, downsampling.of_recording(times_s, angles_deg))
+        SAMPLES.store(session, recording_id, series, downsampling.of_recording(times_s, angles_deg))
         new.append(row)
     return new
 

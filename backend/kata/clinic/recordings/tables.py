@@ -7,11 +7,11 @@ from uuid import UUID
 from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
-from kata.database.arrays import Column
+from kata.database.arrays import SampleColumn
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 
-SAMPLE_COLUMNS = (Column("time_s", "s", 1e-6), Column("angle_deg", "deg", 1e-4, counted=True))
+SAMPLE_COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, counted=True))
 """``time_s`` (n,) from 0 at the first sample; ``angle_deg`` (n, 5) motor angles, axis order."""
 
 

@@ -23,7 +23,7 @@ from kata.motion.method import reference
 
 log = logging.getLogger(__name__)
 
-COLUMNS: Final = (arrays.Column("time_s", "s", 1e-6), arrays.Column("correction_deg", "deg", 1e-6))
+COLUMNS: Final = (arrays.SampleColumn("time_s", "s", 1e-6), arrays.SampleColumn("correction_deg", "deg", 1e-6))
 
 
 def newest(session: DatabaseSession, like: RunRow, station: str) -> UUID | None:

@@ -240,7 +240,7 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
         row.worst_rmse_deg = max(motor.rmse_deg for motor in compared.motors)
         row.worst_peak_deg = max(abs(motor.peak_deg) for motor in compared.motors)
     if len(journal.t_ns):
-        SAMPLES.keep(session, row.id, _series(journal), seen)
+        SAMPLES.store(session, row.id, _series(journal), seen)
     if row.outcome == "stopped":
         _store_stop(session, row)
     session.flush()
@@ -348,7 +348,7 @@ def figure_samples(session: DatabaseSession, run_id: UUID, window: Window | None
     row = get(session, run_id)
     if row.samples is None:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
-    seen = None if window else SAMPLES.overview(session, run_id)
+    seen = None if window else SAMPLES.read_overview(session, run_id)
     if seen is not None:
         return RunFigureSamples(None, None, asked_of(row), seen, None)
     taught = recordings.stored_samples(session, row.recording_id)

@@ -11,19 +11,19 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow
-from kata.database.arrays import Column
+from kata.database.arrays import SampleColumn
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
 SAMPLE_COLUMNS = (
-    Column("time_s", "s", 1e-6),
-    Column("phase", "", 1.0),
-    Column("path_s", "s", 1e-6, along="time_s"),
-    Column("setpoint_deg", "deg", 2e-3),
-    Column("measured_deg", "deg", 1e-4, counted=True),
-    Column("torque_nm", "Nm", 1e-4, counted=True),
+    SampleColumn("time_s", "s", 1e-6),
+    SampleColumn("phase", "", 1.0),
+    SampleColumn("path_s", "s", 1e-6, along="time_s"),
+    SampleColumn("setpoint_deg", "deg", 2e-3),
+    SampleColumn("measured_deg", "deg", 1e-4, counted=True),
+    SampleColumn("torque_nm", "Nm", 1e-4, counted=True),
 )
 """(n,) time since the run's first sample, phase (device.journal), place on the recording; (n, 5) in axis order.
 

@@ -2772,7 +2772,7 @@ export interface components {
         };
         /**
          * AuditEntry
-         * @description Something that somebody did, saw, or tried in vain.
+         * @description An action, a view or a refused attempt.
          */
         AuditEntry: {
             /**
@@ -2787,24 +2787,24 @@ export interface components {
             at: string;
             /**
              * Account Id
-             * @description Who did it; where nobody was signed in, whose account was tried. Null: neither.
+             * @description The user's account; without a login, the account of the attempted login. Null: neither.
              */
             account_id: string | null;
             /**
              * Who
-             * @description The name as it was then; empty where nobody was signed in.
+             * @description The user's name at that time; empty without a login.
              */
             who: string;
             /** Role */
             role: string;
             /**
              * Address
-             * @description Of the browser.
+             * @description Address of the browser.
              */
             address: string;
             /**
              * Action
-             * @description The operation's name in this interface, or what the program did.
+             * @description The operation's name in this API, or the program's action.
              */
             action: string;
             /**
@@ -2816,14 +2816,14 @@ export interface components {
             patient_id: string | null;
             /**
              * Subject
-             * @description What else it was done to.
+             * @description The object, besides the patient.
              */
             subject: string;
             /** Station */
             station: string;
             /**
              * Detail
-             * @description Which rows and fields changed, why it was refused.
+             * @description Changed rows and fields, or the reason of a refusal.
              */
             detail: {
                 [key: string]: unknown;
@@ -2912,7 +2912,7 @@ export interface components {
         };
         /**
          * Backup
-         * @description A backup that was made, or tried to be.
+         * @description A backup, or a failed attempt to make one.
          */
         Backup: {
             /**
@@ -2929,7 +2929,7 @@ export interface components {
             at: string;
             /**
              * Kind
-             * @description nightly: by itself; asked: by somebody.
+             * @description nightly: automatic; asked: requested by a user.
              * @enum {string}
              */
             kind: "nightly" | "asked";
@@ -2937,37 +2937,37 @@ export interface components {
             file: string;
             /**
              * Bytes
-             * @description 0 where there is none.
+             * @description 0 if it failed.
              */
             bytes: number;
             /**
              * Problem
-             * @description Why there is none; empty when it was made.
+             * @description Why it failed; empty if it was made.
              */
             problem: string;
             /**
              * Tested At
-             * @description When it was restored to see whether it can be.
+             * @description Time of the last restore test.
              */
             tested_at: string | null;
             /**
              * Test Problem
-             * @description Why it is not known to be restorable; empty where it came back whole and equal.
+             * @description Why it may not be restorable; empty if the restored copy was complete and equal.
              */
             test_problem: string;
             /**
              * Audit Rows
-             * @description Rows of the audit trail that were verified when it was tried; null: none were.
+             * @description Rows of the audit trail that the restore test verified; null: none.
              */
             audit_rows: number | null;
             /**
              * Audit Problem
-             * @description Where the audit trail in it is not whole; empty where it is. It can be restored all the same.
+             * @description Where the audit trail in it is damaged; empty if intact. The backup can be restored in both cases.
              */
             audit_problem: string;
             /**
              * There
-             * @description The file is on this computer; another service may have made it on its own.
+             * @description The file is on this computer; another service may store its backups elsewhere.
              */
             there: boolean;
         };
@@ -2983,16 +2983,16 @@ export interface components {
              * @description Ask for the next page with this as `after`; null at the end of the list.
              */
             next: string | null;
-            /** @description The newest that came back whole and equal when it was tried. */
+            /** @description The newest whose restore test succeeded. */
             last_good: components["schemas"]["Backup"] | null;
             /**
              * Running
-             * @description One is being made just now.
+             * @description A backup is being made.
              */
             running: boolean;
             /**
              * Next At
-             * @description When the next one is made by itself; null: never.
+             * @description Time of the next automatic backup; null: never.
              */
             next_at: string | null;
             /**
@@ -3002,12 +3002,12 @@ export interface components {
             folder: string;
             /**
              * Same Disk
-             * @description The folder is on the database's own disk, and is lost with it.
+             * @description The folder is on the database's disk and is lost with it.
              */
             same_disk: boolean;
             /**
              * Key
-             * @description Where the key that opens them is: on this computer, taken away from it, or not made yet.
+             * @description Location of the secret key: on this computer, removed from it, or not created yet.
              * @enum {string}
              */
             key: "here" | "elsewhere" | "nowhere";

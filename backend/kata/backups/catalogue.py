@@ -1,4 +1,4 @@
-"""What became of backups: notes that are left in the data folder, and the rows that the service makes of them."""
+"""The catalogue of backups: records in the data folder, and the rows that the service makes of them."""
 
 import logging
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.audit import entries
-from kata.backups.folder import notes_folder
+from kata.backups.folder import records_folder
 from kata.backups.tables import BackupRow
 from kata.database.engine import Database
 from kata.pagination import Keyset
@@ -25,8 +25,8 @@ DEFAULT_PAGE: Final = 100
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], BackupRow.at, BackupRow.id, descending=True)
 
 
-class Note(msgspec.Struct, frozen=True, kw_only=True):
-    """One backup, and how it went."""
+class BackupRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """The result of one backup."""
 
     id: UUID
     at: datetime
@@ -34,38 +34,39 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     file: str
     bytes: int = 0
     problem: str = ""
-    """Why there is none; empty when there is."""
+    """Why the backup failed; empty if it was created."""
     tested_at: datetime | None = None
     test_problem: str = ""
-    """Why it is not known to be restorable; empty where it was whole and equal."""
+    """Why the backup may not be restorable; empty if the restored copy was complete and equal."""
     audit_rows: int | None = None
-    """Of the audit trail, verified in what came back."""
+    """Verified rows of the audit trail in the restored copy."""
     audit_problem: str = ""
-    """Where that trail is not whole; empty where it is."""
+    """Where that trail is damaged; empty if it is intact."""
 
 
-def leave_note(settings: Settings, note: Note) -> None:
-    """For the service to take in, now or when it runs again."""
-    folder = notes_folder(settings)
+def write_record(settings: Settings, record: BackupRecord) -> None:
+    """Write a record. The service imports it, at the latest after its next start."""
+    folder = records_folder(settings)
     folder.mkdir(parents=True, exist_ok=True)
-    part = folder / f"{note.id}.part"
-    part.write_bytes(msgspec.json.encode(note))
-    part.replace(folder / f"{note.id}.json")
+    part = folder / f"{record.id}.part"
+    part.write_bytes(msgspec.json.encode(record))
+    part.replace(folder / f"{record.id}.json")
 
 
-def take_notes_in(settings: Settings, database: Database) -> None:
-    """Make rows of the notes that wait: once each, however often a start is cut off; a newer one of the same backup replaces it."""
-    for file in sorted(notes_folder(settings).glob("*.json")):
+def import_records(settings: Settings, database: Database) -> None:
+    """Import the waiting records into the database, each exactly once. A newer record of the same backup replaces the older one."""
+    for file in sorted(records_folder(settings).glob("*.json")):
         try:
-            note = msgspec.json.decode(file.read_bytes(), type=Note)
+            record = msgspec.json.decode(file.read_bytes(), type=BackupRecord)
         except msgspec.MsgspecError as error:
-            log.error("%s tells nothing of a backup (%s); it is removed", file, error)
+            log.error("%s is not a valid backup record (%s); it is removed", file, error)
         else:
             with database.write() as session:
-                row = session.merge(BackupRow(**msgspec.structs.asdict(note)))
+                row = session.merge(BackupRow(**msgspec.structs.asdict(record)))
                 failed = row.problem or (row.tested_at and row.test_problem)
-                entries.note(
-                    session, f"backup_{note.kind}", "failed" if failed else "done", subject=f"backup {note.id}"
+                entries.add_entry(
+                    session,
+                    entries.entry(f"backup_{record.kind}", "failed" if failed else "done", subject=f"backup {record.id}"),
                 )
         file.unlink()
 
@@ -80,12 +81,12 @@ def newest(session: Session, limit: int, after: str | None = None) -> tuple[Sequ
 
 
 def last_made(session: Session) -> BackupRow | None:
-    """The newest that nothing is known to be wrong with, tried or not."""
+    """Return the newest backup without a known problem, verified or not."""
     sound = (BackupRow.problem == "", (BackupRow.test_problem == "") | BackupRow.tested_at.is_(None))
     return session.scalars(select(BackupRow).where(*sound).order_by(BackupRow.at.desc()).limit(1)).first()
 
 
 def last_good(session: Session) -> BackupRow | None:
-    """The newest that is known to be restorable."""
+    """Return the newest backup whose trial restore succeeded."""
     good = (BackupRow.problem == "", BackupRow.test_problem == "", BackupRow.tested_at.is_not(None))
     return session.scalars(select(BackupRow).where(*good).order_by(BackupRow.at.desc()).limit(1)).first()

@@ -1,7 +1,7 @@
-"""The file of a backup: a tar, compressed, inside an age file. ``age --decrypt -i KEY FILE | tar xz`` opens it without Kata.
+"""The file format of a backup: a compressed tar, encrypted with age. ``age --decrypt -i KEY FILE | tar xz`` opens it without Kata.
 
-First in it is ``kata-backup.json``, which says what the rest is; then ``database``, a SQLite file or an archive of ``pg_dump``; then
-``data/``, what else belongs to the clinic. age authenticates every piece of it, and its end: what is cut short or changed is refused.
+The tar contains ``kata-backup.json`` with a description, ``database`` (a SQLite file or an archive of ``pg_dump``), and ``data/`` with the
+clinic's other files. age authenticates every part and the end of the file: a truncated or changed file is refused.
 """
 
 import gzip
@@ -20,7 +20,7 @@ import msgspec
 import pyrage
 from pyrage.x25519 import Identity, Recipient
 
-from kata.backups.book import Kind
+from kata.backups.catalogue import Kind
 from kata.backups.key import BackupError
 from kata.database.database_copy import DatabaseKind
 from kata.database.table_checksums import Tally
@@ -33,12 +33,12 @@ FACTOR_KEY: Final = "second-factor-key.txt"
 _CONTENTS: Final = "kata-backup.json"
 _FORMAT: Final = "kata-backup/1"
 _COMPRESSION: Final = 1
-"""Samples are compressed already; rows of text become small by any effort."""
+"""The fastest level: samples are compressed already, and text compresses well at any level."""
 _NO_KEY_FITS: Final = "No matching keys found"
 
 
 class Contents(msgspec.Struct, frozen=True, kw_only=True):
-    """What is in a backup."""
+    """The description of a backup's contents."""
 
     format: str = _FORMAT
     id: UUID
@@ -47,22 +47,22 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     program: str
     """Kata's version."""
     bytes: int
-    """Of what is in it, unpacked."""
+    """Size of the unpacked contents."""
     database: DatabaseKind
     schema: str
     """Revision of the database's tables."""
     tables: dict[str, Tally]
-    """What was in them at the moment of the backup."""
+    """Rows and checksum of each table at the time of the backup."""
     anchored: int = 0
-    """Lines in the audit trail's anchor when the backup was begun."""
+    """Lines in the audit trail's anchor when the backup began."""
 
 
-def seal(file: Path, recipients: list[Recipient], contents: Contents, folder: Path) -> int:
-    """Put ``folder`` (the database's copy and ``data/``) into a new file for these recipients: how many bytes it has.
+def write_archive(file: Path, recipients: list[Recipient], contents: Contents, folder: Path) -> int:
+    """Write the database copy and ``data/`` of ``folder`` into a new file for these recipients, and return its size in bytes.
 
-    It is whole and on the disk under its name, or not there.
+    The file gets its name when it is complete and synced.
 
-    :raises OSError: when there is no room, say.
+    :raises OSError: when the disk refuses, for example because it is full.
     """
     part = file.with_name(file.name + ".part")
     try:
@@ -81,17 +81,17 @@ def seal(file: Path, recipients: list[Recipient], contents: Contents, folder: Pa
     return size
 
 
-def unseal(file: Path, keys: list[Identity], folder: Path, check: Callable[[Contents], None]) -> Contents:
-    """Take everything out into ``folder``; ``check`` may refuse by raising, before the rest is taken out.
+def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable[[Contents], None]) -> Contents:
+    """Extract everything into ``folder``. ``check`` may raise before the data is extracted.
 
-    :raises BackupError: when no key fits, or the file is cut short, changed, of a newer version or something else.
+    :raises BackupError: when no key fits, or the file is truncated, changed, of a newer version or not a backup.
     """
     found: list[Contents] = []
 
     def unpack(source: IO[bytes]) -> None:
         found.append(_unpack(source, folder, check))
         while source.read(1 << 16):
-            # To its very end: only there is it known to be whole.
+            # Only the end of the file proves that it is complete.
             pass
 
     try:
@@ -100,23 +100,23 @@ def unseal(file: Path, keys: list[Identity], folder: Path, check: Callable[[Cont
     except pyrage.DecryptError as error:
         if str(error) == _NO_KEY_FITS:
             raise BackupError(
-                f"this key does not open {file}: it was made with another one, or its first lines are damaged. "
-                "Look for the key that was kept when it was made, or take another copy of the file"
+                f"this key does not open {file}: it was made with another key, or its first lines are damaged. "
+                "Find the key of that time, or use another copy of the file"
             ) from error
         raise BackupError(
-            f"{file} is no backup, or its beginning is damaged; take another copy of it, or another backup"
+            f"{file} is not a backup, or its beginning is damaged; use another copy of it, or another backup"
         ) from error
     except OSError as error:
         if error.errno is not None:
-            raise BackupError(f"{file} cannot be taken apart: {error.strerror}") from error
-        raise _not_whole(file) from error
+            raise BackupError(f"{file} cannot be extracted: {error.strerror}") from error
+        raise _incomplete(file) from error
     except (tarfile.TarError, EOFError) as error:
-        raise _not_whole(file) from error
+        raise _incomplete(file) from error
     return found[0]
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the names in it survive a power cut."""
+    """Sync a folder, so that its file names survive a power cut."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)
@@ -124,8 +124,10 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _not_whole(file: Path) -> BackupError:
-    return BackupError(f"{file} is not whole: it was cut short or changed. Take another copy of it, or another backup")
+def _incomplete(file: Path) -> BackupError:
+    return BackupError(
+        f"{file} is not complete: it was truncated or changed. Use another copy of it, or another backup"
+    )
 
 
 def _pack(sink: IO[bytes], contents: Contents, folder: Path) -> None:
@@ -133,10 +135,10 @@ def _pack(sink: IO[bytes], contents: Contents, folder: Path) -> None:
         gzip.GzipFile(fileobj=sink, mode="wb", filename="", compresslevel=_COMPRESSION) as packed,
         tarfile.open(fileobj=packed, mode="w|") as tar,
     ):
-        told = msgspec.json.format(msgspec.json.encode(contents))
+        description = msgspec.json.format(msgspec.json.encode(contents))
         head = tarfile.TarInfo(_CONTENTS)
-        head.size, head.mtime, head.mode = len(told), int(contents.made_at.timestamp()), 0o600
-        tar.addfile(head, BytesIO(told))
+        head.size, head.mtime, head.mode = len(description), int(contents.made_at.timestamp()), 0o600
+        tar.addfile(head, BytesIO(description))
         tar.add(folder / DATABASE, DATABASE)
         tar.add(folder / DATA, DATA)
 
@@ -146,19 +148,19 @@ def _unpack(source: IO[bytes], folder: Path, check: Callable[[Contents], None]) 
         head = tar.next()
         opened = tar.extractfile(head) if head and head.name == _CONTENTS else None
         if opened is None:
-            raise BackupError("what is in this file is no backup of Kata")
+            raise BackupError("this file is not a backup of Kata")
         contents = _contents(opened.read())
         check(contents)
         while member := tar.next():
-            _take_out(tar, member, folder)
+            _extract(tar, member, folder)
     return contents
 
 
-def _take_out(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> None:
-    """Files and folders only, and none outside: a public key is enough to make a file that opens."""
+def _extract(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> None:
+    """Extract a file or a folder. Refuse other types and paths outside: anyone with the public key can make a valid archive."""
     path = PurePosixPath(member.name)
     if path.is_absolute() or ".." in path.parts or not (member.isdir() or member.isfile()):
-        raise BackupError(f"what is in this file is no backup of Kata: {member.name}")
+        raise BackupError(f"this file is not a backup of Kata: {member.name}")
     target = folder / path
     if member.isdir():
         target.mkdir(parents=True, exist_ok=True)
@@ -173,29 +175,29 @@ def _take_out(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> No
         os.fsync(written.fileno())
 
 
-def _contents(told: bytes) -> Contents:
+def _contents(description: bytes) -> Contents:
     try:
-        form = msgspec.json.decode(told, type=dict[str, Any]).get("format", "")
-        if form == _FORMAT:
-            return msgspec.json.decode(told, type=Contents)
+        found = msgspec.json.decode(description, type=dict[str, Any]).get("format", "")
+        if found == _FORMAT:
+            return msgspec.json.decode(description, type=Contents)
     except msgspec.MsgspecError as error:
-        raise BackupError("what is in this file is no backup that Kata can read") from error
+        raise BackupError("Kata cannot read the description in this backup") from error
     raise BackupError(
-        f"this backup was made by a newer version of Kata (its format is {form!r}); install that version, then restore"
+        f"this backup was made by a newer version of Kata (its format is {found!r}); install that version, then restore"
     )
 
 
 def _through_pipe(fill: Callable[[IO[bytes]], None], drain: Callable[[IO[bytes]], None]) -> None:
-    """Both at once, what the one writes being what the other reads; raises what went wrong first."""
+    """Run ``fill`` in a thread and ``drain`` here, connected by a pipe. Raise the first error."""
     reading, writing = os.pipe()
-    wrong: list[BaseException] = []
+    errors: list[BaseException] = []
 
     def filling() -> None:
         try:
             with os.fdopen(writing, "wb") as sink:
                 fill(sink)
         except BaseException as error:
-            wrong.append(error)
+            errors.append(error)
 
     thread = threading.Thread(target=filling, name="backup")
     thread.start()
@@ -204,10 +206,10 @@ def _through_pipe(fill: Callable[[IO[bytes]], None], drain: Callable[[IO[bytes]]
             drain(source)
     except BaseException as error:
         thread.join()
-        # When the one that fills broke off, the other has met nothing but an end too soon; when it was hung up on, the other did.
-        if wrong and not isinstance(wrong[0], BrokenPipeError):
-            raise wrong[0] from error
+        # An error of ``fill`` is the cause: ``drain`` only met an early end. A broken pipe is the consequence of an error of ``drain``.
+        if errors and not isinstance(errors[0], BrokenPipeError):
+            raise errors[0] from error
         raise
     thread.join()
-    if wrong:
-        raise wrong[0]
+    if errors:
+        raise errors[0]
