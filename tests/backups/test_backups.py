@@ -379,7 +379,7 @@ def test_backup_file_reveals_nothing_without_its_key(settings: Settings) -> None
     with pytest.raises(BackupError, match="give a copy of it with --key"):
         restore_backup(settings, file, settings.data / "nowhere.txt")
     other.write_text("AGE-SECRET-KEY-1MISTYPED\n")
-    with pytest.raises(BackupError, match="every letter of it counts"):
+    with pytest.raises(BackupError, match="must be a complete key"):
         restore_backup(settings, file, other)
 
 

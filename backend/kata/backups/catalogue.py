@@ -66,7 +66,9 @@ def import_records(settings: Settings, database: Database) -> None:
                 failed = row.problem or (row.tested_at and row.test_problem)
                 entries.add_entry(
                     session,
-                    entries.entry(f"backup_{record.kind}", "failed" if failed else "done", subject=f"backup {record.id}"),
+                    entries.entry(
+                        f"backup_{record.kind}", "failed" if failed else "done", subject=f"backup {record.id}"
+                    ),
                 )
         file.unlink()
 
