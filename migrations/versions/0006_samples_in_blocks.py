@@ -13,7 +13,7 @@ import numpy as np
 import sqlalchemy as sa
 from alembic import op
 
-from kata.database.arrays import SampleColumn, Floats, UnreadableError
+from kata.database.arrays import Floats, SampleColumn, UnreadableError
 from kata.database.series import Series, unpack
 
 revision = "0006"
