@@ -11,9 +11,13 @@ from zipfile import ZipFile
 import pytest
 from arro3.io import read_parquet
 from fastapi.testclient import TestClient
+from sqlalchemy import String, inspect
 
-from kata.clinic.recordings.tables import RecordingSamplesRow
+from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow
+from kata.clinic.sessions.tables import RunRow
+from kata.database.base import Base
 from kata.database.engine import Database
+from kata.interop import patient_export
 from tests.support.fhir_patient import NAME, treated
 from tests.support.responses import problem
 
@@ -156,6 +160,21 @@ def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> N
     for name in names[1:]:
         assert name.partition("/")[0] in readme
     assert NAME not in " ".join(names)
+
+
+@pytest.mark.parametrize("row_class", [RecordingRow, RunRow])
+@pytest.mark.parametrize(
+    "payload", ['=HYPERLINK("http://evil.example")', "+1+1", "-1+1", "@SUM(1)", "\t=1", " =1", "＝1", "%0A=1"]
+)
+def test_no_text_column_of_an_export_becomes_a_formula(tmp_path: Path, row_class: type[Base], payload: str) -> None:
+    columns = inspect(row_class).column_attrs
+    row = {one.key: payload for one in columns if isinstance(one.columns[0].type, String)}
+    assert len(row) > 2
+    patient_export._write_index(tmp_path / "index.csv", [row | {"count": -1.5}])
+    with (tmp_path / "index.csv").open(encoding="utf-8", newline="") as file:
+        (read,) = csv.DictReader(file)
+    assert {read[name] for name in row} == {f"'{payload}"}
+    assert read["count"] == "-1.5"
 
 
 def test_a_record_with_damaged_samples_is_exported_without_them(client: TestClient) -> None:

@@ -39,8 +39,10 @@ runs.csv          what was played, a line each, with the file of its samples
 runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
 
 Angles are degrees, torques newton metres, times seconds; moments are UTC. Motors are counted 1 to 5: two of the scapula,
-abduction, flexion, external rotation. Text is UTF-8.
+abduction, flexion, external rotation. Text is UTF-8. In the CSV files an apostrophe stands before a text that begins like a formula.
 """
+_FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "|", "%")
+"""First characters of a cell that a spreadsheet runs as a formula or command; Japanese ones take the wide forms too (OWASP, CSV injection)."""
 
 
 class _Outgoing:
@@ -178,7 +180,12 @@ def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, ["file", *(name for name in rows[0] if name != "file")] if rows else ["file"])
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+
+
+def _cell(value: object) -> object:
+    """Return a value as a cell. A text that a spreadsheet would take for a formula gets an apostrophe before it."""
+    return f"'{value}" if isinstance(value, str) and value.lstrip().startswith(_FORMULA) else value
 
 
 def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
