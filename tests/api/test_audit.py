@@ -16,6 +16,7 @@ from kata.audit.entries import entry
 from kata.audit.verify import verify
 from kata.auth.login_session import COOKIE
 from kata.settings import Settings
+from tests.support.audit_rows import audit_log
 from tests.support.login import signed_in
 from tests.support.service import running
 from tests.support.station_api import until_mode
@@ -56,14 +57,6 @@ def acting_as(client: TestClient, role: Any) -> Iterator[None]:
     finally:
         client.cookies.clear()
         client.cookies.set(COOKIE, before)
-
-
-def audit_log(client: TestClient, **wanted: Any) -> list[dict[str, Any]]:
-    """Newest first."""
-    answer = client.get("/api/audit", params={"limit": 200} | wanted)
-    assert answer.status_code == 200, answer.text
-    items: list[dict[str, Any]] = answer.json()["items"]
-    return items
 
 
 def of_patient(client: TestClient, patient: dict[str, Any]) -> list[dict[str, Any]]:

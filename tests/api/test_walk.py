@@ -240,7 +240,7 @@ def expected(operation: Operation, asker: Asker, whose: str) -> tuple[int, str] 
         return 401, "not_signed_in"
     if asker.locked and operation.name not in BEHIND_A_LOCK:
         return 423, "locked"
-    if asker.enrolling and operation.name not in ENROLLING:
+    if asker.enrolling and operation.name not in ENROLLING | {"stop"}:
         return 403, "second_factor_needed"
     if asker.role not in roles_of(operation) or (whose and asker.role == "technician"):
         return 403, "not_allowed"

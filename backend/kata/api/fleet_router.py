@@ -13,7 +13,7 @@ from kata.actor import CURRENT_ACTOR, Actor
 from kata.api.fleet import Fleet
 from kata.api.redaction import Redaction
 from kata.api.services import services_of
-from kata.api.sockets import until_gone
+from kata.api.sockets import accepted, received, until_gone
 from kata.clinic.stations import service
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -130,14 +130,15 @@ async def live_stations(socket: WebSocket) -> None:
     actor = CURRENT_ACTOR.get()
     # The rule of this route requires a login.
     assert actor is not None
-    await socket.accept()
+    if not await accepted(socket, actor):
+        return
     redactions = _Redactions(actor, services.database)
-    await until_gone(socket, actor, _until_disconnected(socket), _send(socket, services.fleet, redactions))
+    await until_gone(socket, actor, _until_disconnected(socket, actor), _send(socket, services.fleet, redactions))
 
 
-async def _until_disconnected(socket: WebSocket) -> None:
-    while (await socket.receive())["type"] != "websocket.disconnect":
-        pass
+async def _until_disconnected(socket: WebSocket, actor: Actor) -> None:
+    async for _ in received(socket, actor):
+        pass  # clients have nothing to send
 
 
 async def _send(socket: WebSocket, fleet: Fleet, redactions: _Redactions) -> None:

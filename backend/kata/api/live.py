@@ -10,18 +10,19 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kata.actor import CURRENT_ACTOR
+from kata.actor import CURRENT_ACTOR, Actor
 from kata.api.lease import browser
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
-from kata.api.services import services_of
-from kata.api.sockets import until_gone
+from kata.api.services import Services, services_of
+from kata.api.sockets import accepted, received, until_gone
+from kata.api.stopping import StopQueue, stop_by_user
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
-from kata.device.messages import EstopState, Mode, Refusal, Stop
+from kata.device.messages import EstopState, Mode, Refusal
 from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
-from kata.station.station import Station, Subscription
+from kata.station.station import Subscription
 
 router = APIRouter()
 
@@ -115,32 +116,29 @@ async def live(socket: WebSocket) -> None:
     # The rule of this route requires a login.
     assert actor is not None
     redaction = Redaction(actor, services.database, services.offline_cache)
-    await socket.accept()
+    if not await accepted(socket, actor):
+        return
     with station.operating.listening(here), station.subscribed() as subscription:
         await until_gone(
             socket,
             actor,
-            _listen(socket, station, subscription),
+            _listen(socket, actor, services, subscription),
             _send(socket, station.info, services.live_view, here, subscription, redaction),
         )
 
 
-async def _listen(socket: WebSocket, station: Station, subscription: Subscription) -> None:
+async def _listen(socket: WebSocket, actor: Actor, services: Services, subscription: Subscription) -> None:
     """Receive until the listener has gone. A Stop goes to the device at once and stays in force if the listener leaves."""
-    stopping: set[asyncio.Task[None]] = set()
-    while (message := await socket.receive())["type"] != "websocket.disconnect":
+
+    def answer(number: int, refusal: Refusal | None) -> None:
+        subscription.put(_StopAnswer(number, refusal))
+
+    stops = StopQueue(lambda: stop_by_user(services), answer)
+    async for text in received(socket, actor):
         try:
-            stop = StopMessage.model_validate_json(message.get("text") or b"")
+            stops.put(StopMessage.model_validate_json(text).number)
         except ValidationError:
             continue
-        task = asyncio.create_task(_stop(station, subscription, stop.number), name="stop")
-        stopping.add(task)
-        task.add_done_callback(stopping.discard)
-
-
-async def _stop(station: Station, subscription: Subscription, number: int) -> None:
-    """Stop, and queue the answer. Every account that may listen may also stop (``auth/permissions.py``)."""
-    subscription.put(_StopAnswer(number, await station.command(Stop())))
 
 
 async def _send(

@@ -12,6 +12,7 @@ from starlette.requests import HTTPConnection
 
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
+from kata.api.message_limits import Offences
 from kata.api.metrics import Metrics
 from kata.api.probe import Probe
 from kata.api.simulation import Simulation
@@ -53,6 +54,7 @@ class Services:
     metrics: Metrics
     backups: Backups
     letterhead: Letterhead
+    offences: Offences
 
     @property
     def station_name(self) -> str:

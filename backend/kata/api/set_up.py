@@ -18,6 +18,7 @@ from kata.actor import by_program
 from kata.api import lease
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
+from kata.api.message_limits import Offences
 from kata.api.metrics import Metrics
 from kata.api.probe import Probe
 from kata.api.services import Services
@@ -135,6 +136,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         metrics=metrics,
         backups=backups,
         letterhead=head,
+        offences=Offences(),
     )
 
 

@@ -1,15 +1,47 @@
-"""Serve a WebSocket until the page leaves or its login session ends."""
+"""Serve a WebSocket until the page leaves, its login session ends, or it sends too many messages."""
 
 import asyncio
 import logging
-from collections.abc import Coroutine
+from collections.abc import AsyncIterator, Coroutine
 
 from fastapi import WebSocket
+from starlette.websockets import WebSocketState
 
 from kata.actor import Actor
+from kata.api.message_limits import Allowance
 from kata.api.services import services_of
+from kata.audit.entries import entry
+from kata.auth.login import address_of
 
 log = logging.getLogger(__name__)
+
+
+async def received(socket: WebSocket, actor: Actor) -> AsyncIterator[str]:
+    """Yield the text of every message until the page leaves. Close the WebSocket when there are too many."""
+    allowance = Allowance()
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        if not allowance.take():
+            await _close_offending(socket, actor)
+            return
+        yield message.get("text") or ""
+
+
+async def _close_offending(socket: WebSocket, actor: Actor) -> None:
+    services = services_of(socket)
+    offender = actor.account_id, address_of(socket)
+    services.offences.add(offender)
+    await socket.close(1008, "too many messages")
+    log.warning("a WebSocket of %s sent too many messages and was closed", offender[1])
+    await services.audit_log.record(entry("live", "refused", detail={"why": "too_many_messages"}))
+
+
+async def accepted(socket: WebSocket, actor: Actor) -> bool:
+    """Accept a WebSocket. Return False, with the WebSocket closed, for a user who has sent too many messages repeatedly."""
+    if services_of(socket).offences.is_refused((actor.account_id, address_of(socket))):
+        await socket.close(1008, "too many messages")
+        return False
+    await socket.accept()
+    return True
 
 
 async def until_gone(
@@ -31,7 +63,12 @@ async def until_gone(
         # Not gather: it would swallow the cancellation of this task.
         await asyncio.wait(tasks | {ending})
         for task in tasks:
-            if not task.cancelled() and (error := task.exception()):
+            # A message that was being sent when the WebSocket closed is no error.
+            if not task.cancelled() and (error := task.exception()) and not _is_closed(socket):
                 log.error("a WebSocket failed", exc_info=error)
-    if first == {ending}:
+    if first == {ending} and not _is_closed(socket):
         await socket.close(1008, "signed out")
+
+
+def _is_closed(socket: WebSocket) -> bool:
+    return WebSocketState.DISCONNECTED in (socket.client_state, socket.application_state)

@@ -19,6 +19,7 @@ from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
+from kata.api.stopping import stop_by_user
 from kata.clinic import texts as clinic_texts
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
@@ -331,12 +332,15 @@ async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) ->
 
 
 @router.post("/stop", responses=_COMMAND, summary="Stop the apparatus")
-async def stop(station: TheStation) -> Accepted:
+async def stop(request: Request) -> Accepted:
     """Ramp down, switch torque off and latch the stop. Accepted at any time from any browser, without waiting.
 
     It is not an emergency stop, because it needs a network.
     """
-    return await _send(station, messages.Stop(), None)
+    refusal = await stop_by_user(services_of(request))
+    if refusal:
+        raise refused(refusal)
+    return Accepted(accepted=True)
 
 
 @router.post("/release-torque", responses=_GUARDED, summary="Release torque found at connection")

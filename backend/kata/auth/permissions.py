@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
 
-from kata.actor import Role
+from kata.actor import Actor, Role
 
 Permission = Literal[
     "public",
@@ -57,6 +57,15 @@ class RouteRule:
     (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
     """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
+
+
+def granted(actor: Actor, rule: RouteRule) -> bool:
+    """Return whether the user's role and the state of the login session allow what the rule needs, whichever record is named."""
+    return (
+        rule.needs in OF_ROLE[actor.role]
+        and (rule.locked or not actor.locked)
+        and (rule.enrolling or not actor.enrolling)
+    )
 
 
 _PUBLIC: Final = RouteRule("public")
@@ -223,7 +232,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_stations": _WATCH,
         "get_station": _WATCH,
         "list_events": RouteRule("see_station"),
-        "stop": RouteRule("stop", locked=True, away=True),
+        "stop": RouteRule("stop", locked=True, enrolling=True, away=True),
         "take_lease": _GO_ON,
         "release_lease": _GO_ON,
         "set_side": _OPERATE,
