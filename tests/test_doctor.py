@@ -13,7 +13,7 @@ from kata.backups.catalogue import import_records
 from kata.backups.create import create_backup
 from kata.backups.key import make_key
 from kata.cli import doctor
-from kata.cli.doctor import Finding, examine
+from kata.cli.doctor import CheckResult, examine
 from kata.database.engine import Database
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
@@ -28,7 +28,7 @@ def port() -> Iterator[str]:
     os.close(theirs)
 
 
-def found(name: str, folder: Path, station: str | None = None) -> Finding:
+def found(name: str, folder: Path, station: str | None = None) -> CheckResult:
     """The first finding of this name; ``station`` is its TOML."""
     settings = Settings(data=folder, database_url="", station=None)
     if station is not None:

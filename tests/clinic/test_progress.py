@@ -96,7 +96,7 @@ def told(database: Database, episode_id: UUID, read: Callable[[Session, service.
         return read(session, service.timeline_of(session, episode_id))
 
 
-def names(table: numbers.Table) -> list[str]:
+def names(table: numbers.NumberTable) -> list[str]:
     assert all(len(row) == len(table.columns) for row in table.rows)
     return [column.name for column in table.columns]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kata.device.movement import RAMP_S, Movement, longest_step
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 
 DT_S = 0.01
 
@@ -18,8 +18,8 @@ class Straight:
 
     duration_s: float = 2.0
 
-    def motion_at(self, time_s: float) -> Motion:
-        return Motion(np.full(5, time_s), np.full(5, 1.0), np.full(5, 0.5))
+    def motion_at(self, time_s: float) -> PathPoint:
+        return PathPoint(np.full(5, time_s), np.full(5, 1.0), np.full(5, 0.5))
 
 
 def advance(movement: Movement, cycles: int) -> list[float]:

@@ -13,7 +13,7 @@ from kata.device.range_override import MIN_SHARE, RECOVERY_DEG, REDUCTION_STEP, 
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 from kata.motion.trajectory import Trajectory
 from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
 from tests.support.stepped import REST_DEG, Stepped
@@ -34,10 +34,10 @@ def comfort(repetition_s: float = SECONDS, max_speed_deg_s: float = 120.0) -> Ra
     return RangeOverride(reference("smooth", *strokes()), repetition_s, np.full(5, max_speed_deg_s))
 
 
-def standing(comfort: RangeOverride, angle_deg: float = 60.0, speed_deg_s: float = 0.0) -> Motion:
+def standing(comfort: RangeOverride, angle_deg: float = 60.0, speed_deg_s: float = 0.0) -> PathPoint:
     angles, speed = comfort.trajectory.middle_deg.copy(), np.zeros(5)
     angles[MOVING], speed[MOVING] = angle_deg, speed_deg_s
-    return Motion(angles, speed, np.zeros(5))
+    return PathPoint(angles, speed, np.zeros(5))
 
 
 def reached(comfort: RangeOverride, seconds: float, speed_override: float = 1.0) -> list[float]:

@@ -11,7 +11,7 @@ from kata.device.journal import PHASE_PLAYING
 from kata.device.messages import Load
 from kata.evaluation.identify import FRICTION_REVERSAL_DEG_S, identify
 from kata.evaluation.station import VirtualStation
-from kata.motion.approach import Approach
+from kata.motion.approach import MinimumJerkMove
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.trajectory import Trajectory
@@ -33,7 +33,7 @@ def exercise(seconds: float, *motions: int) -> Floats:
     rows = [oscillation(seconds)]
     for number in motions:
         angles = motor_angles_deg(built_in_motions()[number - 1].poses_deg)
-        approach = Approach(rows[-1][-1], angles[0], APPROACH_DEG_S)
+        approach = MinimumJerkMove(rows[-1][-1], angles[0], APPROACH_DEG_S)
         rows += [np.array([approach.at(time) for time in np.arange(0.0, approach.duration_s, STEP_S)]), angles]
     return np.concatenate(rows)
 

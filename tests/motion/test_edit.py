@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from kata.device.config import StationConfig
 from kata.motion import edit
-from kata.motion.approach import Approach
+from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import AXES
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import EditError, Motion, PlaybackSettings
@@ -190,7 +190,7 @@ def test_eased_motion_starts_and_ends_at_rest_on_its_path(motion: Motion) -> Non
 def way_s(start: Floats, goal: Floats) -> float:
     if np.max(np.abs(start - goal)) < 1e-3:
         return 0.0
-    return Approach(start, goal, edit.JOIN_SPEED_DEG_S).duration_s
+    return MinimumJerkMove(start, goal, edit.JOIN_SPEED_DEG_S).duration_s
 
 
 pauses = st.just(0.0) | st.floats(0.002, 4.0)

@@ -9,7 +9,7 @@ import pytest
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.method import ServoModel, reference
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 from kata.motion.smoothing import smoothed
 from kata.motion.taught import Taught, read_csv
 from kata.motion.trajectory import Trajectory
@@ -127,8 +127,8 @@ def test_only_the_paper_holds() -> None:
 # -- ahead of the drives ----------------------------------------------------------------------------------------------
 
 
-def motion(speed_deg_s: float, acceleration_deg_s2: float = 0.0) -> Motion:
-    return Motion(np.zeros(5), np.full(5, speed_deg_s), np.full(5, acceleration_deg_s2))
+def motion(speed_deg_s: float, acceleration_deg_s2: float = 0.0) -> PathPoint:
+    return PathPoint(np.zeros(5), np.full(5, speed_deg_s), np.full(5, acceleration_deg_s2))
 
 
 LAG = ServoModel(np.full(5, 0.06), np.full(5, 0.002), np.full(5, 0.5))

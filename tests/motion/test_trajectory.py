@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kata.motion.approach import Approach, PathSequence, unidirectional_approach
+from kata.motion.approach import MinimumJerkMove, PathSequence, unidirectional_approach
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
@@ -144,7 +144,7 @@ def test_motion_too_abrupt_at_100_hertz_may_pass_at_ten() -> None:
 def test_approach_arrives_without_a_jump_and_within_its_speed(
     start: list[float], goal: list[float], speed_deg_s: float
 ) -> None:
-    approach = Approach(np.array(start), np.array(goal), speed_deg_s)
+    approach = MinimumJerkMove(np.array(start), np.array(goal), speed_deg_s)
     times = np.linspace(0, approach.duration_s, 500)
     moving = [approach.motion_at(time_s) for time_s in times]
     path = np.array([motion.angles_deg for motion in moving])
@@ -187,7 +187,10 @@ def test_every_axis_reaches_the_start_from_its_departure_side() -> None:
 
 
 def test_path_of_several_legs_is_continuous_and_rests_between_them() -> None:
-    legs = [Approach(np.zeros(5), np.full(5, 10.0), 15.0), Approach(np.full(5, 10.0), np.full(5, 8.0), 15.0)]
+    legs = [
+        MinimumJerkMove(np.zeros(5), np.full(5, 10.0), 15.0),
+        MinimumJerkMove(np.full(5, 10.0), np.full(5, 8.0), 15.0),
+    ]
     way = PathSequence(legs)
     assert way.duration_s == legs[0].duration_s + legs[1].duration_s
     for time_s in (-1.0, 0.0, legs[0].duration_s, way.duration_s, way.duration_s + 1):

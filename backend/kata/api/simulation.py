@@ -21,7 +21,7 @@ from kata.types import Schema
 Source = Literal["built-in", "recorded", "uploaded"]
 
 
-class Motion(Schema):
+class HandMotion(Schema):
     """A motion that the simulated hand can follow."""
 
     id: str
@@ -57,11 +57,11 @@ class Simulation:
             except HandRefusedError as error:
                 raise hand_refused(error) from error
 
-    def motions(self) -> list[Motion]:
+    def motions(self) -> list[HandMotion]:
         """Return all motions."""
         return [self._motion(key) for key in self._motions]
 
-    def add(self, motion: Taught) -> Motion:
+    def add(self, motion: Taught) -> HandMotion:
         """Add an uploaded motion. It is lost when the service ends."""
         key = f"uploaded-{uuid4()}"
         self._motions[key] = ("uploaded", motion)
@@ -76,9 +76,9 @@ class Simulation:
             raise ProblemError(404, "not_found", texts.MOTION_NOT_FOUND(), texts.CHOOSE_FROM_LIST())
         return self._motions[key][1]
 
-    def _motion(self, key: str) -> Motion:
+    def _motion(self, key: str) -> HandMotion:
         source, taught = self._motions[key]
-        return Motion(
+        return HandMotion(
             id=key,
             name=taught.name,
             name_key=TextKey.of(taught.name),

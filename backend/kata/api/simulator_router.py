@@ -8,7 +8,7 @@ from pydantic import Field, StrictBool
 
 from kata.api import texts
 from kata.api.services import services_of
-from kata.api.simulation import Motion, Simulation, hand_refused
+from kata.api.simulation import HandMotion, Simulation, hand_refused
 from kata.clinic import texts as clinic_texts
 from kata.dependencies import PROBLEMS
 from kata.errors import ProblemError
@@ -34,7 +34,7 @@ class SimulatorState(Schema):
     pedal_down: bool
     estop_pressed: bool
     hand: Hand
-    motions: list[Motion]
+    motions: list[HandMotion]
 
 
 class PedalRequest(Schema):
@@ -118,7 +118,7 @@ def upload_motion(
         str,
         Body(media_type="text/csv", max_length=20_000_000, description="Columns: time_s and the five pose columns."),
     ],
-) -> Motion:
+) -> HandMotion:
     """Add a motion that the hand can follow, from a CSV file of poses."""
     try:
         motion = parse_csv(csv, name)

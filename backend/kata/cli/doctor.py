@@ -49,7 +49,7 @@ _HUGE_PAGES: Final = Path("/sys/kernel/mm/transparent_hugepage/enabled")
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckResult:
     """One line: what was looked at, how it stands, and what to do where it is not well."""
 
     name: str
@@ -58,9 +58,9 @@ class Finding:
     what_to_do: str = ""
 
 
-def examine(settings: Settings) -> list[Finding]:
+def examine(settings: Settings) -> list[CheckResult]:
     """Look at everything; a look that fails itself is a problem, and the others go on."""
-    looks: list[Callable[[Settings], Iterator[Finding]]] = [
+    looks: list[Callable[[Settings], Iterator[CheckResult]]] = [
         _python,
         _sqlite,
         _processor,
@@ -75,23 +75,23 @@ def examine(settings: Settings) -> list[Finding]:
     return [finding for look in looks for finding in look(settings)]
 
 
-def as_json(findings: list[Finding]) -> list[dict[str, str]]:
+def as_json(findings: list[CheckResult]) -> list[dict[str, str]]:
     """For a program to read."""
     return [asdict(finding) for finding in findings]
 
 
-def _python(settings: Settings) -> Iterator[Finding]:
+def _python(settings: Settings) -> Iterator[CheckResult]:
     version = platform.python_version()
     if sys.version_info >= _PYTHON:
-        yield Finding("Python", "ok", version)
+        yield CheckResult("Python", "ok", version)
     else:
-        yield Finding("Python", "problem", f"{version} is too old.", "Install Python 3.11 or newer.")
+        yield CheckResult("Python", "problem", f"{version} is too old.", "Install Python 3.11 or newer.")
 
 
-def _sqlite(settings: Settings) -> Iterator[Finding]:
+def _sqlite(settings: Settings) -> Iterator[CheckResult]:
     version = sqlite3.sqlite_version
     if _WAL_SINCE <= sqlite3.sqlite_version_info < _WAL_FIXED:
-        yield Finding(
+        yield CheckResult(
             "SQLite",
             "ok",
             f"{version} can corrupt a WAL when two connections write and checkpoint together; Kata writes "
@@ -99,20 +99,20 @@ def _sqlite(settings: Settings) -> Iterator[Finding]:
             "Do not let another program write to Kata's database.",
         )
     else:
-        yield Finding("SQLite", "ok", version)
+        yield CheckResult("SQLite", "ok", version)
 
 
-def _processor(settings: Settings) -> Iterator[Finding]:
+def _processor(settings: Settings) -> Iterator[CheckResult]:
     cores = len(os.sched_getaffinity(0))
     if cores >= 2:
-        yield Finding("Processor", "ok", f"{cores} cores")
+        yield CheckResult("Processor", "ok", f"{cores} cores")
     else:
-        yield Finding("Processor", "warning", "One core only.", "Two let the control loop run beside the service.")
+        yield CheckResult("Processor", "warning", "One core only.", "Two let the control loop run beside the service.")
     preemption = kernel_preemption()
     if preemption in ("PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT"):
-        yield Finding("Kernel", "ok", f"Linux {platform.release()}, {preemption}")
+        yield CheckResult("Kernel", "ok", f"Linux {platform.release()}, {preemption}")
     else:
-        yield Finding(
+        yield CheckResult(
             "Kernel",
             "warning",
             f"Linux {platform.release()} does not say that it can be preempted.",
@@ -120,14 +120,14 @@ def _processor(settings: Settings) -> Iterator[Finding]:
         )
 
 
-def _huge_pages(settings: Settings) -> Iterator[Finding]:
+def _huge_pages(settings: Settings) -> Iterator[CheckResult]:
     """Kata's own programs have none made; where the kernel does it for everybody, a browser beside them is enough."""
     if not _HUGE_PAGES.exists():
         return
     if "[always]" not in _HUGE_PAGES.read_text():
-        yield Finding("Huge pages", "ok", "Made only where a program asks for them.")
+        yield CheckResult("Huge pages", "ok", "Made only where a program asks for them.")
         return
-    yield Finding(
+    yield CheckResult(
         "Huge pages",
         "warning",
         "The kernel gathers every program's memory into huge pages, which can keep the control loop off its core for milliseconds.",
@@ -135,20 +135,20 @@ def _huge_pages(settings: Settings) -> Iterator[Finding]:
     )
 
 
-def _real_time(settings: Settings) -> Iterator[Finding]:
+def _real_time(settings: Settings) -> Iterator[CheckResult]:
     if fifo_granted():
-        yield Finding("Real-time scheduling", "ok", "SCHED_FIFO is granted.")
+        yield CheckResult("Real-time scheduling", "ok", "SCHED_FIFO is granted.")
     else:
-        yield Finding(
+        yield CheckResult(
             "Real-time scheduling",
             "warning",
             "SCHED_FIFO is not granted: on a busy computer cycles will be late.",
             "In the service's systemd unit: LimitRTPRIO=70. For a user: 'kata - rtprio 70' in /etc/security/limits.d/.",
         )
     if memory_lock_granted():
-        yield Finding("Locked memory", "ok", "Memory can be locked.")
+        yield CheckResult("Locked memory", "ok", "Memory can be locked.")
     else:
-        yield Finding(
+        yield CheckResult(
             "Locked memory",
             "warning",
             "Memory cannot be locked: a computer short of memory may make a cycle wait for its disk.",
@@ -157,32 +157,32 @@ def _real_time(settings: Settings) -> Iterator[Finding]:
         )
 
 
-def _station(settings: Settings) -> Iterator[Finding]:
+def _station(settings: Settings) -> Iterator[CheckResult]:
     if settings.station is None:
-        yield Finding("Station", "ok", "None given; --station FILE.toml has it looked at, with its port.")
+        yield CheckResult("Station", "ok", "None given; --station FILE.toml has it looked at, with its port.")
         return
     try:
         station = config.read(settings.station)
     except config.ConfigError as error:
-        yield Finding("Station", "problem", str(error), "Mend the file.")
+        yield CheckResult("Station", "problem", str(error), "Mend the file.")
         return
-    yield Finding("Station", "ok", f"{station.name}: {station.port}, {station.baud} baud, {station.rate_hz} Hz")
+    yield CheckResult("Station", "ok", f"{station.name}: {station.port}, {station.baud} baud, {station.rate_hz} Hz")
     ceiling = f"{station.protocol} at {station.baud} bit/s carries at most {int(max_cycle_hz(station))} cycles a second"
-    yield Finding("Bus", "ok", f"{ceiling}; {station.cycle_hz} are asked for.")
+    yield CheckResult("Bus", "ok", f"{ceiling}; {station.cycle_hz} are asked for.")
     yield from _port(station)
 
 
-def _port(station: config.StationConfig) -> Iterator[Finding]:
+def _port(station: config.StationConfig) -> Iterator[CheckResult]:
     port = Path(station.port)
     if not port.exists():
         there = ", ".join(str(path) for path in _by_id()) or "there is no serial adapter at all"
-        yield Finding(
+        yield CheckResult(
             "Port", "problem", f"{port} is not there.", f"Plug the RS-485 adapter in, or correct port: {there}."
         )
         return
     if not os.access(port, os.R_OK | os.W_OK):
         group = grp.getgrgid(port.stat().st_gid).gr_name
-        yield Finding(
+        yield CheckResult(
             "Port",
             "problem",
             f"{port} may not be opened by this user.",
@@ -193,23 +193,23 @@ def _port(station: config.StationConfig) -> Iterator[Finding]:
     try:
         serial.Serial(str(port), station.baud, timeout=0, exclusive=True).close()
     except (OSError, ValueError) as error:
-        yield Finding(
+        yield CheckResult(
             "Port",
             "problem",
             f"{port} cannot be opened: {error}",
             "Is Kata, or another program, using it? Otherwise, does the adapter do this baud rate?",
         )
         return
-    yield Finding("Port", "ok", f"{port} opens at {station.baud} baud.")
+    yield CheckResult("Port", "ok", f"{port} opens at {station.baud} baud.")
     yield from _name_of(port)
     yield from _latency_timer(port)
 
 
-def _name_of(port: Path) -> Iterator[Finding]:
+def _name_of(port: Path) -> Iterator[CheckResult]:
     if not port.resolve().name.startswith(("ttyUSB", "ttyACM")) or port.parent == _BY_ID:
         return
     lasting = [str(path) for path in _by_id() if path.resolve() == port.resolve()]
-    yield Finding(
+    yield CheckResult(
         "Port's name",
         "warning",
         f"{port} may have another number after the adapter was plugged in anew.",
@@ -217,16 +217,16 @@ def _name_of(port: Path) -> Iterator[Finding]:
     )
 
 
-def _latency_timer(port: Path) -> Iterator[Finding]:
+def _latency_timer(port: Path) -> Iterator[CheckResult]:
     """FTDI's adapters keep replies back for 16 ms unless told otherwise."""
     timer = _TTYS / port.resolve().name / "device" / "latency_timer"
     if not timer.exists():
         return
     latency_ms = int(timer.read_text())
     if latency_ms <= _LATENCY_MS:
-        yield Finding("Adapter's latency timer", "ok", f"{latency_ms} ms")
+        yield CheckResult("Adapter's latency timer", "ok", f"{latency_ms} ms")
         return
-    yield Finding(
+    yield CheckResult(
         "Adapter's latency timer",
         "warning",
         f"{latency_ms} ms: each reply may be kept back for that long. Kata asks for low latency itself when it opens the "
@@ -240,7 +240,7 @@ def _by_id() -> list[Path]:
     return sorted(_BY_ID.iterdir()) if _BY_ID.is_dir() else []
 
 
-def _data(settings: Settings) -> Iterator[Finding]:
+def _data(settings: Settings) -> Iterator[CheckResult]:
     folder = settings.data
     # A folder that is not there yet is made at the first start, in the nearest one that is.
     there = next(path for path in (folder, *folder.parents) if path.exists())
@@ -250,14 +250,14 @@ def _data(settings: Settings) -> Iterator[Finding]:
             file.flush()
             os.fsync(file.fileno())
     except OSError as error:
-        yield Finding(
+        yield CheckResult(
             "Data folder",
             "problem",
             f"{there} cannot be written: {error.strerror}.",
             "Give the user that folder, or --data another.",
         )
         return
-    yield Finding("Data folder", "ok", f"{folder} can be written and synced.")
+    yield CheckResult("Data folder", "ok", f"{folder} can be written and synced.")
     room_gb = shutil.disk_usage(there).free / 1e9
     state: State = "ok" if room_gb >= _ROOM_WANTED_GB else "warning" if room_gb >= _ROOM_NEEDED_GB else "problem"
     advice = (
@@ -265,26 +265,26 @@ def _data(settings: Settings) -> Iterator[Finding]:
         if state == "ok"
         else "Make room: an hour of treatment at 100 Hz takes some 60 MB, and a full disk stops the apparatus."
     )
-    yield Finding("Disk space", state, f"{room_gb:.1f} GB are free.", advice)
+    yield CheckResult("Disk space", state, f"{room_gb:.1f} GB are free.", advice)
 
 
-def _database(settings: Settings) -> Iterator[Finding]:
+def _database(settings: Settings) -> Iterator[CheckResult]:
     try:
         database = Database(settings.effective_database_url)
     except DatabaseError as error:
-        yield Finding("Database", "problem", str(error), "Correct KATA_DATABASE_URL.")
+        yield CheckResult("Database", "problem", str(error), "Correct KATA_DATABASE_URL.")
         return
     try:
         shown = database.url.render_as_string(hide_password=True)
         if database.file and not database.file.exists():
-            yield Finding("Database", "ok", f"{shown} is made at the first start.")
+            yield CheckResult("Database", "ok", f"{shown} is made at the first start.")
             return
         with database.reader.connect() as connection:
             present = MigrationContext.configure(connection).get_current_revision()
             tables = inspect(connection).get_table_names()
     except SQLAlchemyError as error:
         cause = getattr(error, "orig", None) or error
-        yield Finding(
+        yield CheckResult(
             "Database", "problem", f"{shown} cannot be opened: {cause}", "Is the server running? Else restore a backup."
         )
         return
@@ -293,13 +293,13 @@ def _database(settings: Settings) -> Iterator[Finding]:
     yield _schema(shown, present, empty=not tables)
 
 
-def _backups(settings: Settings) -> Iterator[Finding]:
+def _backups(settings: Settings) -> Iterator[CheckResult]:
     if key_location(settings) == "nowhere":
-        yield Finding("Backups", "ok", "The first start makes the key that opens them.")
+        yield CheckResult("Backups", "ok", "The first start makes the key that opens them.")
         return
     on_data = settings.backup_folder.exists() and settings.backup_folder.stat().st_dev == settings.data.stat().st_dev
     if on_data:
-        yield Finding(
+        yield CheckResult(
             "Backups' folder",
             "warning",
             f"{settings.backup_folder} is on the database's own disk, and is lost with it.",
@@ -307,14 +307,14 @@ def _backups(settings: Settings) -> Iterator[Finding]:
         )
     good_at = _last_good_at(settings)
     if good_at and good_at > utc_now() - _OLDEST:
-        yield Finding("Backups", "ok", f"The last one that was restored to try it is of {good_at:%Y-%m-%d %H:%M} UTC.")
+        yield CheckResult("Backups", "ok", f"The last one that was restored to try it is of {good_at:%Y-%m-%d %H:%M} UTC.")
         return
     told = (
         f"The last one that is known to be restorable is of {good_at:%Y-%m-%d}"
         if good_at
         else "None was restored to try it"
     )
-    yield Finding(
+    yield CheckResult(
         "Backups",
         "warning",
         f"{told}; the key is {key_location(settings)}.",
@@ -322,22 +322,22 @@ def _backups(settings: Settings) -> Iterator[Finding]:
     )
 
 
-def _openid(settings: Settings) -> Iterator[Finding]:
+def _openid(settings: Settings) -> Iterator[CheckResult]:
     if not settings.openid_issuer:
         return
     try:
         keys = Provider(settings).look()
     except OpenIdError as error:
-        yield Finding("OpenID provider", "problem", str(error), "Correct KATA_OPENID_SECRET_FILE.")
+        yield CheckResult("OpenID provider", "problem", str(error), "Correct KATA_OPENID_SECRET_FILE.")
     except ProblemError:
-        yield Finding(
+        yield CheckResult(
             "OpenID provider",
             "problem",
             f"{settings.openid_issuer} does not answer as a provider of this name: nobody can sign in by it.",
             "Look at KATA_OPENID_ISSUER, the network, and the provider's certificate (REQUESTS_CA_BUNDLE names one of the clinic's own).",
         )
     else:
-        yield Finding("OpenID provider", "ok", f"{settings.openid_issuer} answers, and signs with {keys} keys.")
+        yield CheckResult("OpenID provider", "ok", f"{settings.openid_issuer} answers, and signs with {keys} keys.")
 
 
 def _last_good_at(settings: Settings) -> datetime | None:
@@ -358,20 +358,20 @@ def _last_good_at(settings: Settings) -> datetime | None:
         database.close()
 
 
-def _schema(shown: str, present: str | None, *, empty: bool) -> Finding:
+def _schema(shown: str, present: str | None, *, empty: bool) -> CheckResult:
     script = ScriptDirectory(str(migrations()))
     if present == script.get_current_head():
-        return Finding("Database", "ok", f"{shown} has the newest schema.")
+        return CheckResult("Database", "ok", f"{shown} has the newest schema.")
     if empty:
-        return Finding("Database", "ok", f"{shown} is empty; its tables are made at the first start.")
+        return CheckResult("Database", "ok", f"{shown} is empty; its tables are made at the first start.")
     if present and present not in {revision.revision for revision in script.walk_revisions()}:
-        return Finding(
+        return CheckResult(
             "Database",
             "problem",
             f"{shown} was written by a newer version of Kata.",
             "Start that version, or restore a backup.",
         )
-    return Finding(
+    return CheckResult(
         "Database",
         "warning",
         f"{shown} has an older schema.",

@@ -404,7 +404,7 @@ RANGES: Final[tuple[Range, ...]] = (
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class FieldRule:
     """What must hold between fields."""
 
     text: str
@@ -556,53 +556,57 @@ def _modbus_measures_faults(config: "StationConfig") -> Iterator[str]:
             )
 
 
-RULES: Final[tuple[Rule, ...]] = (
-    Rule("There are five axes.", "The apparatus has five motors.", _five_axes),
-    Rule("The ids of the axes differ.", "Two drives that answer at once damage each other's answers.", _ids_differ),
-    Rule(
+RULES: Final[tuple[FieldRule, ...]] = (
+    FieldRule("There are five axes.", "The apparatus has five motors.", _five_axes),
+    FieldRule(
+        "The ids of the axes differ.", "Two drives that answer at once damage each other's answers.", _ids_differ
+    ),
+    FieldRule(
         "`inputs.drive_id` is the id of an axis.",
         "Emergency stop and pedal are wired to one of the five drives.",
         _inputs_at_an_axis,
     ),
-    Rule(
+    FieldRule(
         "`inputs.estop_port`, `inputs.estop_second_port` and `inputs.pedal_port` differ; with Modbus they lie within eight consecutive inputs.",
         "A pedal on the port of the emergency stop records when it is pressed; the time of a cycle is calculated with one byte of inputs.",
         _ports_differ,
     ),
-    Rule("`axes.min_deg` is below `axes.max_deg`.", "Otherwise no angle is allowed.", _ends_in_order),
-    Rule("`rate_hz` divides `cycle_hz`.", "Setpoints are sent every so many cycles.", _rates_divide),
-    Rule("The bus carries `cycle_hz`.", "The bytes of a cycle take longer than the cycle otherwise.", _bus_carries_it),
-    Rule(
+    FieldRule("`axes.min_deg` is below `axes.max_deg`.", "Otherwise no angle is allowed.", _ends_in_order),
+    FieldRule("`rate_hz` divides `cycle_hz`.", "Setpoints are sent every so many cycles.", _rates_divide),
+    FieldRule(
+        "The bus carries `cycle_hz`.", "The bytes of a cycle take longer than the cycle otherwise.", _bus_carries_it
+    ),
+    FieldRule(
         "`silence_ms`, `following_error_ms` and `inputs.contacts_disagree_ms` last at least two cycles.",
         "One lost answer is noise and must not stop the arm.",
         _timeouts_last,
     ),
-    Rule(
+    FieldRule(
         "`bus_watchdog_ms` lasts at least two cycles and a late reply (4 ms).",
         "A drive counts from one packet to the next; one lost cycle must not freeze a drive in the middle of a motion.",
         _watchdog_lasts,
     ),
-    Rule(
+    FieldRule(
         "`inputs.max_age_cycles` cycles last at most 300 ms.",
         "An emergency stop whose state is older is unknown, which counts as pressed (decision 0006).",
         _inputs_are_young,
     ),
-    Rule(
+    FieldRule(
         "`approach_speed_deg_s` is at most each `axes.max_speed_deg_s`.",
         "The way to the start is the slowest motion.",
         _approach_is_slower,
     ),
-    Rule(
+    FieldRule(
         "`axes.max_acceleration_deg_s2` is at least 35.8 /s times `axes.max_speed_deg_s`.",
         "When the arm meets resistance it must come to a stand from its highest speed within 0.08 s, with 35 % of the limit.",
         _can_turn_back,
     ),
-    Rule(
+    FieldRule(
         "The registers of the Modbus map do not overlap, `status` to `torque` span at most 125 registers, and the status bits differ.",
         "A request reads at most 125 registers; a write to one register must not change another.",
         _modbus_registers_apart,
     ),
-    Rule(
+    FieldRule(
         "Modbus: 1.5 times `axes.max_speed_deg_s` and 1.1 times `axes.max_torque_nm` fit a signed 16-bit register.",
         "Otherwise the register overflows before overspeed or overtorque can be noticed.",
         _modbus_measures_faults,

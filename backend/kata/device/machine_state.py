@@ -172,7 +172,9 @@ class MachineState:
         if run.zero_order_hold:
             # The paper's method moves to the start only when it plays; until then the arm is held within the patient's
             # limits.
-            self._movement = run.movement_along(approach.Approach(here, run.return_to_deg, speed_deg_s), direction=1)
+            self._movement = run.movement_along(
+                approach.MinimumJerkMove(here, run.return_to_deg, speed_deg_s), direction=1
+            )
         else:
             start, departure = run.trajectory.start_deg, run.trajectory.departure_deg
             self._movement = run.movement_along(
@@ -190,7 +192,7 @@ class MachineState:
         here = np.array(self.setpoint_deg)
         run.start_path(here)
         self._movement = run.movement_along(
-            approach.Approach(here, run.return_to_deg, run.approach_speed_deg_s), direction=1
+            approach.MinimumJerkMove(here, run.return_to_deg, run.approach_speed_deg_s), direction=1
         )
         self._enter("returning")
 

@@ -6,7 +6,7 @@ from typing import Final, Literal, Protocol
 import numpy as np
 
 from kata.motion.linkage import Floats
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 
 RAMP_S: Final = 0.2
 """Time from rest to the path's own speed and back: start, pause, reversal and category 1 stop."""
@@ -31,7 +31,7 @@ class Path(Protocol):
     def duration_s(self) -> float:
         """Time at the end of the path."""
 
-    def motion_at(self, time_s: float) -> Motion:
+    def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration at a time on the path's own clock."""
 
 
@@ -71,10 +71,10 @@ class Movement:
         """Return the place on the path ``lead_s`` from now."""
         return self.position_s + self.speed_override * lead_s
 
-    def motion(self, lead_s: float) -> Motion:
+    def motion(self, lead_s: float) -> PathPoint:
         """Return where the arm should be ``lead_s`` from now, with speed and acceleration in real time."""
         angles, speed, acceleration = self.path.motion_at(self.place_s(lead_s))
-        return Motion(
+        return PathPoint(
             angles, self.speed_override * speed, self.speed_override**2 * acceleration + self.override_rate * speed
         )
 

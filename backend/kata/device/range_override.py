@@ -8,7 +8,7 @@ import numpy as np
 
 from kata.device.movement import longest_step
 from kata.motion.linkage import Floats
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 from kata.motion.trajectory import Trajectory
 
 REDUCTION_STEP: Final = 0.1
@@ -67,7 +67,7 @@ class RangeOverride:
         self._wanted = MIN_SHARE if wanted < MIN_SHARE + REDUCTION_STEP / 2 else wanted
         self._since_s = 0.0
 
-    def apply(self, motion: Motion, speed_override: float, dt_s: float) -> Motion:
+    def apply(self, motion: PathPoint, speed_override: float, dt_s: float) -> PathPoint:
         """Let ``dt_s`` pass and return the path's motion with the present range.
 
         :param motion: of the path itself, in real time.
@@ -84,7 +84,7 @@ class RangeOverride:
         before_s = self._rate_s
         self._approach(passed_s, self._max_rate_s(motion, from_middle_deg))
         override_rate = (self._rate_s - before_s) / dt_s
-        return Motion(
+        return PathPoint(
             self.trajectory.middle_deg + self.share * from_middle_deg,
             self.share * motion.speed_deg_s + abs(speed_override) * self._rate_s * from_middle_deg,
             self.share * motion.acceleration_deg_s2
@@ -104,7 +104,7 @@ class RangeOverride:
         self.share += change
         self._rate_s = change / passed_s
 
-    def _max_rate_s(self, motion: Motion, from_middle_deg: Floats) -> float:
+    def _max_rate_s(self, motion: PathPoint, from_middle_deg: Floats) -> float:
         """Return how fast the range may change without any motor exceeding its speed limit."""
         room = np.maximum(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0)
         away = np.abs(from_middle_deg)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from kata.motion.linkage import Floats
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 
 _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement over its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""
@@ -27,7 +27,7 @@ that time motor 5 stops short by up to three counts.
 
 
 @dataclass(frozen=True)
-class Approach:
+class MinimumJerkMove:
     """A minimum-jerk movement between two postures, all axes arriving together.
 
     ``start_deg`` and ``goal_deg`` are ``(5,)``; no axis exceeds ``speed_deg_s``.
@@ -49,11 +49,11 @@ class Approach:
         """Return the angles ``(5,)`` in degrees at ``time_s``; constant before the start and after the end."""
         return self.motion_at(time_s).angles_deg
 
-    def motion_at(self, time_s: float) -> Motion:
+    def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration; at rest before the start and after the end."""
         t = min(max(time_s / self.duration_s, 0.0), 1.0)
         way = self.goal_deg - self.start_deg
-        return Motion(
+        return PathPoint(
             self.start_deg + way * (t**3 * (10 - 15 * t + 6 * t * t)),
             way * (30 * t * t * (1 - t) ** 2 / self.duration_s),
             way * (60 * t * (1 - t) * (1 - 2 * t) / self.duration_s**2),
@@ -64,14 +64,14 @@ class Approach:
 class PathSequence:
     """A sequence of movements: each begins where the one before ends, with a moment at rest between them."""
 
-    movements: Sequence[Approach]
+    movements: Sequence[MinimumJerkMove]
 
     @property
     def duration_s(self) -> float:
         """Time at the end of the last movement."""
         return sum(movement.duration_s for movement in self.movements)
 
-    def motion_at(self, time_s: float) -> Motion:
+    def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration; at rest before the start and after the end."""
         *earlier, last = self.movements
         for movement in earlier:
@@ -92,4 +92,6 @@ def unidirectional_approach(
     :param departure_deg: how each axis leaves the start; see :class:`~kata.motion.trajectory.Trajectory`.
     """
     aside = start_deg + departure_deg
-    return PathSequence([Approach(here_deg, aside, speed_deg_s), Approach(aside, start_deg, speed_deg_s, _RUN_UP_S)])
+    return PathSequence(
+        [MinimumJerkMove(here_deg, aside, speed_deg_s), MinimumJerkMove(aside, start_deg, speed_deg_s, _RUN_UP_S)]
+    )

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from kata.motion import texts
-from kata.motion.approach import Approach
+from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.taught import Taught
 
@@ -50,7 +50,7 @@ def _through(name: str, points: tuple[tuple[float, ...], ...]) -> Taught:
     stops = np.array([_REST, *points, _REST], dtype=np.float64)
     poses = [stops[0]]
     for start, goal in pairwise(stops):
-        leg = Approach(start, goal, SPEED_DEG_S)
+        leg = MinimumJerkMove(start, goal, SPEED_DEG_S)
         steps = int(np.ceil(leg.duration_s / _STEP_S))
         poses += [leg.at(leg.duration_s * n / steps) for n in range(1, steps + 1)]
     return Taught(name, np.arange(len(poses), dtype=np.float64) * _STEP_S, np.array(poses))

@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from kata.messages import Template, Text
 from kata.motion import texts
-from kata.motion.approach import Approach
+from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import AXES
 from kata.motion.linkage import Floats
 from kata.motion.taught import MIN_DURATION_S
@@ -142,7 +142,7 @@ def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
     """
     if not 0 <= at_s <= motion.duration_s or not hold_s >= 0:
         raise EditError(texts.HOLD_OUTSIDE_MOTION(at_s=at_s, hold_s=hold_s, duration_s=motion.duration_s))
-    line = Line()
+    line = MotionBuilder()
     before, after = _halves(motion, at_s)
     if before:
         line.add(eased(before, start=False))
@@ -186,7 +186,7 @@ def repeated(
         raise EditError(
             texts.REPETITIONS_TOO_LONG(repetitions=repetitions, duration_s=motion.duration_s, pause_s=pause_s)
         )
-    line = Line(join_speed_deg_s)
+    line = MotionBuilder(join_speed_deg_s)
     one = eased(motion)
     for _ in range(repetitions):
         line.join(one, pause_s)
@@ -215,7 +215,7 @@ def warm_up(
         raise EditError(
             texts.REPETITIONS_TOO_LONG(repetitions=steps + 1, duration_s=motion.duration_s, pause_s=pause_s)
         )
-    line = Line(join_speed_deg_s)
+    line = MotionBuilder(join_speed_deg_s)
     for step in range(steps + 1):
         line.join(eased(less(motion, max(0.0, less_deg - step * step_deg)) if step < steps else motion), pause_s)
     return line.motion((*motion.done, texts.DONE_WARM_UP(less_deg=less_deg, step_deg=step_deg)))
@@ -248,7 +248,7 @@ def stretch(
     beyond = end.copy()
     beyond[axis] += np.copysign(further_deg, end[axis] - angles[0])
 
-    line = Line(speed_deg_s)
+    line = MotionBuilder(speed_deg_s)
     line.add(eased(before, start=False))
     line.go_to(motion.angles_deg[below[-1]])
     line.go_to(beyond)
@@ -290,7 +290,7 @@ def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
 # -- joining --------------------------------------------------------------------------------------------------------
 
 
-class Line:
+class MotionBuilder:
     """Builds a motion from pieces, each of which begins where the one before it ended."""
 
     def __init__(self, join_speed_deg_s: float = JOIN_SPEED_DEG_S) -> None:
@@ -319,7 +319,7 @@ class Line:
         here = self._angles[-1][-1]
         if _same_place(here, angles_deg):
             return
-        way = Approach(here, angles_deg, self._join_speed_deg_s)
+        way = MinimumJerkMove(here, angles_deg, self._join_speed_deg_s)
         times = np.linspace(0.0, way.duration_s, int(np.ceil(way.duration_s / _STEP_S)) + 1)
         self.add(Motion(times, np.array([way.at(float(time_s)) for time_s in times])))
 

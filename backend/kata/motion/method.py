@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kata.motion.linkage import Floats
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 from kata.motion.trajectory import HOLD_S, Trajectory, ZeroOrderHold
 
 Method = Literal["paper", "smooth", "learned"]
@@ -47,7 +47,7 @@ class ServoModel:
     second_s2: Floats
     friction_deg: Floats
 
-    def feed_forward(self, motion: Motion) -> Floats:
+    def feed_forward(self, motion: PathPoint) -> Floats:
         """Return how far the setpoint must be ahead of the reference for the arm to be on the reference, ``(5,)`` in
         degrees.
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from kata.motion.linkage import Floats
 
 
-class Motion(NamedTuple):
+class PathPoint(NamedTuple):
     """Angles, speed and acceleration of a path at one time: ``(5,)`` each, in deg, deg/s and deg/s2."""
 
     angles_deg: Floats

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from kata.motion import texts
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
-from kata.motion.path import Motion
+from kata.motion.path import PathPoint
 from kata.motion.smoothing import rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
@@ -102,13 +102,13 @@ class Trajectory:
         """Return the angles ``(5,)`` in degrees at ``time_s``; constant before the start and after the end."""
         return self.motion_at(time_s).angles_deg
 
-    def motion_at(self, time_s: float) -> Motion:
+    def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration at a time; before the start and after the end the values there."""
         time_s = min(max(time_s, 0.0), self.duration_s)
         piece = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
         d = time_s - self._times_s[piece]
         c3, c2, c1, c0 = self._coefficients[:, piece]
-        return Motion(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
+        return PathPoint(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
 
     def along(self, times_s: Floats) -> Floats:
         """Return the angles ``(m, 5)`` at the times ``(m,)``, as :meth:`at`."""
@@ -238,9 +238,9 @@ class ZeroOrderHold(Trajectory):
         self._set_range(self._samples)
         self.rmse_deg = rmse(self.along(times), angles)
 
-    def motion_at(self, time_s: float) -> Motion:
+    def motion_at(self, time_s: float) -> PathPoint:
         """Return the sample that is held at this time."""
-        return Motion(self.along(np.array([time_s]))[0], np.zeros(N_AXES), np.zeros(N_AXES))
+        return PathPoint(self.along(np.array([time_s]))[0], np.zeros(N_AXES), np.zeros(N_AXES))
 
     def along(self, times_s: Floats) -> Floats:
         """Return the samples that are held at the times ``(m,)``."""

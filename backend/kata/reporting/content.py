@@ -31,7 +31,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Stop:
+class PrintedStop:
     """The cause of a stop."""
 
     code: str
@@ -88,7 +88,7 @@ class RunContent:
     started_at: datetime
     ended_at: datetime | None
     outcome: str
-    stop: Stop | None
+    stop: PrintedStop | None
     how: PlaybackDescription
     rate_hz: int | None
     reversals: int | None
@@ -113,7 +113,7 @@ class PlannedItem:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PrintedPlan:
     """The plan of a session."""
 
     name: str
@@ -126,7 +126,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Addendum:
+class PrintedAddendum:
     """An addendum to a signed note."""
 
     written_at: datetime
@@ -150,16 +150,16 @@ class SessionContent:
     pain_before: int | None
     pain_during: int | None
     pain_after: int | None
-    plan: Plan | None
+    plan: PrintedPlan | None
     runs: tuple[RunContent, ...]
     note: str
     signed_at: datetime | None
     signed_by: str
-    addenda: tuple[Addendum, ...]
+    addenda: tuple[PrintedAddendum, ...]
 
 
 @dataclass(frozen=True)
-class Stage:
+class PrintedStage:
     """The stage of a shoulder from a day on."""
 
     stage: str
@@ -206,7 +206,7 @@ class ScoreSeries:
 
 
 @dataclass(frozen=True)
-class Visit:
+class PrintedVisit:
     """A session in the episode's list."""
 
     started_at: datetime
@@ -237,12 +237,12 @@ class EpisodeContent:
     max_load_level: int | None
     max_speed_deg_s: float | None
     limits_by: str
-    stages: tuple[Stage, ...]
+    stages: tuple[PrintedStage, ...]
     assessed_at: tuple[datetime, ...]
     rom: tuple[RomSeries, ...]
     pain: tuple[ScoreSeries, ...]
     spadi: tuple[DatedValue, ...]
-    visits: tuple[Visit, ...]
-    stops: tuple[tuple[Stop, int], ...]
+    visits: tuple[PrintedVisit, ...]
+    stops: tuple[tuple[PrintedStop, int], ...]
     """Each cause with the number of sessions in which it occurred."""
     closing_note: str

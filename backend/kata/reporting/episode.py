@@ -19,11 +19,11 @@ from kata.reporting.content import (
     DatedValue,
     EpisodeContent,
     Limit,
+    PrintedStage,
+    PrintedStop,
+    PrintedVisit,
     RomSeries,
     ScoreSeries,
-    Stage,
-    Stop,
-    Visit,
     motor_of,
 )
 from kata.reporting.session import report_patient
@@ -63,7 +63,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         max_load_level=row.max_load_level,
         max_speed_deg_s=row.max_speed_deg_s,
         limits_by=row.limits_by,
-        stages=tuple(Stage(stage.stage, stage.since) for stage in row.stages),
+        stages=tuple(PrintedStage(stage.stage, stage.since) for stage in row.stages),
         assessed_at=tuple(assessment.assessed_at for assessment in found),
         rom=_rom(found, row.side),
         pain=_pain(found),
@@ -117,7 +117,7 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
     return tuple(courses)
 
 
-def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[Visit, ...]:
+def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, ...]:
     """Return the sessions without loading tracking: an episode may have a hundred sessions."""
     visits = session.execute(
         select(
@@ -143,7 +143,7 @@ def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[Visit, ...]:
     for item in session.scalars(select(ProgrammeItemRow).where(ProgrammeItemRow.version_id.in_(versions))):
         items.setdefault(item.version_id, []).append(item)
     return tuple(
-        Visit(
+        PrintedVisit(
             visit.started_at,
             visit.therapist,
             *_planned_and_done(items.get(visit.programme_version_id), runs.get(visit.id, [])),
@@ -168,16 +168,16 @@ def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played])
     return sum(item.repetitions for item in items), done
 
 
-def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[Stop, int], ...]:
+def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[PrintedStop, int], ...]:
     """Return each cause with its newest sentence, the most frequent first."""
-    counted: dict[str, tuple[Stop, set[UUID]]] = {}
+    counted: dict[str, tuple[PrintedStop, set[UUID]]] = {}
     for run in session.execute(
         select(RunRow.session_id, RunRow.stop_code, RunRow.stop_message, RunRow.stop_key)
         .join(SessionRow, SessionRow.id == RunRow.session_id)
         .where(SessionRow.episode_id == episode_id, RunRow.stop_code.is_not(None))
         .order_by(RunRow.started_at)
     ):
-        stop = Stop(run.stop_code, run.stop_message or "", motor_of(run.stop_key))
+        stop = PrintedStop(run.stop_code, run.stop_message or "", motor_of(run.stop_key))
         _, where = counted.get(run.stop_code, (stop, set()))
         counted[run.stop_code] = (stop, where | {run.session_id})
     causes = [(stop, len(where)) for stop, where in counted.values()]

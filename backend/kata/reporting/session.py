@@ -14,17 +14,17 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
 from kata.motion.edit import PlaybackSettings
 from kata.reporting.content import (
-    Addendum,
     Check,
     MotionReach,
     MotorErrors,
-    Plan,
     PlannedItem,
     PlaybackDescription,
+    PrintedAddendum,
+    PrintedPlan,
+    PrintedStop,
     ReportPatient,
     RunContent,
     SessionContent,
-    Stop,
     motor_of,
 )
 
@@ -55,7 +55,7 @@ def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
         note=row.note,
         signed_at=row.signed_at,
         signed_by=row.signed_by,
-        addenda=tuple(Addendum(added.written_at, added.written_by, added.text) for added in row.addenda),
+        addenda=tuple(PrintedAddendum(added.written_at, added.written_by, added.text) for added in row.addenda),
     )
 
 
@@ -68,7 +68,7 @@ def _check(given: dict[str, str]) -> Check:
     return Check(given["check"], given["subject"], datetime.fromisoformat(given["at"]), given["by"])
 
 
-def _plan(session: DatabaseSession, row: SessionRow) -> Plan | None:
+def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:
     version = session.get(ProgrammeVersionRow, row.programme_version_id) if row.programme_version_id else None
     if version is None:
         return None
@@ -89,7 +89,7 @@ def _plan(session: DatabaseSession, row: SessionRow) -> Plan | None:
         for item in plan.items
     )
     besides = tuple(numbers[run.run_id] for run in plan.besides)
-    return Plan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
+    return PrintedPlan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
 
 
 def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
@@ -99,7 +99,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,
-        stop=Stop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
+        stop=PrintedStop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
         how=PlaybackDescription(runs.asked_of(row), row.load_level, row.method),
         rate_hz=row.rate_hz,
         reversals=row.reversals,

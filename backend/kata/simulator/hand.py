@@ -10,7 +10,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from kata.motion.approach import Approach
+from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
 from kata.simulator import parameters, texts
@@ -79,7 +79,7 @@ class SimulatedHand:
         self._turned = turned
         self._with_pedal = False
         self._time_s = 0.0
-        self._reach: Approach | None = None
+        self._reach: MinimumJerkMove | None = None
         self._times_s: list[float] = []
         self._angles: list[list[float]] = []
         self._row = 0
@@ -99,7 +99,7 @@ class SimulatedHand:
         self.phase, self.motion, self._with_pedal = "reaching", name, pedal
         self._time_s, self._row = 0.0, 0
         self._times_s, self._angles = motion.times_s, motion.turned_angles if self._turned else motion.angles
-        self._reach = Approach(np.array(here_deg), np.degrees(self._angles[0]), self.parameters.reach_deg_s)
+        self._reach = MinimumJerkMove(np.array(here_deg), np.degrees(self._angles[0]), self.parameters.reach_deg_s)
 
     def let_go(self) -> None:
         """Release arm and pedal at once."""

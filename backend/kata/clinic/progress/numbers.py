@@ -16,7 +16,7 @@ Cell = str | float | datetime | None
 
 
 @dataclass(frozen=True)
-class Column:
+class NumberColumn:
     """One column (:class:`kata.clinic.progress.schemas.ProgressColumn`)."""
 
     name: str
@@ -25,14 +25,14 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class NumberTable:
     """A table as it is sent (:class:`kata.clinic.progress.schemas.ProgressTable`)."""
 
-    columns: list[Column]
+    columns: list[NumberColumn]
     rows: list[list[Cell]]
 
 
-def rom(panels: Sequence[RomPanel]) -> Table:
+def rom(panels: Sequence[RomPanel]) -> NumberTable:
     """One row per measurement of the affected shoulder."""
     rows: list[list[Cell]] = [
         [
@@ -60,10 +60,10 @@ def rom(panels: Sequence[RomPanel]) -> Table:
         _moment(texts.FIGURE_ASSESSED()),
         *(_number(name) for name in numbers),
     ]
-    return Table(columns=columns, rows=rows)
+    return NumberTable(columns=columns, rows=rows)
 
 
-def pain(lines: Sequence[LineSeries]) -> Table:
+def pain(lines: Sequence[LineSeries]) -> NumberTable:
     """One row per time, one column per context."""
     values_at: dict[datetime, dict[str, float]] = defaultdict(dict)
     for line in lines:
@@ -72,10 +72,10 @@ def pain(lines: Sequence[LineSeries]) -> Table:
     rows: list[list[Cell]] = [
         [at, *(values.get(line.name) for line in lines)] for at, values in sorted(values_at.items())
     ]
-    return Table(columns=[_moment(texts.FIGURE_WHEN()), *(_number(line.name) for line in lines)], rows=rows)
+    return NumberTable(columns=[_moment(texts.FIGURE_WHEN()), *(_number(line.name) for line in lines)], rows=rows)
 
 
-def spadi(points: Sequence[SpadiPoint]) -> Table:
+def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
     """One row per assessment with a SPADI."""
     baseline = next((point.total for point in points if point.total is not None), None)
     rows: list[list[Cell]] = []
@@ -88,7 +88,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Table:
         *(_number(name, digits=1) for name in numbers),
         _text(texts.FIGURE_IMPORTANT_CHANGE()),
     ]
-    return Table(columns=columns, rows=rows)
+    return NumberTable(columns=columns, rows=rows)
 
 
 def verdict(change: float | None) -> str:
@@ -103,7 +103,7 @@ def verdict(change: float | None) -> str:
     return texts.FIGURE_PERHAPS_BETTER() if change < 0 else texts.FIGURE_PERHAPS_WORSE()
 
 
-def tracking(tracked: Sequence[Tracked]) -> Table:
+def tracking(tracked: Sequence[Tracked]) -> NumberTable:
     """One row per recording, method and session."""
     rows: list[list[Cell]] = [
         [row.at, row.recording, METHODS[row.method], row.playbacks, row.rmse_deg, row.peak_deg] for row in tracked
@@ -116,10 +116,10 @@ def tracking(tracked: Sequence[Tracked]) -> Table:
         _number(texts.FIGURE_PLAYBACKS()),
         *errors,
     ]
-    return Table(columns=columns, rows=rows)
+    return NumberTable(columns=columns, rows=rows)
 
 
-def correction(lines: Sequence[LineSeries]) -> Table:
+def correction(lines: Sequence[LineSeries]) -> NumberTable:
     """One row per recording and session in which a correction was learned."""
     learned = sorted((point.at, line.name, point.value) for line in lines for point in line.points)
     rows: list[list[Cell]] = [[at, name, value] for at, name, value in learned]
@@ -128,10 +128,10 @@ def correction(lines: Sequence[LineSeries]) -> Table:
         _text(texts.FIGURE_RECORDING()),
         _number(texts.FIGURE_CORRECTION(), digits=2),
     ]
-    return Table(columns=columns, rows=rows)
+    return NumberTable(columns=columns, rows=rows)
 
 
-def adherence(weeks: Sequence[AdherenceWeek]) -> Table:
+def adherence(weeks: Sequence[AdherenceWeek]) -> NumberTable:
     """One row per week."""
     rows: list[list[Cell]] = [
         [
@@ -146,16 +146,16 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Table:
     columns = [
         _text(texts.FIGURE_WEEK_FROM()), _number(texts.FIGURE_SESSIONS()), _number(texts.FIGURE_AS_PRESCRIBED()), _number(texts.FIGURE_REPETITIONS_PLANNED()), _number(texts.FIGURE_REPETITIONS_DONE())
     ]  # fmt: skip
-    return Table(columns=columns, rows=rows)
+    return NumberTable(columns=columns, rows=rows)
 
 
-def _text(name: str) -> Column:
-    return Column(name=name, kind="text")
+def _text(name: str) -> NumberColumn:
+    return NumberColumn(name=name, kind="text")
 
 
-def _moment(name: str) -> Column:
-    return Column(name=name, kind="moment")
+def _moment(name: str) -> NumberColumn:
+    return NumberColumn(name=name, kind="moment")
 
 
-def _number(name: str, digits: int = 0) -> Column:
-    return Column(name=name, kind="number", digits=digits)
+def _number(name: str, digits: int = 0) -> NumberColumn:
+    return NumberColumn(name=name, kind="number", digits=digits)

@@ -18,7 +18,7 @@ from kata.plotting.placed_texts import with_texts
 router = APIRouter(tags=["progress"])
 
 _Read = Callable[[Session, service.EpisodeTimeline], Any]
-_CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callable[[Any], numbers.Table]]]] = {
+_CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callable[[Any], numbers.NumberTable]]]] = {
     "rom": (service.rom_panels, figures.rom, numbers.rom),
     "pain": (service.pain_lines, figures.pain, numbers.pain),
     "spadi": (service.spadi_points, figures.spadi, numbers.spadi),
