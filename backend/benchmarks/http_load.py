@@ -28,6 +28,7 @@ from kata.auth.passwords import Passwords, hasher
 from kata.bench.account import sign_in_cookie
 from kata.bench.running_service import BenchError
 from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.plotting.figures import FigureWorker
@@ -190,6 +191,7 @@ class _ListServices:
     database: Database
     figures: FigureWorker
     offline_cache: OfflineCache
+    offline_sessions: OfflineSessions
     access: Access
     auth_cache: AuthCache = field(default_factory=AuthCache)
     audit_log: _NoAuditLog = field(default_factory=_NoAuditLog)
@@ -201,11 +203,13 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
     """Serve the database over HTTP during the block."""
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
+    offline_cache = OfflineCache(database, STATIONS[0])
     links, limits = DemonstrationLinks(allowed=False), Limits()
     app.state.services = _ListServices(
         database=database,
         figures=figures,
-        offline_cache=OfflineCache(database, STATIONS[0]),
+        offline_cache=offline_cache,
+        offline_sessions=OfflineSessions(offline_cache, STATIONS[0]),
         access=Access(Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits),
     )
     # With IPPROTO_TCP asyncio switches off Nagle's algorithm, which would delay every answer by 40 ms.

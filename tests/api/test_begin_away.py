@@ -265,7 +265,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
         # The emergency stop was not tried on that next day.
         with monkeypatch.context() as tomorrow:
             tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
-            tomorrow.setattr(offline_cache, "_may_begin", lambda known: True)
+            tomorrow.setattr(offline_cache, "may_begin", lambda known: True)
             refused = problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "checklist_open")
             assert "emergency stop" in refused["detail"]
             # That it is tried while the database is away is heard all the same.

@@ -20,7 +20,8 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import NewDeviceEvent
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import checks, runs
-from kata.clinic.sessions.offline_cache import CheckedRun, OfflineCache
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.offline_sessions import CheckedRun, OfflineSessions
 from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.runs import RunRequest
 from kata.clinic.sessions.tables import SessionRow
@@ -166,9 +167,9 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
 THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
-def still_open_ahead(offline_cache: OfflineCache, session_id: str, recording_id: str) -> list[str] | None:
+def still_open_ahead(offline_sessions: OfflineSessions, session_id: str, recording_id: str) -> list[str] | None:
     """As :func:`still_open`, by what was fetched; None while nothing is."""
-    found = offline_cache.checklist(UUID(session_id), UUID(recording_id), THERE)
+    found = offline_sessions.checklist(UUID(session_id), UUID(recording_id), THERE)
     return None if found is None else [one.need.check for one in found if one.answer is None]
 
 
@@ -185,8 +186,8 @@ def visit(client: TestClient) -> dict[str, Any]:
     planned = {"patient_id": patient["id"], "programme_version_id": version_id}
     session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
     go_through_checklist(client, session["id"], first["id"])
-    offline_cache: OfflineCache = app.state.services.offline_cache
-    eventually(lambda: still_open_ahead(offline_cache, session["id"], second["id"]) == ["fixtures"])
+    offline_sessions: OfflineSessions = app.state.services.offline_sessions
+    eventually(lambda: still_open_ahead(offline_sessions, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
 
 
@@ -196,7 +197,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
     app: Any = client.app
     reconnected = replace(THERE, verified_since=utc_now())
 
-    found = app.state.services.offline_cache.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
+    found = app.state.services.offline_sessions.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
 
     assert [one.need.check for one in found if one.answer is None] == ["estop"]
 
@@ -262,8 +263,8 @@ def test_session_continues_its_programme_during_an_outage(
 
 def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient, visit: dict[str, Any]) -> None:
     app: Any = client.app
-    offline_cache: OfflineCache = app.state.services.offline_cache
-    found = offline_cache.start_run(
+    offline_sessions: OfflineSessions = app.state.services.offline_sessions
+    found = offline_sessions.start_run(
         RunRequest(UUID(visit["id"]), UUID(visit["first"]["id"]), programme_position=1), THERE
     )
     assert found
@@ -287,7 +288,7 @@ def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, vi
     offline_cache = OfflineCache(app.state.services.database, "Station 1")
     offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     offline_cache.refresh()
-    assert offline_cache.session(UUID(visit["id"])) is None
+    assert OfflineSessions(offline_cache, "Station 1").session(UUID(visit["id"])) is None
     assert not offline_cache.holds(UUID(visit["patient"]["id"]))
 
 
@@ -300,10 +301,11 @@ def test_programme_time_continues_during_an_outage(
     offline_cache = OfflineCache(app.state.services.database, "Station 1")
     offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     offline_cache.refresh()
+    offline_sessions = OfflineSessions(offline_cache, "Station 1")
 
     def begin(position: int | None) -> CheckedRun | None:
         request = RunRequest(UUID(visit["id"]), UUID(visit["first"]["id"]), programme_position=position)
-        return offline_cache.start_run(request, THERE)
+        return offline_sessions.start_run(request, THERE)
 
     assert begin(1)
     now_s = time.monotonic()

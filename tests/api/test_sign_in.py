@@ -125,16 +125,16 @@ def test_login_session_lasts_while_its_user_operates_a_held_arm(client: TestClie
         elsewhere = login_session.actor_of(session, other, now)
         assert here
         assert elsewhere
-        both, at_the_arm = {here.login_session_id, elsewhere.login_session_id}, here.login_session_id
+        both, operator_under_torque = {here.login_session_id, elsewhere.login_session_id}, here.login_session_id
 
         long_after = now + limits.longest + timedelta(minutes=59)
-        assert login_session.actor_of(session, cookie, long_after, limits, at_the_arm)
-        assert login_session.actor_of(session, other, long_after, limits, at_the_arm) is None
-        assert login_session.still(session, both, long_after, limits, at_the_arm) == {at_the_arm}
+        assert login_session.actor_of(session, cookie, long_after, limits, operator_under_torque)
+        assert login_session.actor_of(session, other, long_after, limits, operator_under_torque) is None
+        assert login_session.still(session, both, long_after, limits, operator_under_torque) == {operator_under_torque}
 
         too_long = now + limits.longest + limits.extension
-        assert login_session.actor_of(session, cookie, too_long, limits, at_the_arm) is None
-        assert login_session.still(session, both, too_long, limits, at_the_arm) == set()
+        assert login_session.actor_of(session, cookie, too_long, limits, operator_under_torque) is None
+        assert login_session.still(session, both, too_long, limits, operator_under_torque) == set()
         assert login_session.still(session, both, long_after, limits) == set()
 
 

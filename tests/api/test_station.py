@@ -160,11 +160,11 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     load(client, taught_patient, recording)
     accepted(client, "approach")
     until_mode(client, "paused")
-    at_the_arm = client.app.state.services.access.revocations.at_the_arm  # type: ignore[attr-defined]
-    assert at_the_arm() is not None
+    operator_under_torque = client.app.state.services.access.revocations.operator_under_torque  # type: ignore[attr-defined]
+    assert operator_under_torque() is not None
     accepted(client, "stop")
     live = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
-    assert at_the_arm() is None
+    assert operator_under_torque() is None
     assert live["stop"]["causes"][0]["code"] == "operator_stop"
     accepted(client, "acknowledge")
     until_mode(client, "idle")
@@ -401,7 +401,7 @@ def test_arm_stops_when_service_and_device_disagree_about_the_run(
     accepted(client, "approach")
     until_mode(client, "paused")
     station = client.app.state.services.station  # type: ignore[attr-defined]
-    station._occupation = replace(station._occupation, id="another")
+    station._tracker.occupation = replace(station.occupation, id="another")
     live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
     assert live["stop"]["causes"][0]["code"] == "other_run"
     assert live["stop"]["arm_held"] is False

@@ -18,7 +18,8 @@ from kata.auth.login_session import COOKIE
 from kata.clinic.patients.tables import PatientRow
 from kata.database.engine import Database
 from kata.device.config import StationConfig
-from kata.station.fleet import StationShown, state_of
+from kata.station.device_process import DeviceLaunch
+from kata.station.fleet import StationStatus, state_of
 from kata.station.schemas import Live, PatientRef
 from kata.station.station import Station
 from tests.support.login import signed_in
@@ -31,10 +32,8 @@ class Acted(Station):
     """A station without an apparatus, which does what the test says."""
 
     def __init__(self, name: str) -> None:
-        nowhere = Path("/nowhere")
-        super().__init__(
-            StationConfig(name=name), nowhere, nowhere, simulated=True, real_time=False, on_journal=lambda path: None
-        )
+        launch = DeviceLaunch(Path("/nowhere"), Path("/nowhere"), real_time=False)
+        super().__init__(StationConfig(name=name), launch, simulated=True, on_journal=lambda path: None)
         self._acted = super().live().model_copy(update={"device": "running", "mode": "idle", "estop": "closed"})
 
     def live(self) -> Live:
@@ -42,7 +41,7 @@ class Acted(Station):
 
     def act(self, **changes: Any) -> None:
         self._acted = self._acted.model_copy(update=changes)
-        self._changed()
+        self._subscriptions.note_change()
 
 
 def overview_of(name: str, database: Database) -> tuple[Acted, Fleet]:
@@ -50,7 +49,7 @@ def overview_of(name: str, database: Database) -> tuple[Acted, Fleet]:
     return station, Fleet(station, database, list)
 
 
-async def until(fleet: Fleet, wanted: Callable[[dict[str, StationShown]], object]) -> dict[str, StationShown]:
+async def until(fleet: Fleet, wanted: Callable[[dict[str, StationStatus]], object]) -> dict[str, StationStatus]:
     """The stations by name, once they are as wanted."""
     async with asyncio.timeout(_LIMIT_S):
         while True:
@@ -60,7 +59,7 @@ async def until(fleet: Fleet, wanted: Callable[[dict[str, StationShown]], object
             await fleet.changed(0.1)
 
 
-def known(shown: dict[str, StationShown], *names: str) -> bool:
+def known(shown: dict[str, StationStatus], *names: str) -> bool:
     return all(name in shown and shown[name].state for name in names)
 
 
@@ -94,7 +93,7 @@ def test_event_at_one_station_appears_at_the_other(postgresql_url: str) -> None:
         async with two(postgresql_url) as (first, station, _):
             station.act(estop="pressed", mode="stopped")
 
-            def pressed(shown: dict[str, StationShown]) -> object:
+            def pressed(shown: dict[str, StationStatus]) -> object:
                 state = shown["Station 2"].state
                 return state and (state.estop, state.mode) == ("pressed", "stopped")
 

@@ -12,13 +12,14 @@ from sqlalchemy import select
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service
 from kata.clinic.events.observer import ESTOP_TESTED, AlarmsEnded, NewDeviceEvent, Observer
+from kata.clinic.events.service import EventFilter
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
-from kata.station.station import Occupation
+from kata.station.snapshot_tracker import Occupation
 from tests.support.databases import upgraded_file
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
@@ -217,17 +218,17 @@ def test_pages_lose_and_repeat_nothing_at_equal_times(database: Database) -> Non
                     message="E.", patient_id=patient.id if n % 2 else None,
                 )
             )  # fmt: skip
-    wanted: dict[str, Any] = {"station": None, "session_id": None, "patient_id": None, "kind": None, "code": None}
+    everything = EventFilter()
     with database.read() as session:
         found: list[str] = []
         after = None
         for _ in range(4):
-            rows, after = service.find(session, **wanted, after=after, limit=2)
+            rows, after = service.find(session, everything, 2, after)
             found += [row.code for row in rows]
         assert after is None
         assert sorted(found) == [f"e{n}" for n in range(7)]
         assert found[0] == "e6"
-        own, _ = service.find(session, **wanted | {"patient_id": patient.id}, after=None, limit=50)
+        own, _ = service.find(session, EventFilter(patient_id=patient.id), 50, None)
         assert len(own) == 3
         with pytest.raises(ProblemError, match="cannot be read"):
-            service.find(session, **wanted, after="yesterday", limit=2)
+            service.find(session, everything, 2, "yesterday")

@@ -228,7 +228,7 @@ MADE_BY_KATA: Final = {
     # Secrets, told once.
     "OneTimeCode.code", "RecoveryCodes.codes", "SecondFactorBegun.address", "SecondFactorBegun.picture",
     # Of the apparatus, its configuration, and the files that are beside it.
-    "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "Motion.id", "Motion.name",
+    "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "HandMotion.id", "HandMotion.name",
     "UnderstoodMotion.left_alone", "ImportedPatients.left_out",
     "Account.openid", "Away.address", "LoginResult.to", "Me.openid", "StationVersion.config", "StationVersion.software",
     "WaysIn.openid",
@@ -236,7 +236,7 @@ MADE_BY_KATA: Final = {
     "TeamMember.name",
     # Only while somebody is at it.
     "PatientRef.name",
-    "StationTold.operator", "StationTold.recording_name", "StationTold.station",
+    "StationReport.operator", "StationReport.recording_name", "StationReport.station",
     "LeaseLive.holder", "LeaseLive.taken_from", "RunLive.recording_name",
     # Only while the database is away.
     "ReadyPatient.contraindications",

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
-from kata.station.fleet import PlaybackProgress, StationTold, encoded
+from kata.station.fleet import PlaybackProgress, StationReport, encoded
 from kata.station.schemas import PatientRef
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.login import signed_in
@@ -34,7 +34,7 @@ class Elsewhere:
     """Another station, which plays for a patient: what its service would say to the others each second."""
 
     def __init__(self, database_url: str, patient_id: str) -> None:
-        self._told = StationTold(
+        self._told = StationReport(
             station="Station 2", service=uuid4(), simulated=False, device="running", mode="playing", torque="on",
             estop="closed", causes=[], arm_held=False, operator="Sato Jun", patient=PatientRef(id=UUID(patient_id), name=NAME),
             recording_name="Her flexion", take_s=None,

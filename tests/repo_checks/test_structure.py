@@ -24,10 +24,7 @@ LONG_FUNCTIONS: Final = {
 }
 """Exceptions from the rules, with their reasons. "To be split": no reason to stay."""
 
-LONG_CLASSES: Final = {
-    "kata/clinic/sessions/offline_cache.py OfflineCache": "to be split",
-    "kata/station/station.py Station": "to be split",
-}
+LONG_CLASSES: Final[dict[str, str]] = {}
 
 _ROUTE: Final = "a route: its parameters are those of the request, and its dependencies"
 MANY_PARAMETERS: Final = {
@@ -36,29 +33,19 @@ MANY_PARAMETERS: Final = {
     "kata/clinic/sessions/lists_router.py list_sessions": _ROUTE,
     "kata/clinic/sessions/router.py confirm_check": _ROUTE,
     "kata/interop/router.py import_motion": _ROUTE,
-    "kata/clinic/events/service.py find": "to be split: the filters need an object",
-    "kata/station/station.py __init__": "to be split",
 }
 
 _RESPONSE: Final = "the API's schema of the object of the same name"
-_PRINTED: Final = "the report's form of the object of the same name"
 _OTHER: Final = "to be renamed: two different things"
 SHARED_CLASS_NAMES: Final = {
-    "Addendum": _PRINTED,
-    "Approach": "the command, and the movement that it starts",
     "Comparison": _RESPONSE,
-    "Motion": _OTHER,
     "MotionTracking": _RESPONSE,
     "MotorTracking": _RESPONSE,
-    "Plan": _PRINTED,
     "PlaybackSettings": _RESPONSE,
     "Run": _RESPONSE,
-    "Stage": _PRINTED,
     "Station": _RESPONSE,
-    "Stop": _OTHER,
     "Teaching": _RESPONSE,
     "Tracking": _RESPONSE,
-    "Visit": _OTHER,
 }
 """Public classes of the package kata that share a name, with the reason."""
 

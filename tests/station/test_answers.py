@@ -5,7 +5,8 @@ from uuid import UUID
 
 from kata.device.messages import Load, Refusal, Reply, Teach
 from kata.station.schemas import PatientRef
-from kata.station.station import NO_ANSWER, Occupation
+from kata.station.snapshot_tracker import Occupation
+from kata.station.station import NO_ANSWER
 from tests.support.silent_device import Silent, snapshot, station
 
 PATIENT = PatientRef(id=UUID(int=1), name="Sato")

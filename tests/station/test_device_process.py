@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from kata.device.messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
-from kata.station.device_process import DeviceProcess
+from kata.station.device_process import DeviceLaunch, DeviceProcess
 
 AN_HOUR = Load(run_id="r", recording_id="a", times_s=bytes(8 * 360_000), angles_deg=bytes(40 * 360_000))
 PARTS = sum(1 for _ in frames_of(Request(id=1, command=AN_HOUR))) - 1
@@ -41,7 +41,7 @@ class Device:
 def with_device(play: Callable[[Device], Awaitable[None]]) -> None:
     async def played() -> None:
         ours, theirs = socket.socketpair()
-        process = DeviceProcess(Path(), Path(), lambda message: None, lambda: None, str, real_time=False)
+        process = DeviceProcess(DeviceLaunch(Path(), Path(), real_time=False), lambda message: None, lambda: None, str)
         reader, process._writer = await asyncio.open_connection(sock=ours)
         device = Device(process, *await asyncio.open_connection(sock=theirs))
         listening = asyncio.create_task(process._listen(reader))

@@ -7,7 +7,7 @@ from uuid import UUID
 
 import pytest
 
-from kata.station.fleet import LONGEST, SILENT_AFTER_S, PlaybackProgress, Roster, StationShown, StationTold, encoded
+from kata.station.fleet import LONGEST, SILENT_AFTER_S, PlaybackProgress, Roster, StationReport, StationStatus, encoded
 from kata.station.lease import Moment
 from kata.station.schemas import PatientRef, StopCauseLive
 
@@ -15,15 +15,15 @@ ID = UUID(int=7)
 BEGIN = Moment(1000.0, datetime(2026, 3, 1, 9, 0, tzinfo=UTC))
 
 
-def state(station: str = "Station 2", service: int = 1, **told: Any) -> StationTold:
+def state(station: str = "Station 2", service: int = 1, **told: Any) -> StationReport:
     given: dict[str, Any] = {
         "simulated": True, "device": "running", "mode": "idle", "torque": "off", "estop": "closed", "causes": [],
         "arm_held": False, "operator": None, "patient": None, "recording_name": None, "progress": None, "take_s": None,
     }  # fmt: skip
-    return StationTold(station=station, service=UUID(int=service), **(given | told))
+    return StationReport(station=station, service=UUID(int=service), **(given | told))
 
 
-def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationShown:
+def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationStatus:
     return next(shown for shown in roster.shown(now) if shown.name == name)
 
 
@@ -74,7 +74,7 @@ def test_duplicate_service_names_are_reported_but_restarts_are_not() -> None:
 
 
 def test_progress_alone_is_no_news_and_everything_else_is() -> None:
-    def at(position_s: float, **told: Any) -> StationTold:
+    def at(position_s: float, **told: Any) -> StationReport:
         progress = PlaybackProgress(position_s=position_s, duration_s=9.0, left_s=9.0 - position_s, reversing=False)
         return state(mode="playing", progress=progress, **told)
 
@@ -91,11 +91,11 @@ def test_station_messages_never_exceed_the_database_column(length: int) -> None:
     told = state(mode="stopped", causes=[cause] * 5, patient=patient, recording_name="曲" * length)
     text = encoded(told)
     assert len(text.encode()) <= LONGEST
-    read = StationTold.model_validate_json(text)
+    read = StationReport.model_validate_json(text)
     assert (read.mode, read.estop, read.station) == ("stopped", "closed", "Station 2")
     assert length > 100 or read == told
 
 
 def test_unknown_fields_of_a_newer_version_are_ignored() -> None:
     told = json.loads(encoded(state())) | {"something_new": [1, 2]}
-    assert StationTold.model_validate_json(json.dumps(told)) == state()
+    assert StationReport.model_validate_json(json.dumps(told)) == state()

@@ -172,16 +172,16 @@ def test_an_arm_under_torque_occupies_the_computer(
     assert at.occupied is occupied
 
 
-@pytest.mark.parametrize(("torque", "at_the_arm"), [("off", False), ("on", True), ("unknown", True)])
+@pytest.mark.parametrize(("torque", "operator_under_torque"), [("off", False), ("on", True), ("unknown", True)])
 def test_operator_counts_as_present_while_torque_is_possible(
-    silent: list[Silent], torque: TorqueState, at_the_arm: bool
+    silent: list[Silent], torque: TorqueState, operator_under_torque: bool
 ) -> None:
     at, browser = station(), Browser(uuid4(), "Sato")
     silent[0].tell(snapshot(mode="paused", torque=torque))
-    assert at.at_the_arm is None, "nobody operates"
+    assert at.operator_under_torque is None, "nobody operates"
     at.operating.take(browser)
 
-    assert at.at_the_arm == (browser.id if at_the_arm else None)
+    assert at.operator_under_torque == (browser.id if operator_under_torque else None)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from typing import Any
 
 from kata.device.config import StationConfig
 from kata.device.messages import FromDevice, LoopState, Request, Snapshot
+from kata.station.device_process import DeviceLaunch
 from kata.station.station import Station
 
 
@@ -14,13 +15,10 @@ class Silent:
 
     def __init__(
         self,
-        station_file: Path,
-        journal_folder: Path,
+        launch: DeviceLaunch,
         on_message: Callable[[FromDevice], None],
         on_end: Callable[[], None],
-        occupation: Callable[[], str],
-        *,
-        real_time: bool,
+        occupation_id: Callable[[], str],
     ) -> None:
         self.tell, self.end = on_message, on_end
         self.heard: list[Request] = []
@@ -41,9 +39,8 @@ class Silent:
 
 
 def station(folder: Path = Path("/nowhere")) -> Station:
-    return Station(
-        StationConfig(), folder / "station.toml", folder, simulated=True, real_time=False, on_journal=lambda path: None
-    )
+    launch = DeviceLaunch(folder / "station.toml", folder, real_time=False)
+    return Station(StationConfig(), launch, simulated=True, on_journal=lambda path: None)
 
 
 def snapshot(**given: Any) -> Snapshot:

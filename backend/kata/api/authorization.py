@@ -124,7 +124,7 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
         try:
             await run_in_threadpool(_check_records, services, actor, rule, context, named)
         except DatabaseUnavailableError:
-            patient_id = services.offline_cache.owner_of(named) if rule.away else None
+            patient_id = services.offline_cache.owner_of(named) if rule.offline else None
             if patient_id is None:
                 raise
             context.patient_id = patient_id
@@ -151,7 +151,7 @@ async def _asked(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Ac
     """
     services = services_of(connection)
     auth_cache = services.auth_cache
-    known = auth_cache.who_was_here(cookie, services.access.limits.longest.total_seconds()) if rule.away else None
+    known = auth_cache.who_was_here(cookie, services.access.limits.longest.total_seconds()) if rule.offline else None
     asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, services.database))
     # Commands of a running session do not wait until the outage is detected.
     await asyncio.wait({asking}, timeout=_CACHED_ACTOR_AFTER_S if known else None)

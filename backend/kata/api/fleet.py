@@ -18,7 +18,7 @@ from uuid import UUID, uuid4
 from pydantic import ValidationError
 
 from kata.database.engine import Database
-from kata.station.fleet import SILENT_AFTER_S, Roster, StationShown, StationTold, encoded, state_of
+from kata.station.fleet import SILENT_AFTER_S, Roster, StationReport, StationStatus, encoded, state_of
 from kata.station.lease import Moment
 from kata.station.station import Station
 
@@ -52,7 +52,7 @@ class Fleet:
         self._roster = Roster(self.station.info.name)
         self._waiting: set[asyncio.Event] = set()
 
-    def shown(self) -> list[StationShown]:
+    def shown(self) -> list[StationStatus]:
         """Return every station, this one first."""
         return self._roster.shown(self.now())
 
@@ -96,10 +96,10 @@ class Fleet:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _own(self) -> StationTold:
+    def _own(self) -> StationReport:
         return state_of(self.station.info, self.station.live(), self.service)
 
-    def take(self, state: StationTold) -> None:
+    def take(self, state: StationReport) -> None:
         """Store a state that has just arrived."""
         self._roster.take(state, self.now())
         self.changes += 1
@@ -110,9 +110,9 @@ class Fleet:
         async for state in self._news():
             self.take(state)
 
-    async def _news(self) -> AsyncIterator[StationTold]:
+    async def _news(self) -> AsyncIterator[StationReport]:
         """Yield the own state at once when more than its progress has changed, and at least every second."""
-        last: StationTold | None = None
+        last: StationReport | None = None
         until_s = 0.0
         with self.station.subscribed() as heard:
             while True:
@@ -164,7 +164,7 @@ class Fleet:
 
     def _hear(self, payload: str) -> None:
         try:
-            state = StationTold.model_validate_json(payload)
+            state = StationReport.model_validate_json(payload)
         except ValidationError as error:
             # From another version of Kata. Its station is shown as silent.
             log.warning("the state of another station could not be decoded: %s", error.errors(include_input=False)[:1])

@@ -19,7 +19,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.pagination import Page
-from kata.station.fleet import StationShown
+from kata.station.fleet import StationStatus
 from kata.types import Schema
 
 log = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ _AT_LEAST_EVERY_S: Final = 1.0
 class Station(Schema):
     """A station that is registered or has sent its state."""
 
-    shown: StationShown
+    shown: StationStatus
     registered_at: datetime | None
     started_at: datetime | None = Field(description="Last start of its service.")
     version: int = Field(description="Version of configuration and calibration; 0: unknown.")
@@ -52,7 +52,7 @@ class StationsMessage(Schema):
 
     sequence: int = Field(ge=1, description="Without gaps on one connection.")
     sent_at: datetime
-    stations: list[StationShown]
+    stations: list[StationStatus]
 
 
 def document(app: FastAPI) -> None:
@@ -69,10 +69,10 @@ class _Redactions:
     def __init__(self, actor: Actor, database: Database) -> None:
         self._by_station: defaultdict[str, Redaction] = defaultdict(lambda: Redaction(actor, database))
 
-    async def apply(self, stations: list[StationShown]) -> list[StationShown]:
+    async def apply(self, stations: list[StationStatus]) -> list[StationStatus]:
         return [await self._shown(one) for one in stations]
 
-    async def _shown(self, one: StationShown) -> StationShown:
+    async def _shown(self, one: StationStatus) -> StationStatus:
         patient = one.state.patient if one.state else None
         if one.state is None or patient is None or await self._may_see(one.name, patient.id):
             return one

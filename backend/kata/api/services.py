@@ -23,6 +23,7 @@ from kata.auth.login import Access, AuthServices
 from kata.backups.router import Backups, BackupServices
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.sessions.router import SessionServices
 from kata.database.engine import Database
 from kata.dependencies import CoreServices
@@ -47,6 +48,7 @@ class Services:
     station: Station
     live_view: LiveStateView
     offline_cache: OfflineCache
+    offline_sessions: OfflineSessions
     fleet: Fleet
     simulation: Simulation | None
     """None where the apparatus is real."""

@@ -42,6 +42,7 @@ from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.stations import service as station_service
 from kata.database.availability import AvailabilityMonitor
 from kata.database.base import utc_now
@@ -53,6 +54,7 @@ from kata.plotting.figures import FigureWorker
 from kata.reporting import letterhead
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
+from kata.station.device_process import DeviceLaunch
 from kata.station.schemas import DatabaseStatus
 from kata.station.station import Station
 
@@ -90,6 +92,7 @@ class StationServices:
 
     station: Station
     offline_cache: OfflineCache
+    offline_sessions: OfflineSessions
     live_view: LiveStateView
     importer: Importer
     finish_imports: Callable[[], Awaitable[None]]
@@ -108,7 +111,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
     apparatus = await set_up_apparatus(settings, storage.database, stack)
     at_station = await set_up_station(settings, storage, apparatus)
     station = at_station.station
-    access.revocations.at_the_arm = lambda: station.at_the_arm
+    access.revocations.operator_under_torque = lambda: station.operator_under_torque
     await asyncio.to_thread(at_station.importer.run_at_start)
     fleet = await set_up_fleet(station, storage.database, stack)
     set_up_delivery_round(storage.event_spool, at_station)
@@ -130,6 +133,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         station=station,
         live_view=at_station.live_view,
         offline_cache=at_station.offline_cache,
+        offline_sessions=at_station.offline_sessions,
         fleet=fleet,
         simulation=apparatus.simulation,
         probe=Probe(storage.database),
@@ -232,10 +236,11 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
         return event_spool.delivery.waiting > 0
 
     offline_cache = OfflineCache(database, apparatus.config.name, has_undelivered)
+    offline_sessions = OfflineSessions(offline_cache, apparatus.config.name)
 
     def on_postponed(measured: Journal) -> None:
         if measured.kind == "run":
-            offline_cache.finish_run(UUID(measured.id), runs.outcome_of(measured))
+            offline_sessions.finish_run(UUID(measured.id), runs.outcome_of(measured))
 
     importer = Importer(database, settings.journal, apparatus.config, notify_saved, has_undelivered, on_postponed)
 
@@ -250,17 +255,15 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
 
     station = Station(
         apparatus.config,
-        apparatus.config_file,
-        settings.journal,
+        DeviceLaunch(apparatus.config_file, settings.journal, settings.real_time),
         simulated=settings.simulate,
-        real_time=settings.real_time,
         on_journal=import_journal,
         on_due=lease.record_due_actions(storage.audit_log, apparatus.config.name),
     )
     live_view = LiveStateView(
         station, lambda: _database_status(database, event_spool, importer), lambda: offline_cache.may_load
     )
-    return StationServices(station, offline_cache, live_view, importer, finish_imports)
+    return StationServices(station, offline_cache, offline_sessions, live_view, importer, finish_imports)
 
 
 async def set_up_fleet(station: Station, database: Database, stack: AsyncExitStack) -> Fleet:

@@ -33,8 +33,8 @@ from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
-from kata.clinic.sessions.offline_cache import OfflineCache
-from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache
+from kata.clinic.sessions.offline_sessions import OfflineSessions
+from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache, TheOfflineSessions
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -49,7 +49,8 @@ from kata.motion.method import Method
 from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
-from kata.station.station import NO_ANSWER, Occupation, Station
+from kata.station.snapshot_tracker import Occupation
+from kata.station.station import NO_ANSWER, Station
 from kata.types import By, Name, Schema, Side, side_of
 
 router = APIRouter(prefix="/api/station", tags=["station"])
@@ -248,7 +249,7 @@ async def load(
     station: TheStation,
     database: TheDatabase,
     event_spool: TheEventSpool,
-    offline_cache: TheOfflineCache,
+    offline_sessions: TheOfflineSessions,
     here: Operator,
     wanted: LoadRequest,
 ) -> Run:
@@ -263,12 +264,12 @@ async def load(
     try:
         begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, there)
     except DatabaseUnavailableError:
-        away = await run_in_threadpool(_begin_without_database, offline_cache, event_spool, wanted, there)
+        away = await run_in_threadpool(_begin_without_database, offline_sessions, event_spool, wanted, there)
         if away is None:
             raise
         begun = away
     else:
-        offline_cache.attend(begun.patient.id, wanted.session_id)
+        offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
     command = messages.Load(
         run_id=str(run.id),
@@ -290,7 +291,7 @@ async def load(
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, event_spool, offline_cache, begun)
+            await run_in_threadpool(_forget_run, database, event_spool, offline_sessions, begun)
         raise refused(refusal)
     return run
 
@@ -478,17 +479,17 @@ def _begin_run(
 
 
 def _begin_without_database(
-    offline_cache: OfflineCache, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
+    offline_sessions: OfflineSessions, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
 ) -> _Begun | None:
     """Begin a run from the offline cache. Return None when the cache lacks data or the spool cannot store the run."""
-    found = offline_cache.start_run(_run_request(wanted), there)
+    found = offline_sessions.start_run(_run_request(wanted), there)
     if found is None:
         return None
     for event in found.new_answers:
         event_spool.put_offline_event(event)
     if not event_spool.put_offline_event(found.begun):
         event_spool.put_not_begun("run", found.begun.id)
-        offline_cache.finish_run(found.begun.id, None)
+        offline_sessions.finish_run(found.begun.id, None)
         return None
     return _Begun(
         found.run,
@@ -502,12 +503,12 @@ def _begin_without_database(
     )
 
 
-def _forget_run(database: Database, event_spool: EventSpool, offline_cache: OfflineCache, begun: _Begun) -> None:
+def _forget_run(database: Database, event_spool: EventSpool, offline_sessions: OfflineSessions, begun: _Begun) -> None:
     """Remove a run that the device refused."""
     if begun.without_database:
         # Queued behind the record of its beginning, which may not be delivered yet.
         event_spool.put_not_begun("run", begun.run.id)
-        offline_cache.finish_run(begun.run.id, None)
+        offline_sessions.finish_run(begun.run.id, None)
         return
     try:
         with database.write() as session:

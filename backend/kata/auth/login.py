@@ -58,7 +58,7 @@ class SessionRevocations:
         self._database = database
         self._limits = limits
         self._now = now
-        self.at_the_arm: Callable[[], UUID | None] = lambda: None
+        self.operator_under_torque: Callable[[], UUID | None] = lambda: None
         """The sign-in whose user operates an apparatus with torque; from any thread."""
         self._waiting: dict[UUID, set[asyncio.Event]] = {}
         self._look = asyncio.Event()
@@ -116,7 +116,7 @@ class SessionRevocations:
 
     def _still(self, asked: set[UUID]) -> set[UUID]:
         with self._database.read() as session:
-            return login_session.still(session, asked, self._now(), self._limits, self.at_the_arm())
+            return login_session.still(session, asked, self._now(), self._limits, self.operator_under_torque())
 
 
 @dataclass(frozen=True)
@@ -181,8 +181,10 @@ def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
     """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
     access = auth_services(connection).access
     with database.read() as session:
-        at_the_arm = access.revocations.at_the_arm()
-        return login_session.actor_of(session, cookie_of(connection), access.now(), access.limits, at_the_arm)
+        operator_under_torque = access.revocations.operator_under_torque()
+        return login_session.actor_of(
+            session, cookie_of(connection), access.now(), access.limits, operator_under_torque
+        )
 
 
 def not_signed_in() -> ProblemError:

@@ -66,18 +66,22 @@ def begin(session: Session, account: AccountRow, method: Method, now: datetime, 
 
 
 def actor_of(
-    session: Session, cookie: str | None, now: datetime, limits: Limits = Limits(), at_the_arm: UUID | None = None
+    session: Session,
+    cookie: str | None,
+    now: datetime,
+    limits: Limits = Limits(),
+    operator_under_torque: UUID | None = None,
 ) -> Actor | None:
     """Return the user of this cookie; None when its login session has ended or never existed.
 
-    :param at_the_arm: the login session whose user operates an apparatus with torque.
+    :param operator_under_torque: the login session whose user operates an apparatus with torque.
     """
     if not cookie:
         return None
     hashed = secrets.hashed(cookie)
     just_before = and_(LoginSessionRow.before_hash == hashed, LoginSessionRow.proved_at > now - _ON_ITS_WAY)
-    found = _actor(session, LoginSessionRow.secret_hash == hashed, now, limits, at_the_arm)
-    return found or _actor(session, just_before, now, limits, at_the_arm)
+    found = _actor(session, LoginSessionRow.secret_hash == hashed, now, limits, operator_under_torque)
+    return found or _actor(session, just_before, now, limits, operator_under_torque)
 
 
 def by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limits) -> Actor | None:
@@ -86,7 +90,11 @@ def by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limit
 
 
 def _actor(
-    session: Session, which: ColumnElement[bool], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+    session: Session,
+    which: ColumnElement[bool],
+    now: datetime,
+    limits: Limits,
+    operator_under_torque: UUID | None = None,
 ) -> Actor | None:
     found = session.execute(
         select(LoginSessionRow, AccountRow)
@@ -97,7 +105,7 @@ def _actor(
         return None
     sign_in, account = found
     age = now - sign_in.began_at
-    longest = limits.longest + (limits.extension if sign_in.id == at_the_arm else timedelta())
+    longest = limits.longest + (limits.extension if sign_in.id == operator_under_torque else timedelta())
     # A clock that was set back does not extend the login session.
     if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
@@ -164,9 +172,13 @@ def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -
 
 
 def still(
-    session: Session, session_ids: Collection[UUID], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+    session: Session,
+    session_ids: Collection[UUID],
+    now: datetime,
+    limits: Limits,
+    operator_under_torque: UUID | None = None,
 ) -> set[UUID]:
-    """Return the given login sessions that are still active; ``at_the_arm`` as in :func:`actor_of`."""
+    """Return the given login sessions that are still active; ``operator_under_torque`` as in :func:`actor_of`."""
     began_after = now - limits.longest
     asked = (
         select(LoginSessionRow.id)
@@ -176,7 +188,10 @@ def still(
             LoginSessionRow.ended_at.is_(None),
             or_(
                 LoginSessionRow.began_at > began_after,
-                and_(LoginSessionRow.id == at_the_arm, LoginSessionRow.began_at > began_after - limits.extension),
+                and_(
+                    LoginSessionRow.id == operator_under_torque,
+                    LoginSessionRow.began_at > began_after - limits.extension,
+                ),
             ),
             AccountRow.disabled_at.is_(None),
         )

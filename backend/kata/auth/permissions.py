@@ -52,8 +52,8 @@ class RouteRule:
     """Allowed while the screen is locked."""
     enrolling: bool = False
     """Allowed before the required second factor is set up."""
-    away: bool = False
-    """Allowed while the database does not answer, for users whom it confirmed last. Only records of this day's patients may be named then
+    offline: bool = False
+    """Allowed while the database does not answer, for users that it confirmed last. Only records of this day's patients may be named then
     (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
     """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
@@ -69,14 +69,14 @@ def granted(actor: Actor, rule: RouteRule) -> bool:
 
 
 _PUBLIC: Final = RouteRule("public")
-_OWN: Final = RouteRule("own_account", locked=True, enrolling=True, away=True)
+_OWN: Final = RouteRule("own_account", locked=True, enrolling=True, offline=True)
 _READ: Final = RouteRule("read_records")
 _WRITE: Final = RouteRule("write_records")
 _OPERATE: Final = RouteRule("operate", here=True)
-_GO_ON: Final = RouteRule("operate", here=True, away=True)
-_DIAGNOSE: Final = RouteRule("diagnose", here=True, away=True)
+_GO_ON: Final = RouteRule("operate", here=True, offline=True)
+_DIAGNOSE: Final = RouteRule("diagnose", here=True, offline=True)
 _ADMINISTER: Final = RouteRule("administer")
-_WATCH: Final = RouteRule("see_station", locked=True, away=True)
+_WATCH: Final = RouteRule("see_station", locked=True, offline=True)
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -184,15 +184,15 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_sessions": _READ,
         "get_session_filter_options": _READ,
         "list_patient_sessions": _READ,
-        "create_session": RouteRule("write_records", here=True, away=True),
-        "get_session": RouteRule("read_records", away=True),
-        "update_session": RouteRule("write_records", away=True),
+        "create_session": RouteRule("write_records", here=True, offline=True),
+        "get_session": RouteRule("read_records", offline=True),
+        "update_session": RouteRule("write_records", offline=True),
         "get_session_plan": _READ,
-        "list_ready_patients": RouteRule("read_records", here=True, away=True),
-        "get_checklist": RouteRule("read_records", away=True),
-        "confirm_check": RouteRule("write_records", here=True, away=True),
+        "list_ready_patients": RouteRule("read_records", here=True, offline=True),
+        "get_checklist": RouteRule("read_records", offline=True),
+        "confirm_check": RouteRule("write_records", here=True, offline=True),
         "get_teaching_checklist": _READ,
-        "end_session": RouteRule("write_records", away=True),
+        "end_session": RouteRule("write_records", offline=True),
         "get_note_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,
@@ -232,7 +232,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_stations": _WATCH,
         "get_station": _WATCH,
         "list_events": RouteRule("see_station"),
-        "stop": RouteRule("stop", locked=True, enrolling=True, away=True),
+        "stop": RouteRule("stop", locked=True, enrolling=True, offline=True),
         "take_lease": _GO_ON,
         "release_lease": _GO_ON,
         "set_side": _OPERATE,
@@ -247,7 +247,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "return_to_rest": _GO_ON,
         "release_torque": _GO_ON,
         "acknowledge": _GO_ON,
-        "get_simulator": RouteRule("diagnose", away=True),
+        "get_simulator": RouteRule("diagnose", offline=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,

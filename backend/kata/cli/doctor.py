@@ -307,7 +307,9 @@ def _backups(settings: Settings) -> Iterator[CheckResult]:
         )
     good_at = _last_good_at(settings)
     if good_at and good_at > utc_now() - _OLDEST:
-        yield CheckResult("Backups", "ok", f"The last one that was restored to try it is of {good_at:%Y-%m-%d %H:%M} UTC.")
+        yield CheckResult(
+            "Backups", "ok", f"The last one that was restored to try it is of {good_at:%Y-%m-%d %H:%M} UTC."
+        )
         return
     told = (
         f"The last one that is known to be restorable is of {good_at:%Y-%m-%d}"

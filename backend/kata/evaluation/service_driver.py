@@ -68,7 +68,7 @@ class ServiceDriver:
         """``app`` has been started; see :func:`driving_service`."""
         services: Services = app.state.services
         self.station, self.database = services.station, services.database
-        self._event_spool, self._offline_cache = services.event_spool, services.offline_cache
+        self._event_spool, self._offline_sessions = services.event_spool, services.offline_sessions
         self.browser = Browser(uuid4(), _USER)
         self._simulation = services.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
@@ -136,7 +136,7 @@ class ServiceDriver:
             session_id=self._session_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
         )
         run = await commands.load(
-            self.station, self.database, self._event_spool, self._offline_cache, self.browser, wanted
+            self.station, self.database, self._event_spool, self._offline_sessions, self.browser, wanted
         )
         await commands.approach(self.station, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)

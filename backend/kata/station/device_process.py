@@ -6,6 +6,7 @@ import logging
 import socket
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,21 @@ _STEADY_S: Final = 30.0
 _END_LIMIT_S: Final = 5.0
 
 
+@dataclass(frozen=True)
+class DeviceLaunch:
+    """How a device process is started."""
+
+    station_file: Path
+    journal_folder: Path
+    real_time: bool
+    """False: the process asks for no privileges."""
+
+    @property
+    def log_path(self) -> Path:
+        """Return the file of the process's log, beside the journal folder."""
+        return self.journal_folder.parent / "device.log"
+
+
 class DeviceProcess:
     """The child process and the socket to it.
 
@@ -31,25 +47,16 @@ class DeviceProcess:
 
     def __init__(
         self,
-        station_file: Path,
-        journal_folder: Path,
+        launch: DeviceLaunch,
         on_message: Callable[[FromDevice], None],
         on_end: Callable[[], None],
-        occupation: Callable[[], str],
-        *,
-        real_time: bool,
+        occupation_id: Callable[[], str],
     ) -> None:
-        """Its log goes to device.log beside the journal folder. Without ``real_time`` it asks for no privileges.
-
-        ``occupation`` names the run or teaching that the service believes to be going on, "" for none.
-        """
-        self._station_file = station_file
-        self._journal_folder = journal_folder
-        self._log_path = journal_folder.parent / "device.log"
+        """``occupation_id`` returns the id of the run or teaching that the service expects, "" for none."""
+        self._launch = launch
         self._on_message = on_message
         self._on_end = on_end
-        self._occupation = occupation
-        self._options = () if real_time else ("--no-real-time",)
+        self._occupation_id = occupation_id
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
         self._keeper: asyncio.Task[None] | None = None
@@ -80,7 +87,7 @@ class DeviceProcess:
 
     def beat(self) -> None:
         """Say that the service is alive, and which run or teaching it believes in."""
-        self.send(Heartbeat(run_id=self._occupation()))
+        self.send(Heartbeat(run_id=self._occupation_id()))
 
     async def close(self) -> None:
         """Hang up, and wait until it has stopped, kept its journal and ended."""
@@ -109,14 +116,14 @@ class DeviceProcess:
 
     async def _run_one(self) -> None:
         ours, theirs = socket.socketpair()
-        with theirs, self._log_path.open("ab") as log_file:
+        with theirs, self._launch.log_path.open("ab") as log_file:
             self._child = await asyncio.create_subprocess_exec(
                 sys.executable,
                 *("-m", "kata.device"),
-                *("--station", str(self._station_file)),
-                *("--journal", str(self._journal_folder)),
+                *("--station", str(self._launch.station_file)),
+                *("--journal", str(self._launch.journal_folder)),
                 *("--socket", str(theirs.fileno())),
-                *self._options,
+                *(() if self._launch.real_time else ("--no-real-time",)),
                 pass_fds=[theirs.fileno()],
                 stderr=log_file,
                 start_new_session=True,

@@ -31,7 +31,7 @@ class PlaybackProgress(_Schema):
     reversing: bool = Field(description="The arm is being taken back from resistance.")
 
 
-class StationTold(_Schema):
+class StationReport(_Schema):
     """What a station says of itself to all the others."""
 
     station: str = Field(max_length=100, examples=["Station 1"])
@@ -50,7 +50,7 @@ class StationTold(_Schema):
     take_s: float | None = Field(description="While teaching: length of the present or last take, seconds.")
 
     @property
-    def steady(self) -> "StationTold":
+    def steady(self) -> "StationReport":
         """Without what moves on all the time: another one is worth telling at once."""
         progress = (
             PlaybackProgress(position_s=0, duration_s=0, left_s=0, reversing=self.progress.reversing)
@@ -60,7 +60,7 @@ class StationTold(_Schema):
         return self.model_copy(update={"progress": progress, "take_s": None if self.take_s is None else 0.0})
 
 
-class StationShown(_Schema):
+class StationStatus(_Schema):
     """One station, as far as it is known here."""
 
     name: str
@@ -68,13 +68,13 @@ class StationShown(_Schema):
     heard_at: datetime | None = Field(description="When it last said anything; null: not since this service began.")
     silent: bool = Field(description="It has said nothing for seconds: what it does is not known.")
     doubled: bool = Field(description="Two services call themselves so: one of them has to be given another name.")
-    state: StationTold | None = Field(description="Null while it is silent.")
+    state: StationReport | None = Field(description="Null while it is silent.")
 
 
-def state_of(info: StationInfo, live: Live, service: UUID) -> StationTold:
+def state_of(info: StationInfo, live: Live, service: UUID) -> StationReport:
     """What a station has to say."""
     going_on = live.run or live.teaching
-    return StationTold(
+    return StationReport(
         station=info.name,
         service=service,
         simulated=info.simulated,
@@ -92,7 +92,7 @@ def state_of(info: StationInfo, live: Live, service: UUID) -> StationTold:
     )
 
 
-def encoded(state: StationTold) -> str:
+def encoded(state: StationReport) -> str:
     """As JSON, short enough: causes after the first, and what names only, go before it would be too long."""
     for told in (state, state.model_copy(update={"causes": state.causes[:1]}), state.model_copy(update={"causes": []})):
         text = told.model_dump_json()
@@ -103,7 +103,7 @@ def encoded(state: StationTold) -> str:
 
 @dataclass(slots=True)
 class _Heard:
-    state: StationTold
+    state: StationReport
     at: Moment
     before: UUID | None = None
     """The service of the same name that spoke before this one."""
@@ -124,7 +124,7 @@ class Roster:
         for name in names:
             self._heard.setdefault(name, None)
 
-    def take(self, state: StationTold, now: Moment) -> None:
+    def take(self, state: StationReport, now: Moment) -> None:
         """A station has said this, and it has arrived now."""
         before = self._heard.get(state.station)
         heard = self._heard[state.station] = _Heard(state, now)
@@ -135,15 +135,15 @@ class Roster:
                 if state.service == before.before:
                     heard.doubled_s = now.s
 
-    def shown(self, now: Moment) -> list[StationShown]:
+    def shown(self, now: Moment) -> list[StationStatus]:
         """All of them, by name; this one first."""
         names = sorted(self._heard, key=lambda name: (name != self._here, name))
         return [self._shown(name, now) for name in names]
 
-    def _shown(self, name: str, now: Moment) -> StationShown:
+    def _shown(self, name: str, now: Moment) -> StationStatus:
         heard = self._heard[name]
         silent = heard is None or now.s - heard.at.s > SILENT_AFTER_S
-        return StationShown(
+        return StationStatus(
             name=name,
             here=name == self._here,
             heard_at=heard.at.at if heard else None,

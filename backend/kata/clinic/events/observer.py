@@ -9,7 +9,7 @@ from kata.clinic import texts
 from kata.database.base import utc_now
 from kata.messages import MessageKey, Text, sent_key, with_key
 from kata.station.schemas import EventLive, Live, TextKey
-from kata.station.station import Occupation
+from kata.station.snapshot_tracker import Occupation
 
 ESTOP_TESTED: Final = "estop_tested"
 """The emergency stop was pressed and released."""

@@ -7,7 +7,8 @@ from contextlib import asynccontextmanager
 
 from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent, Observer
 from kata.station.schemas import EventLive
-from kata.station.station import Station, Subscription
+from kata.station.station import Station
+from kata.station.subscriptions import Subscription
 
 log = logging.getLogger(__name__)
 

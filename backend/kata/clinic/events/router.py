@@ -8,6 +8,7 @@ from fastapi import APIRouter, Query
 from kata.auth.permissions import OF_ROLE
 from kata.clinic.events import service
 from kata.clinic.events.schemas import DeviceEvent, EventKind
+from kata.clinic.events.service import EventFilter
 from kata.clinic.restricted import service as restricted
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.pagination import After, Limit, Page
@@ -32,16 +33,8 @@ def list_events(
     An alarm has the time of its acknowledgement. The patient is named only to users who may see that record.
     """
     with database.read() as session:
-        rows, following = service.find(
-            session,
-            station=station,
-            session_id=session_id,
-            patient_id=patient_id,
-            kind=kind,
-            code=code,
-            after=after,
-            limit=limit,
-        )
+        wanted = EventFilter(station, session_id, patient_id, kind, code)
+        rows, following = service.find(session, wanted, limit, after)
         hidden = restricted.hidden_among(session, actor, (row.patient_id for row in rows if row.patient_id))
         reads_records = "read_records" in OF_ROLE[actor.role]
         items = [DeviceEvent.model_validate(row) for row in rows]

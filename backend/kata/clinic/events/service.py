@@ -1,6 +1,7 @@
 """Read device events. The caller commits."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Final
 from uuid import UUID
@@ -26,30 +27,32 @@ def end_left_open(session: Session, station: str, now: datetime) -> None:
     session.execute(update(DeviceEventRow).where(DeviceEventRow.id.in_(left_open)).values(ended_at=now))
 
 
+@dataclass(frozen=True)
+class EventFilter:
+    """Filter of events. None: no filter."""
+
+    station: str | None = None
+    session_id: UUID | None = None
+    patient_id: UUID | None = None
+    kind: EventKind | None = None
+    code: str | None = None
+
+
 def find(
-    session: Session,
-    *,
-    station: str | None,
-    session_id: UUID | None,
-    patient_id: UUID | None,
-    kind: EventKind | None,
-    code: str | None,
-    after: str | None,
-    limit: int,
+    session: Session, wanted: EventFilter, limit: int, after: str | None
 ) -> tuple[Sequence[DeviceEventRow], str | None]:
     """Return a page of events (newest first) and the next cursor.
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """
-    query = select(DeviceEventRow)
-    wanted = (
-        (DeviceEventRow.station, station),
-        (DeviceEventRow.session_id, session_id),
-        (DeviceEventRow.patient_id, patient_id),
-        (DeviceEventRow.kind, kind),
-        (DeviceEventRow.code, code),
+    columns = (
+        (DeviceEventRow.station, wanted.station),
+        (DeviceEventRow.session_id, wanted.session_id),
+        (DeviceEventRow.patient_id, wanted.patient_id),
+        (DeviceEventRow.kind, wanted.kind),
+        (DeviceEventRow.code, wanted.code),
     )
-    query = query.where(*(column == value for column, value in wanted if value is not None))
+    query = select(DeviceEventRow).where(*(column == value for column, value in columns if value is not None))
     rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
     return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.id))
 

@@ -12,6 +12,7 @@ from kata.clinic.recordings.motion_preview import MotionPreview, motion_preview
 from kata.clinic.sessions import checks, runs, service, signing
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.sessions.schemas import (
     AddendumCreate,
     CheckConfirmation,
@@ -47,6 +48,10 @@ class SessionServices(Protocol):
         """Return the offline cache."""
 
     @property
+    def offline_sessions(self) -> OfflineSessions:
+        """Return the sessions that run without the database."""
+
+    @property
     def event_spool(self) -> EventSpool:
         """Return the event spool."""
 
@@ -54,6 +59,11 @@ class SessionServices(Protocol):
 def _offline_cache(request: Request) -> OfflineCache:
     services: SessionServices = request.app.state.services
     return services.offline_cache
+
+
+def _offline_sessions(request: Request) -> OfflineSessions:
+    services: SessionServices = request.app.state.services
+    return services.offline_sessions
 
 
 def _event_spool(request: Request) -> EventSpool:
@@ -67,6 +77,7 @@ async def _on_apparatus(station: TheStation) -> UUID | None:
 
 
 TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
+TheOfflineSessions = Annotated[OfflineSessions, Depends(_offline_sessions)]
 TheEventSpool = Annotated[EventSpool, Depends(_event_spool)]
 TheApparatus = Annotated[checks.ApparatusState, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
@@ -89,7 +100,7 @@ def list_ready_patients(offline_cache: TheOfflineCache) -> Page[ReadyPatient]:
 def create_session(
     database: TheDatabase,
     station: TheStation,
-    offline_cache: TheOfflineCache,
+    offline_sessions: TheOfflineSessions,
     event_spool: TheEventSpool,
     wanted: SessionCreate,
 ) -> Session:
@@ -104,27 +115,27 @@ def create_session(
         with database.write() as session:
             begun = service.as_session(service.begin(session, *what, station.info.name, session_id))
     except DatabaseUnavailableError:
-        found = offline_cache.open_session(session_id, *what)
+        found = offline_sessions.open_session(session_id, *what)
         if found is None:
             raise
         begun, opened = found
         if opened and not event_spool.put_offline_event(opened):
             event_spool.put_not_begun("session", opened.id)
-            offline_cache.discard_session(opened.id)
+            offline_sessions.discard_session(opened.id)
             raise
         return begun
-    offline_cache.attend(begun.patient.id, begun.id)
+    offline_sessions.cache.attend(begun.patient.id, begun.id)
     return begun
 
 
 @router.get("/api/sessions/{session_id}", summary="Get a session with its runs", responses=PROBLEMS.of(404, 422))
-def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_id: UUID) -> Session:
+def get_session(database: TheDatabase, offline_sessions: TheOfflineSessions, session_id: UUID) -> Session:
     """Return one session with its runs; while the database is unavailable, a session that is open here."""
     try:
         with database.read() as session:
             return service.as_session(service.get(session, session_id))
     except DatabaseUnavailableError:
-        known = offline_cache.session(session_id)
+        known = offline_sessions.session(session_id)
         if known is None:
             raise
         return known
@@ -133,7 +144,7 @@ def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_i
 @router.patch("/api/sessions/{session_id}", summary="Change a session", responses=PROBLEMS.of(404, 409, 422))
 def update_session(
     database: TheDatabase,
-    offline_cache: TheOfflineCache,
+    offline_sessions: TheOfflineSessions,
     event_spool: TheEventSpool,
     session_id: UUID,
     change: SessionUpdate,
@@ -143,14 +154,14 @@ def update_session(
         with database.write() as session:
             changed = service.as_session(service.change(session, session_id, change))
     except DatabaseUnavailableError:
-        said = offline_cache.update_session(session_id, change)
+        said = offline_sessions.update_session(session_id, change)
         if said is None:
             raise
         changed, events = said
         for event in events:
             event_spool.put_offline_event(event)
         return changed
-    offline_cache.refresh_soon()
+    offline_sessions.cache.refresh_soon()
     return changed
 
 
@@ -162,7 +173,7 @@ def update_session(
 def get_checklist(
     database: TheDatabase,
     apparatus: TheApparatus,
-    offline_cache: TheOfflineCache,
+    offline_sessions: TheOfflineSessions,
     session_id: UUID,
     recording_id: Annotated[
         UUID | None, Query(description="The recording to be played; it determines the fixtures.")
@@ -173,7 +184,7 @@ def get_checklist(
         with database.read() as session:
             return checks.as_checklist(checks.checklist(session, session_id, recording_id, apparatus))
     except DatabaseUnavailableError:
-        known = offline_cache.checklist(session_id, recording_id, apparatus)
+        known = offline_sessions.checklist(session_id, recording_id, apparatus)
         if known is None:
             raise
         return checks.as_checklist(known)
@@ -187,7 +198,7 @@ def get_checklist(
 def confirm_check(
     database: TheDatabase,
     apparatus: TheApparatus,
-    offline_cache: TheOfflineCache,
+    offline_sessions: TheOfflineSessions,
     event_spool: TheEventSpool,
     session_id: UUID,
     check: CheckName,
@@ -199,13 +210,13 @@ def confirm_check(
             checklist = checks.as_checklist(checks.confirm(session, session_id, check, given, apparatus))
             patient_id = service.get(session, session_id).patient_id
     except DatabaseUnavailableError:
-        ticked = offline_cache.answer_check(session_id, given.recording_id, check, given.checked_by)
-        known = offline_cache.checklist(session_id, given.recording_id, apparatus)
+        ticked = offline_sessions.answer_check(session_id, given.recording_id, check, given.checked_by)
+        known = offline_sessions.checklist(session_id, given.recording_id, apparatus)
         if ticked is None or known is None:
             raise
         event_spool.put_offline_event(ticked)
         return checks.as_checklist(known)
-    offline_cache.attend(patient_id, session_id)
+    offline_sessions.cache.attend(patient_id, session_id)
     return checklist
 
 
@@ -231,7 +242,7 @@ def get_teaching_checklist(
 @router.post("/api/sessions/{session_id}/end", summary="End a session", responses=PROBLEMS.of(404, 409, 422))
 def end_session(
     database: TheDatabase,
-    offline_cache: TheOfflineCache,
+    offline_sessions: TheOfflineSessions,
     event_spool: TheEventSpool,
     played: OnApparatus,
     session_id: UUID,
@@ -246,14 +257,14 @@ def end_session(
         with database.write() as session:
             ended = service.as_session(service.end(session, session_id, reason))
     except DatabaseUnavailableError:
-        found = offline_cache.end_session(session_id, reason, played)
+        found = offline_sessions.end_session(session_id, reason, played)
         if found is None:
             raise
         ended, closed = found
         if closed:
             event_spool.put_offline_event(closed)
         return ended
-    offline_cache.attend(ended.patient.id, None)
+    offline_sessions.cache.attend(ended.patient.id, None)
     return ended
 
 

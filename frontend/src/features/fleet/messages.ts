@@ -3,8 +3,8 @@ import { formatMoment, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { describeMode } from "../../safety/modes";
 
-export type Shown = Schemas["StationShown"];
-export type State = Schemas["StationTold"];
+export type Shown = Schemas["StationStatus"];
+export type State = Schemas["StationReport"];
 export const silentSince = (heardAt: string | null) =>
   heardAt === null
     ? t("fleet:stations.never")

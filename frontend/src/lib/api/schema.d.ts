@@ -3733,6 +3733,28 @@ export interface components {
             left_s: number;
         };
         /**
+         * HandMotion
+         * @description A motion that the simulated hand can follow.
+         */
+        HandMotion: {
+            /** Id */
+            id: string;
+            /** Name */
+            name: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Source
+             * @enum {string}
+             */
+            source: "built-in" | "recorded" | "uploaded";
+            /**
+             * Duration S
+             * @description Seconds.
+             */
+            duration_s: number;
+        };
+        /**
          * Hold
          * @description Stop at one point for a while.
          */
@@ -4336,28 +4358,6 @@ export interface components {
              * @enum {string}
              */
             do: "mirror";
-        };
-        /**
-         * Motion
-         * @description A motion that the simulated hand can follow.
-         */
-        Motion: {
-            /** Id */
-            id: string;
-            /** Name */
-            name: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
-            name_key?: components["schemas"]["TextKey"] | null;
-            /**
-             * Source
-             * @enum {string}
-             */
-            source: "built-in" | "recorded" | "uploaded";
-            /**
-             * Duration S
-             * @description Seconds.
-             */
-            duration_s: number;
         };
         /**
          * MotionLimit
@@ -6853,7 +6853,7 @@ export interface components {
             estop_pressed: boolean;
             hand: components["schemas"]["Hand"];
             /** Motions */
-            motions: components["schemas"]["Motion"][];
+            motions: components["schemas"]["HandMotion"][];
         };
         /**
          * SnapshotMessage
@@ -6990,7 +6990,7 @@ export interface components {
          * @description A station that is registered or has sent its state.
          */
         Station: {
-            shown: components["schemas"]["StationShown"];
+            shown: components["schemas"]["StationStatus"];
             /** Registered At */
             registered_at: string | null;
             /**
@@ -7038,48 +7038,10 @@ export interface components {
             axes: components["schemas"]["AxisInfo"][];
         };
         /**
-         * StationShown
-         * @description One station, as far as it is known here.
-         */
-        StationShown: {
-            /** Name */
-            name: string;
-            /**
-             * Here
-             * @description It is the one that this service belongs to.
-             */
-            here: boolean;
-            /**
-             * Heard At
-             * @description When it last said anything; null: not since this service began.
-             */
-            heard_at: string | null;
-            /**
-             * Silent
-             * @description It has said nothing for seconds: what it does is not known.
-             */
-            silent: boolean;
-            /**
-             * Doubled
-             * @description Two services call themselves so: one of them has to be given another name.
-             */
-            doubled: boolean;
-            /** @description Null while it is silent. */
-            state: components["schemas"]["StationTold"] | null;
-        };
-        /**
-         * StationState
-         * @description The station and its newest state.
-         */
-        StationState: {
-            station: components["schemas"]["StationInfo"];
-            live: components["schemas"]["Live"];
-        };
-        /**
-         * StationTold
+         * StationReport
          * @description What a station says of itself to all the others.
          */
-        StationTold: {
+        StationReport: {
             /**
              * Station
              * @example Station 1
@@ -7137,6 +7099,44 @@ export interface components {
             take_s: number | null;
         };
         /**
+         * StationState
+         * @description The station and its newest state.
+         */
+        StationState: {
+            station: components["schemas"]["StationInfo"];
+            live: components["schemas"]["Live"];
+        };
+        /**
+         * StationStatus
+         * @description One station, as far as it is known here.
+         */
+        StationStatus: {
+            /** Name */
+            name: string;
+            /**
+             * Here
+             * @description It is the one that this service belongs to.
+             */
+            here: boolean;
+            /**
+             * Heard At
+             * @description When it last said anything; null: not since this service began.
+             */
+            heard_at: string | null;
+            /**
+             * Silent
+             * @description It has said nothing for seconds: what it does is not known.
+             */
+            silent: boolean;
+            /**
+             * Doubled
+             * @description Two services call themselves so: one of them has to be given another name.
+             */
+            doubled: boolean;
+            /** @description Null while it is silent. */
+            state: components["schemas"]["StationReport"] | null;
+        };
+        /**
          * StationVersion
          * @description Configuration and calibration that a station's device used from a moment on.
          */
@@ -7176,7 +7176,7 @@ export interface components {
              */
             sent_at: string;
             /** Stations */
-            stations: components["schemas"]["StationShown"][];
+            stations: components["schemas"]["StationStatus"][];
         };
         /**
          * StopAnswerMessage
@@ -17252,7 +17252,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Motion"];
+                    "application/json": components["schemas"]["HandMotion"];
                 };
             };
             /** @description No user is signed in at this browser. */

@@ -1,0 +1,253 @@
+"""Run a session while the database is unavailable, from the records in :mod:`kata.clinic.sessions.offline_cache`.
+
+The same rules apply as with the database. A method that changes a session returns the events that the caller spools.
+"""
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import Final
+from uuid import UUID, uuid4
+
+from kata.clinic.episodes.limits import MotorLimits
+from kata.clinic.programmes import planned
+from kata.clinic.sessions import checks, ending, plans, runs
+from kata.clinic.sessions.checklist import Answer, CheckName, CheckState
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.prefetch import CachedPatient, CachedRecording
+from kata.clinic.sessions.replay import CheckAnswered, PainRecorded, RunStarted, SessionClosed, SessionOpened, written
+from kata.clinic.sessions.schemas import (
+    CheckAnswer,
+    EndReason,
+    Outcome,
+    PainWhen,
+    Run,
+    Session,
+    SessionPatient,
+    SessionUpdate,
+)
+from kata.database.base import utc_now
+from kata.errors import check_version
+from kata.motion import edit
+from kata.motion.ilc import Correction
+
+_PAIN: Final[tuple[PainWhen, ...]] = ("pain_before", "pain_during", "pain_after")
+
+
+@dataclass(frozen=True)
+class CheckedRun:
+    """A run that has passed every check and can be loaded."""
+
+    begun: RunStarted
+    new_answers: tuple[CheckAnswered, ...]
+    """Checks that the apparatus answered and that are not stored yet."""
+    run: Run
+    recording: CachedRecording
+    motion: edit.Motion
+    learned: Correction | None
+    limits: MotorLimits
+    patient: SessionPatient
+
+
+class OfflineSessions:
+    """The sessions that run at this station while the database is unavailable. Thread-safe."""
+
+    def __init__(self, cache: OfflineCache, station: str) -> None:
+        """``station``: the station's name."""
+        self.cache, self._station = cache, station
+
+    def session(self, session_id: UUID) -> Session | None:
+        """Return the cached session, None if it is unknown."""
+        known = self.cache.find_session(session_id)
+        return known.visit if known else None
+
+    def open_session(
+        self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
+    ) -> tuple[Session, SessionOpened | None] | None:
+        """Return this patient's open session, or begin one with the given id. None if no session may begin.
+
+        The caller spools the returned event.
+        """
+        with self.cache.lock:
+            known = self.cache.find_patient(patient_id)
+            if known is None or not self.cache.is_needed:
+                return None
+            if known.visit and not known.visit.ended_at:
+                return known.visit, None
+            programme, episode_id = known.programme, known.episode_id
+            if programme is None or episode_id is None or not self.cache.may_begin(known):
+                return None
+            if programme.version_id != programme_version_id:
+                return None
+            at = utc_now()
+            opened = SessionOpened(
+                session_id, patient_id, episode_id, programme.version_id, therapist, self._station, at
+            )
+            visit = known.new_visit(session_id, therapist, self._station, at)
+            minutes = programme.timer_minutes
+            timer = planned.PlanTimer(minutes=minutes, played_s=0.0, left_s=60.0 * minutes) if minutes else None
+            self.cache.store(replace(known, visit=visit, timer=timer, at_s=time.monotonic()))
+            self.cache.attend(patient_id, session_id)
+            return visit, opened
+
+    def discard_session(self, session_id: UUID) -> None:
+        """Remove a session that could not be spooled."""
+        with self.cache.lock:
+            if known := self.cache.find_session(session_id):
+                self.cache.store(replace(known, visit=None, timer=None))
+
+    def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
+        """Store pain scores. None if the session is unknown or the update has other fields.
+
+        :raises ProblemError: 409 when the session was changed meanwhile.
+        """
+        with self.cache.lock:
+            known = self.cache.find_session(session_id)
+            visit = known.visit if known else None
+            said = given.model_dump(exclude_unset=True, exclude={"updated_at"})
+            if known is None or visit is None or not said or not said.keys() <= set(_PAIN):
+                return None
+            check_version(visit.updated_at, given.updated_at)
+            at = utc_now()
+            events = [
+                PainRecorded(visit.id, when, said[when], getattr(visit, when), at, self._station)
+                for when in _PAIN
+                if when in said
+            ]
+            changed = visit.model_copy(update={**said, "updated_at": at})
+            self.cache.store(replace(known, visit=changed))
+            return changed, events
+
+    def end_session(
+        self, session_id: UUID, reason: EndReason | None, on_apparatus: UUID | None
+    ) -> tuple[Session, SessionClosed | None] | None:
+        """End a session. None if it is unknown. ``on_apparatus``: the session that is loaded on the apparatus now.
+
+        :raises ProblemError: 409 while a run in it has not ended.
+        """
+        with self.cache.lock:
+            known = self.cache.find_session(session_id)
+            visit = known.visit if known else None
+            if known is None or visit is None:
+                return None
+            if visit.ended_at:
+                return visit, None
+            if on_apparatus == session_id:
+                raise ending.run_not_ended()
+            ending.check_played(visit.runs)
+            at = utc_now()
+            ended = visit.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
+            self.cache.store(replace(known, visit=ended))
+            return ended, SessionClosed(session_id, reason, at, self._station)
+
+    def checklist(
+        self, session_id: UUID, recording_id: UUID | None, apparatus: checks.ApparatusState
+    ) -> tuple[CheckState, ...] | None:
+        """As :func:`kata.clinic.sessions.checks.checklist`. None if session or recording is unknown."""
+        found = self._find_playable(session_id, recording_id)
+        return self._checked(*found, apparatus) if found else None
+
+    def answer_check(
+        self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str
+    ) -> CheckAnswered | None:
+        """Store a user's answer to a check. None if session or recording is unknown. The caller spools the returned event.
+
+        :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end.
+        """
+        with self.cache.lock:
+            found = self._find_playable(session_id, recording_id)
+            if found is None:
+                return None
+            known, visit, recording = found
+            ending.check_goes_on(visit.ended_at)
+            need = checks.confirmable(recording.needs, check)
+            ticked = CheckAnswered(session_id, check, need.subject, utc_now(), by)
+            self.cache.store(replace(known, visit=_with_answers(visit, [ticked])))
+            return ticked
+
+    def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
+        """Check and start a run by the same rules as with the database. None if session or recording is unknown.
+
+        :raises ProblemError: as :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
+            :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
+        """
+        found = self._find_playable(request.session_id, request.recording_id)
+        if found is None:
+            return None
+        known, visit, recording = found
+        ending.check_goes_on(visit.ended_at)
+        if request.programme_position is not None:
+            items = visit.programme.items if visit.programme else ()
+            places = [(item.position, item.recording_id) for item in items]
+            plans.check_place(places, request.programme_position, request.recording_id)
+            # The time played since the refresh is unknown; it is at most the time that has passed.
+            if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
+                raise planned.timer_over(known.timer.minutes)
+        motion = runs.with_settings(recording.taught, request.settings)
+        limits = recording.allowed.check(motion, request.load_level, request.method)
+        checked = self._checked(known, visit, recording, apparatus)
+        checks.require_all(checked)
+        corrected_by, learned = (
+            recording.learned.get(request.settings, (None, None)) if request.method == "learned" else (None, None)
+        )
+        begun = RunStarted(
+            id=uuid4(),
+            session_id=request.session_id,
+            recording_id=request.recording_id,
+            programme_position=request.programme_position,
+            started_at=utc_now(),
+            load_level=request.load_level,
+            asked=request.settings,
+            method=request.method,
+            corrected_by=corrected_by,
+            allowed=written(recording.allowed),
+            station=self._station,
+        )
+        new_answers = tuple(
+            CheckAnswered(request.session_id, answer.check, answer.subject, answer.at, answer.by)
+            for answer in checks.newly_detected(checked, _answers(visit))
+        )
+        run = runs.as_run(begun.row, recording.name)
+        with self.cache.lock:
+            if now := self.cache.find_session(request.session_id):
+                visit = now.visit or visit
+                visit = _with_answers(visit, new_answers).model_copy(update={"runs": [*visit.runs, run]})
+                self.cache.store(replace(now, visit=visit))
+        return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient)
+
+    def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
+        """Store a run's outcome. None: the device refused the run; it is removed."""
+        ended = {"outcome": outcome, "ended_at": ended_at}
+        with self.cache.lock:
+            for known in self.cache.with_loaded_run(run_id):
+                if visit := known.visit:
+                    after = [
+                        run.model_copy(update=ended) if run.id == run_id else run
+                        for run in visit.runs
+                        if outcome or run.id != run_id
+                    ]
+                    self.cache.store(replace(known, visit=visit.model_copy(update={"runs": after})))
+
+    def _find_playable(
+        self, session_id: UUID, recording_id: UUID | None
+    ) -> tuple[CachedPatient, Session, CachedRecording] | None:
+        known = self.cache.find_session(session_id)
+        if known is None or known.visit is None or recording_id is None:
+            return None
+        recording = known.recordings.get(recording_id)
+        return (known, known.visit, recording) if recording else None
+
+    def _checked(
+        self, known: CachedPatient, visit: Session, recording: CachedRecording, apparatus: checks.ApparatusState
+    ) -> tuple[CheckState, ...]:
+        return checks.check_states(recording.needs, _answers(visit), apparatus, self.cache.estop_tested_at)
+
+
+def _answers(visit: Session) -> list[Answer]:
+    return [Answer(check.check, check.subject, check.at, check.by) for check in visit.checks]
+
+
+def _with_answers(visit: Session, ticked: Iterable[CheckAnswered]) -> Session:
+    more = [CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked]
+    return visit.model_copy(update={"checks": [*visit.checks, *more]})

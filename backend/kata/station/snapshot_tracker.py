@@ -1,0 +1,148 @@
+"""The device's newest snapshot, and what the service knows in addition: patient, recording, times on the wall clock."""
+
+import time
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any, Final
+from uuid import UUID
+
+import msgspec
+
+from kata.device.messages import COMMAND_NAMES, Event, Refusal, Snapshot
+from kata.station.schemas import PatientRef, TextKey
+
+_STILL_STOPPING: Final = "still_stopping"
+"""Code of the device's refusal to acknowledge while the arm slows down."""
+_TORQUE_OFF_NS: Final = 500_000_000
+"""Drives report that their torque is off within ten cycles of 20 ms after the command. Until then a stop shows no held arm."""
+
+
+@dataclass(frozen=True)
+class Occupation:
+    """The patient and recording of a run or teaching. The service knows them, the device does not."""
+
+    id: str
+    """Id of the teaching or the run."""
+    patient: PatientRef
+    recording_name: str | None = None
+    session_id: UUID | None = None
+    changes: tuple[str, ...] = ()
+    """Changes of the recording for this run."""
+
+
+class SnapshotTracker:
+    """Tracks the snapshots of one device process after another."""
+
+    def __init__(self) -> None:
+        self.snapshot: Snapshot | None = None
+        """The newest snapshot of the running device process, None before its first."""
+        self.occupation: Occupation | None = None
+        """The last run or teaching that began. It may have ended since; the live state shows that."""
+        self.verified_since: datetime | None = None
+        self.has_run = False
+        """True if a device process has sent a snapshot since the service started."""
+        self._received_at_s = 0.0
+        self._torque_since_ns: int | None = None
+        """Device time since which torque has remained on although a stop has ended."""
+        self._reversal: Event | None = None
+        """The last reversal of the present run."""
+
+    @property
+    def age_ms(self) -> float | None:
+        """Return the age of the newest snapshot, None without one."""
+        return None if self.snapshot is None else (time.monotonic() - self._received_at_s) * 1000
+
+    def take(self, snapshot: Snapshot) -> None:
+        """Store a snapshot that has just arrived."""
+        self._note_verification(snapshot)
+        self._note_torque(snapshot)
+        self.snapshot = snapshot
+        self.has_run = True
+        self._received_at_s = time.monotonic()
+
+    def note_reversal(self, event: Event) -> None:
+        """Remember the text of a reversal."""
+        self._reversal = event
+
+    def begin(self, occupation: Occupation) -> None:
+        """Store the run or teaching that has begun."""
+        self.occupation = occupation
+        self._reversal = None
+
+    def clear(self) -> None:
+        """Forget snapshot and occupation: the device process has ended."""
+        self.snapshot = None
+        self.occupation = None
+
+    def known_fields(self, snapshot: Snapshot) -> dict[str, Any]:
+        """Return the fields of the live state that come from a snapshot."""
+        state: dict[str, Any] = msgspec.to_builtins(snapshot)
+        state["run"] = self._with_occupation(state["run"], "run_id")
+        state["teaching"] = self._with_occupation(state["teaching"], "teaching_id")
+        if snapshot.run:
+            reversal = self._reversal if snapshot.run.reversals else None
+            state["run"]["resistance"] = reversal and reversal.message
+            state["run"]["resistance_key"] = reversal and msgspec.to_builtins(reversal.message_key)
+        if snapshot.stop:
+            state["stop"]["arm_held"] = self._may_hold(snapshot)
+        return state
+
+    def unknown_fields(self, offline: Refusal) -> dict[str, Any]:
+        """Return the same fields without a device process. ``offline``: the refusal of all commands but Stop."""
+        refusal = msgspec.to_builtins(offline)
+        axes = self.snapshot.axes if self.snapshot else ()
+        return {
+            "mode": "offline",
+            "torque": "unknown",
+            "stops": 0,
+            "estop": "unknown",
+            "pedal": "unknown",
+            "axes": [msgspec.to_builtins(axis) | {"torque": "unknown"} for axis in axes],
+            "stop": None,
+            "run": None,
+            "teaching": None,
+            "refusals": {name: refusal for name in COMMAND_NAMES if name != "stop"},
+            "loop": None,
+        }
+
+    def _note_verification(self, snapshot: Snapshot) -> None:
+        """Convert the device's monotonic time to the wall clock once per change, because stored events have that clock."""
+        since_ns = snapshot.verified_since_ns
+        if since_ns is None:
+            self.verified_since = None
+        elif self.snapshot is None or self.snapshot.verified_since_ns != since_ns:
+            ago = timedelta(microseconds=(time.monotonic_ns() - since_ns) / 1000)
+            self.verified_since = datetime.now(UTC) - ago
+
+    def _note_torque(self, snapshot: Snapshot) -> None:
+        acknowledging = snapshot.refusals.get("acknowledge")
+        slowing_down = acknowledging is not None and acknowledging.code == _STILL_STOPPING
+        if snapshot.stop is None or snapshot.torque == "off" or slowing_down:
+            self._torque_since_ns = None
+        elif self._torque_since_ns is None:
+            self._torque_since_ns = snapshot.t_ns
+
+    def _with_occupation(self, state: dict[str, Any] | None, key: str) -> dict[str, Any] | None:
+        if state is None:
+            return None
+        known = self.occupation if self.occupation and self.occupation.id == state[key] else None
+        return state | {
+            "patient": known.patient if known else None,
+            "recording_name": known.recording_name if known else None,
+            "changes": known.changes if known else (),
+            "changes_keys": [TextKey.of(change) for change in known.changes] if known else [],
+            "session_id": known.session_id if known else None,
+        }
+
+    def _may_hold(self, snapshot: Snapshot) -> bool:
+        """Return True if the motors hold the arm after a stop, or may hold it.
+
+        A stop of category 2 holds the arm from its beginning. The other stops end with torque off. After them the arm counts as held
+        if torque is unknown, or remains on, after the arm has slowed down.
+        """
+        if snapshot.stop is None or snapshot.torque == "off":
+            return False
+        if all(cause.category == 2 for cause in snapshot.stop.causes):
+            return True
+        since_ns = self._torque_since_ns
+        return since_ns is not None and (snapshot.torque == "unknown" or snapshot.t_ns - since_ns >= _TORQUE_OFF_NS)

@@ -1,0 +1,58 @@
+"""The listeners of a station: each is woken by a change and receives every event."""
+
+import asyncio
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Final
+
+_MAX_WAITING: Final = 1000
+
+
+@dataclass
+class Subscription:
+    """One listener's wake-up signal, and its events since it last looked."""
+
+    changed: asyncio.Event = field(default_factory=asyncio.Event)
+    waiting: deque[object] = field(default_factory=deque)
+    overflown: bool = False
+    """Events were dropped because too many were waiting."""
+
+    def put(self, item: object) -> None:
+        """Queue an event or another notice."""
+        if len(self.waiting) >= _MAX_WAITING:
+            self.overflown = True
+        else:
+            self.waiting.append(item)
+        self.changed.set()
+
+
+class Subscriptions:
+    """All subscriptions. Use it in the service's event loop only."""
+
+    def __init__(self) -> None:
+        self.changes = 0
+        """Number of changes so far."""
+        self._open: list[Subscription] = []
+
+    @contextmanager
+    def subscribed(self) -> Iterator[Subscription]:
+        """Subscribe during the block."""
+        subscription = Subscription()
+        self._open.append(subscription)
+        try:
+            yield subscription
+        finally:
+            self._open.remove(subscription)
+
+    def put(self, item: object) -> None:
+        """Queue an item for every listener."""
+        for subscription in self._open:
+            subscription.put(item)
+
+    def note_change(self) -> None:
+        """Count a change of the live state, and wake every listener."""
+        self.changes += 1
+        for subscription in self._open:
+            subscription.changed.set()
