@@ -22,7 +22,7 @@ ELSEWHERE: Final = {
     "context.action": set(map(audit_action, RULES)),
     "audit_action(route)": set(map(audit_action, RULES)),
     "audit_action(request.scope['route'].name)": set(map(audit_action, RULES)),
-    "f'backup_{note.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
+    "f'backup_{record.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
     "_DOOR": {"at_the_door"},
     "_ACTION": {"backup_restored"},
 }

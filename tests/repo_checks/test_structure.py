@@ -36,7 +36,6 @@ MANY_PARAMETERS: Final = {
 }
 
 _RESPONSE: Final = "the API's schema of the object of the same name"
-_OTHER: Final = "to be renamed: two different things"
 SHARED_CLASS_NAMES: Final = {
     "Comparison": _RESPONSE,
     "MotionTracking": _RESPONSE,
