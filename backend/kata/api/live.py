@@ -22,7 +22,7 @@ from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode, Refusal
 from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
-from kata.station.station import Subscription
+from kata.station.subscriptions import Subscription
 
 router = APIRouter()
 
