@@ -69,6 +69,21 @@ def password_guessing(
 
 
 @app.command()
+def stop_under_attack(
+    stops: Annotated[int, typer.Option(min=1, help="Number of Stops during each attack.")] = 1000,
+    attack: Annotated[list[str] | None, typer.Option(help="Only this attack; may be repeated.")] = None,
+    json_out: Json = None,
+) -> None:
+    """Attack the service: the time until a user's Stop is answered, and the service's memory."""
+    from benchmarks import stop_under_attack as benchmark
+
+    chosen = tuple(attack or benchmark.ALL)
+    if unknown := set(chosen) - set(benchmark.ALL):
+        raise typer.BadParameter(f"unknown: {', '.join(sorted(unknown))}; there are {', '.join(benchmark.ALL)}")
+    run_benchmark(lambda progress: benchmark.run(stops, chosen, progress), json_out)
+
+
+@app.command()
 def history(
     patients: Annotated[int, typer.Option(min=1, help="Number of patients.")] = 10_000,
     sessions: Annotated[int, typer.Option(min=1, help="Number of sessions of all patients together.")] = 1_000_000,

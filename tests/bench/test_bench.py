@@ -160,3 +160,11 @@ def test_slow_station_is_measured_with_its_own_cycle() -> None:
     wanted = loop_cases([10, 200], real_time=(True,), loaded=(False,))
     assert wanted == [LoopCase(10, False, True), LoopCase(200, False, True)]
     assert [cell.cycle_hz for cell in wanted] == [100, 200]
+
+
+def test_stop_is_answered_under_attack(tmp_path: Path) -> None:
+    attacks = ("--attack", "socket_flood", "--attack", "slow_headers")
+    report = bench("stop-under-attack", "--stops", "5", *attacks, out=tmp_path / "attack.json")
+    for name in ("none", "socket_flood", "slow_headers"):
+        assert report["figures"][f"failed_{name}"] == 0
+        assert 0 < report["figures"][f"p50_ms_{name}"] <= report["figures"][f"max_ms_{name}"]
