@@ -3,17 +3,17 @@ import { IconMinus, IconPlus, IconRotate2, IconRotateClockwise2 } from "@tabler/
 import { useEffect, useState, useSyncExternalStore } from "react";
 import { formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import classes from "./apparatus3d.module.css";
+import { movedView, VIEWS, type View, type ViewName, viewOf } from "./camera";
 import { MOTOR_COLOURS } from "./colours";
+import classes from "./digitalTwin.module.css";
 import type { AnglesSource } from "./ghost";
-import { endsReached, type Limits, MOTORS, type Motor } from "./limits";
+import { type Limits, limitsReached, MOTORS, type Motor } from "./limits";
 import { postureOf } from "./posture";
 import { Scene } from "./Scene";
 import type { Side } from "./vectors";
-import { moved, VIEWS, type View, type ViewName, viewOf } from "./view";
 
 const TURN_DEG = 20;
-const NEARER = 1.25;
+const ZOOM_STEP = 1.25;
 
 interface Props {
   side: Side;
@@ -40,12 +40,6 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
     setNamed((name) => name ?? "corner");
     setView(viewOf("corner", side));
   }, [side]);
-  const buttons = [
-    { label: t("digital-twin:view.left"), Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
-    { label: t("digital-twin:view.right"), Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
-    { label: t("digital-twin:view.zoomIn"), Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
-    { label: t("digital-twin:view.zoomOut"), Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
-  ];
   return (
     <Stack gap="xs">
       <Group gap="xs" justify="space-between">
@@ -56,13 +50,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
           onChange={(name) => look(viewOf(name as ViewName, side), name as ViewName)}
           data={VIEWS.map((value) => ({ value, label: t(`digital-twin:views.${value}`) }))}
         />
-        <Group gap={4}>
-          {buttons.map(({ label: does, Icon, to }) => (
-            <ActionIcon key={does} variant="default" size={44} aria-label={does} onClick={() => look(to())}>
-              <Icon size={22} />
-            </ActionIcon>
-          ))}
-        </Group>
+        <CameraButtons view={view} onView={look} />
       </Group>
       <div className={classes.canvas ?? ""}>
         {unable ? (
@@ -81,34 +69,76 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
           />
         )}
       </div>
-      <Group gap={6} role="group" aria-label={t("digital-twin:view.motors")}>
-        {MOTORS.map((motor) => (
-          <UnstyledButton
-            key={motor}
-            className={classes.motor ?? ""}
-            aria-pressed={only === motor}
-            onClick={() => setOnly(only === motor ? null : motor)}
-          >
-            <span className={classes.disc ?? ""} style={{ background: MOTOR_COLOURS[motor] }}>
-              {motor}
-            </span>
-            {t(`digital-twin:motorMotions.${motor}`)}
-          </UnstyledButton>
-        ))}
-      </Group>
-      <InWords source={real ?? ghost} side={side} limits={limits} />
+      <MotorButtons only={only} onOnly={setOnly} />
+      <TextAlternative source={real ?? ghost} side={side} limits={limits} />
     </Stack>
   );
 }
 
-/** A text alternative to the drawing, in whole degrees so that it does not change too fast to read. */
-function InWords({ source, side, limits }: { source: AnglesSource | null; side: Side; limits: Limits }) {
-  const told = useSyncExternalStore(
-    source?.subscribe ?? never,
-    // As text, because the comparison is by content.
-    () => JSON.stringify(inWords(source, side, limits)),
+/** Buttons that rotate and zoom the view. */
+function CameraButtons({ view, onView }: { view: View; onView: (view: View) => void }) {
+  const buttons = [
+    {
+      label: t("digital-twin:view.left"),
+      Icon: IconRotateClockwise2,
+      next: () => movedView(view, -TURN_DEG, 0),
+    },
+    { label: t("digital-twin:view.right"), Icon: IconRotate2, next: () => movedView(view, TURN_DEG, 0) },
+    { label: t("digital-twin:view.zoomIn"), Icon: IconPlus, next: () => movedView(view, 0, 0, ZOOM_STEP) },
+    {
+      label: t("digital-twin:view.zoomOut"),
+      Icon: IconMinus,
+      next: () => movedView(view, 0, 0, 1 / ZOOM_STEP),
+    },
+  ];
+  return (
+    <Group gap={4}>
+      {buttons.map(({ label, Icon, next }) => (
+        <ActionIcon key={label} variant="default" size={44} aria-label={label} onClick={() => onView(next())}>
+          <Icon size={22} />
+        </ActionIcon>
+      ))}
+    </Group>
   );
-  const { body, notes } = JSON.parse(told) as ReturnType<typeof inWords>;
+}
+
+/** Names what each motor moves. A press shows only that motor's range. */
+function MotorButtons({ only, onOnly }: { only: Motor | null; onOnly: (motor: Motor | null) => void }) {
+  return (
+    <Group gap={6} role="group" aria-label={t("digital-twin:view.motors")}>
+      {MOTORS.map((motor) => (
+        <UnstyledButton
+          key={motor}
+          className={classes.motor ?? ""}
+          aria-pressed={only === motor}
+          onClick={() => onOnly(only === motor ? null : motor)}
+        >
+          <span className={classes.disc ?? ""} style={{ background: MOTOR_COLOURS[motor] }}>
+            {motor}
+          </span>
+          {t(`digital-twin:motorMotions.${motor}`)}
+        </UnstyledButton>
+      ))}
+    </Group>
+  );
+}
+
+/** A text alternative to the drawing, in whole degrees so that it does not change too fast to read. */
+function TextAlternative({
+  source,
+  side,
+  limits,
+}: {
+  source: AnglesSource | null;
+  side: Side;
+  limits: Limits;
+}) {
+  const serialized = useSyncExternalStore(
+    source?.subscribe ?? subscribeToNothing,
+    // As text, because the comparison is by content.
+    () => JSON.stringify(describeAngles(source, side, limits)),
+  );
+  const { body, notes } = JSON.parse(serialized) as ReturnType<typeof describeAngles>;
   return (
     <div data-testid="apparatus-words">
       {body && (
@@ -133,15 +163,15 @@ function InWords({ source, side, limits }: { source: AnglesSource | null; side: 
   );
 }
 
-const never = () => () => {};
+const subscribeToNothing = () => () => {};
 
-function inWords(source: AnglesSource | null, side: Side, limits: Limits) {
+function describeAngles(source: AnglesSource | null, side: Side, limits: Limits) {
   const angles = source?.get() ?? null;
   if (angles === null) return { body: null, notes: [t("digital-twin:view.noAngles")] };
   const posture = postureOf(angles, side);
-  const ends = endsReached(angles, limits);
+  const limitOf = limitsReached(angles, limits);
   const notes = MOTORS.flatMap((motor) => {
-    const end = ends[motor - 1];
+    const end = limitOf[motor - 1];
     return end ? [t(`digital-twin:atLimit.${end}`, { motor })] : [];
   });
   if (posture === null) return { body: null, notes: [t("digital-twin:view.noPose"), ...notes] };

@@ -5,7 +5,7 @@ import { useEffect, useSyncExternalStore } from "react";
 import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import type { Ghost } from "./ghost";
-import type { Leaving } from "./limits";
+import type { RangeViolation } from "./limits";
 
 const STEP_S = 0.05;
 /** The slider's step: readable, and without much load on the page. */
@@ -14,11 +14,11 @@ const SHOWN_S = 0.1;
 /** Play, pause and a slider over the recording's time. Sends nothing to the apparatus. */
 export function GhostPanel({
   ghost,
-  leaving,
+  violations,
   playsItself = false,
 }: {
   ghost: Ghost;
-  leaving: Leaving[];
+  violations: RangeViolation[];
   playsItself?: boolean;
 }) {
   const still = useReducedMotion();
@@ -59,12 +59,12 @@ export function GhostPanel({
           {t("digital-twin:ghost.at", { at: formatDeg(at_s), length: formatDeg(length) })}
         </Text>
       </Group>
-      {leaving.map((one) => (
-        <Text key={one.motor} fw={600}>
+      {violations.map((violation) => (
+        <Text key={violation.motor} fw={600}>
           {t("digital-twin:ghost.leavesRange", {
-            motor: one.motor,
-            at: formatDeg(one.at_s),
-            angle: formatDeg(one.angle_deg),
+            motor: violation.motor,
+            at: formatDeg(violation.at_s),
+            angle: formatDeg(violation.angle_deg),
           })}
         </Text>
       ))}

@@ -8,7 +8,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { ApparatusView } from "./ApparatusView";
 import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
-import { leavings, limitsOf } from "./limits";
+import { limitsOf, rangeViolations } from "./limits";
 
 /** A recording played by a ghost at its own speed, with this station's ranges. */
 export default function RecordingApparatus({ recordingId }: { recordingId: string }) {
@@ -22,7 +22,7 @@ export default function RecordingApparatus({ recordingId }: { recordingId: strin
   const limits = useMemo(() => (axes ? limitsOf(axes) : []), [axes]);
   const taught = motion.data;
   const ghost = useMemo(() => (taught ? new Ghost(taught) : null), [taught]);
-  const leaving = useMemo(() => (taught ? leavings(taught, limits) : []), [taught, limits]);
+  const violations = useMemo(() => (taught ? rangeViolations(taught, limits) : []), [taught, limits]);
   return (
     <Card withBorder component="section" aria-label={t("digital-twin:view.motion")}>
       <Title order={2} size="h3" mb="sm">
@@ -32,7 +32,7 @@ export default function RecordingApparatus({ recordingId }: { recordingId: strin
       {motion.isPending && <Skeleton h={400} />}
       {taught && ghost && (
         <>
-          <GhostPanel ghost={ghost} leaving={leaving} />
+          <GhostPanel ghost={ghost} violations={violations} />
           <ApparatusView
             side={taught.side}
             limits={limits}

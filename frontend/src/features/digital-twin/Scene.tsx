@@ -1,9 +1,9 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
+import { movedView, type View } from "./camera";
 import { Drawing } from "./drawing";
 import type { AnglesSource } from "./ghost";
 import type { Limits, Motor } from "./limits";
 import type { Side } from "./vectors";
-import { moved, type View } from "./view";
 
 interface SceneProps {
   side: Side;
@@ -17,21 +17,42 @@ interface SceneProps {
   onUnable: () => void;
 }
 
-const DEG_A_PIXEL = 0.4;
+const DEG_PER_PIXEL = 0.4;
 
-/** The canvas. Angles go from their source to the worker that draws, ten times a second, without React. */
+/** The canvas. Angles go from their source to the drawing worker, ten times a second, without React. */
 export function Scene(props: SceneProps) {
-  const { side, limits, view, only, real, ghost, label, onView, onUnable } = props;
+  const { view, label, onView } = props;
+  const { place, late } = useDrawing(props);
+  const onDrag = (event: PointerEvent<HTMLDivElement>) => {
+    if (event.buttons !== 1) return;
+    onView(movedView(view, -event.movementX * DEG_PER_PIXEL, event.movementY * DEG_PER_PIXEL));
+  };
+  return (
+    <div
+      ref={place}
+      role="img"
+      aria-label={label}
+      data-testid="apparatus-canvas"
+      className={late ? "stale" : ""}
+      onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
+      onPointerMove={onDrag}
+      style={{ width: "100%", height: "100%", touchAction: "pan-y", cursor: "grab" }}
+    />
+  );
+}
+
+/** Draw into an element with a worker. Return the element's ref and whether the picture is late. */
+function useDrawing({ side, limits, view, only, real, ghost, onUnable }: SceneProps) {
   const place = useRef<HTMLDivElement>(null);
   const drawing = useRef<Drawing | null>(null);
-  const [behind, setBehind] = useState(false);
+  const [late, setLate] = useState(false);
   const latest = useRef({ view, only, onUnable });
   latest.current = { view, only, onUnable };
 
   useEffect(() => {
     const element = place.current;
     if (!element) return;
-    // A canvas of its own for each worker: one that has been handed over cannot be had back.
+    // Each worker gets its own canvas: a transferred canvas cannot be taken back.
     const canvas = document.createElement("canvas");
     canvas.style.cssText = "width: 100%; height: 100%; display: block";
     const seen = latest.current;
@@ -41,10 +62,10 @@ export function Scene(props: SceneProps) {
         new Worker(new URL("./scene/worker.ts", import.meta.url), { type: "module" }),
         { canvas: canvas.transferControlToOffscreen(), side, limits, density: window.devicePixelRatio },
         { ...sizeOf(element), view: seen.view, only: seen.only, real: null, ghost: null },
-        { onBehind: setBehind, onUnable: () => latest.current.onUnable() },
+        { onLate: setLate, onUnable: () => latest.current.onUnable() },
       );
     } catch {
-      // A browser from before such canvases.
+      // This browser has no offscreen canvas.
       latest.current.onUnable();
       return;
     }
@@ -57,13 +78,13 @@ export function Scene(props: SceneProps) {
       made.close();
       canvas.remove();
       drawing.current = null;
-      setBehind(false);
+      setLate(false);
     };
   }, [side, limits]);
 
   useEffect(() => drawing.current?.change({ view }), [view]);
   useEffect(() => drawing.current?.change({ only }), [only]);
-  // A new drawing, of another side, is shown the same; so side and limits belong to what these follow.
+  // A new drawing for another side needs the current angles, so side and limits are dependencies.
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above
   useEffect(() => follow(real, (angles) => drawing.current?.change({ real: angles })), [real, side, limits]);
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above
@@ -72,22 +93,7 @@ export function Scene(props: SceneProps) {
     [ghost, side, limits],
   );
 
-  const onDrag = (event: PointerEvent<HTMLDivElement>) => {
-    if (event.buttons !== 1) return;
-    onView(moved(view, -event.movementX * DEG_A_PIXEL, event.movementY * DEG_A_PIXEL));
-  };
-  return (
-    <div
-      ref={place}
-      role="img"
-      aria-label={label}
-      data-testid="apparatus-canvas"
-      className={behind ? "stale" : ""}
-      onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
-      onPointerMove={onDrag}
-      style={{ width: "100%", height: "100%", touchAction: "pan-y", cursor: "grab" }}
-    />
-  );
+  return { place, late };
 }
 
 function sizeOf(element: HTMLElement) {

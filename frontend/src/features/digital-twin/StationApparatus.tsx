@@ -9,7 +9,7 @@ import { ApparatusView } from "./ApparatusView";
 import { GHOST as GHOST_COLOUR } from "./colours";
 import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
-import { leavings, limitsOf } from "./limits";
+import { limitsOf, rangeViolations } from "./limits";
 import { liveAngles } from "./liveAngles";
 
 const SQUARE = "■";
@@ -30,9 +30,9 @@ export default function StationApparatus() {
   });
   const axes = station?.axes;
   const limits = useMemo(() => (axes ? limitsOf(axes) : []), [axes]);
-  const asked = motion.data;
-  const ghost = useMemo(() => (asked ? new Ghost(asked) : null), [asked]);
-  const leaving = useMemo(() => (asked ? leavings(asked, limits) : []), [asked, limits]);
+  const recorded = motion.data;
+  const ghost = useMemo(() => (recorded ? new Ghost(recorded) : null), [recorded]);
+  const violations = useMemo(() => (recorded ? rangeViolations(recorded, limits) : []), [recorded, limits]);
   if (!station || !side) return null;
   // From the approach on, only the real arm is shown.
   const shown = mode === "ready" && alive ? ghost : null;
@@ -51,7 +51,7 @@ export default function StationApparatus() {
           </Text>
         )}
       </Group>
-      {shown && <GhostPanel ghost={shown} leaving={leaving} playsItself />}
+      {shown && <GhostPanel ghost={shown} violations={violations} playsItself />}
       {mode === "ready" && <ProblemNote error={motion.error} />}
       <div className={alive ? "" : "stale"}>
         <ApparatusView

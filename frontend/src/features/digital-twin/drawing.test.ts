@@ -1,8 +1,8 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
-import { BEHIND_AFTER_MS, Drawing } from "./drawing";
+import { viewOf } from "./camera";
+import { Drawing, LATE_AFTER_MS } from "./drawing";
 import type { Angles } from "./posture";
-import type { Answer, Beginning, Picture } from "./scene/picture";
-import { viewOf } from "./view";
+import type { Picture, WorkerMessage, WorkerSetup } from "./scene/picture";
 
 const AT: Angles = [1, 2, 3, 4, 5];
 const FIRST = {
@@ -14,15 +14,15 @@ const FIRST = {
   ghost: null,
 };
 
-/** Draws when it is told to. */
-class Draws {
+/** A worker that draws when the test calls `draw`. */
+class FakeWorker {
   readonly pictures: Picture[] = [];
-  onmessage: ((event: { data: Answer }) => void) | null = null;
+  onmessage: ((event: { data: WorkerMessage }) => void) | null = null;
   onerror: (() => void) | null = null;
   ended = false;
 
-  postMessage(what: Beginning | Picture) {
-    if ("number" in what) this.pictures.push(what);
+  postMessage(message: WorkerSetup | Picture) {
+    if ("number" in message) this.pictures.push(message);
   }
 
   draw() {
@@ -38,86 +38,86 @@ class Draws {
   }
 }
 
-function begun() {
-  const worker = new Draws();
-  const told: string[] = [];
-  const drawing = new Drawing(worker as unknown as Worker, {} as Beginning, FIRST, {
-    onBehind: (behind) => told.push(behind ? "behind" : "in time"),
-    onUnable: () => told.push("unable"),
+function startDrawing() {
+  const worker = new FakeWorker();
+  const reports: string[] = [];
+  const drawing = new Drawing(worker as unknown as Worker, {} as WorkerSetup, FIRST, {
+    onLate: (late) => reports.push(late ? "late" : "in time"),
+    onUnable: () => reports.push("unable"),
   });
-  return { worker, told, drawing };
+  return { worker, reports, drawing };
 }
 
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());
 
 test("sends complete pictures, so the newest suffices", () => {
-  const { worker, drawing } = begun();
+  const { worker, drawing } = startDrawing();
   drawing.change({ real: AT });
   drawing.change({ only: 3 });
   expect(worker.newest()).toEqual({ ...FIRST, real: AT, only: 3, number: 2 });
 });
 
 test("sends an unknown pose like any other", () => {
-  const { worker, drawing } = begun();
+  const { worker, drawing } = startDrawing();
   drawing.change({ real: AT });
   drawing.change({ real: null });
   expect(worker.newest().real).toBeNull();
 });
 
 test("reports a picture late after two seconds until drawn", () => {
-  const { worker, told, drawing } = begun();
+  const { worker, reports, drawing } = startDrawing();
   worker.draw();
   drawing.change({ real: AT });
-  vi.advanceTimersByTime(BEHIND_AFTER_MS - 1);
-  expect(told).toEqual([]);
+  vi.advanceTimersByTime(LATE_AFTER_MS - 1);
+  expect(reports).toEqual([]);
   vi.advanceTimersByTime(1);
-  expect(told).toEqual(["behind"]);
+  expect(reports).toEqual(["late"]);
   worker.draw();
-  expect(told).toEqual(["behind", "in time"]);
+  expect(reports).toEqual(["late", "in time"]);
 });
 
-test("newer pictures do not hide that none is drawn", () => {
-  const { told, drawing } = begun();
+test("reports late although newer pictures keep arriving", () => {
+  const { reports, drawing } = startDrawing();
   for (let n = 0; n < 30; n += 1) {
     drawing.change({ real: AT });
-    vi.advanceTimersByTime(BEHIND_AFTER_MS / 20);
+    vi.advanceTimersByTime(LATE_AFTER_MS / 20);
   }
-  expect(told).toEqual(["behind"]);
+  expect(reports).toEqual(["late"]);
 });
 
-test("slow drawing is not late while it progresses", () => {
-  const { worker, told, drawing } = begun();
+test("does not report slow but steady drawing", () => {
+  const { worker, reports, drawing } = startDrawing();
   for (let n = 0; n < 30; n += 1) {
     const asked = worker.newest().number;
     drawing.change({ real: AT });
-    vi.advanceTimersByTime(BEHIND_AFTER_MS / 2);
+    vi.advanceTimersByTime(LATE_AFTER_MS / 2);
     worker.onmessage?.({ data: { drawn: asked } });
   }
-  expect(told).toEqual([]);
+  expect(reports).toEqual([]);
 });
 
-test("nothing is late without a change", () => {
-  const { worker, told } = begun();
+test("reports nothing without a change", () => {
+  const { worker, reports } = startDrawing();
   worker.draw();
-  vi.advanceTimersByTime(10 * BEHIND_AFTER_MS);
-  expect(told).toEqual([]);
+  vi.advanceTimersByTime(10 * LATE_AFTER_MS);
+  expect(reports).toEqual([]);
 });
 
 test("reports a worker that cannot draw or fails", () => {
-  const cannot = begun();
+  const cannot = startDrawing();
   cannot.worker.onmessage?.({ data: { unable: true } });
-  expect(cannot.told).toEqual(["unable"]);
-  const breaks = begun();
+  expect(cannot.reports).toEqual(["unable"]);
+  const breaks = startDrawing();
   breaks.worker.onerror?.();
-  expect(breaks.told).toEqual(["unable"]);
+  expect(breaks.reports).toEqual(["unable"]);
 });
 
 test("stops the worker and all reports when closed", () => {
-  const { worker, told, drawing } = begun();
+  const { worker, reports, drawing } = startDrawing();
   drawing.change({ real: AT });
   drawing.close();
-  vi.advanceTimersByTime(10 * BEHIND_AFTER_MS);
+  vi.advanceTimersByTime(10 * LATE_AFTER_MS);
   expect(worker.ended).toBe(true);
-  expect(told).toEqual([]);
+  expect(reports).toEqual([]);
 });

@@ -1,11 +1,11 @@
-import type { Answer, Beginning, Picture } from "./scene/picture";
+import type { Picture, WorkerMessage, WorkerSetup } from "./scene/picture";
 
 /** A picture that is not drawn within this time is late: the screen no longer shows the arm's position. */
-export const BEHIND_AFTER_MS = 2000;
+export const LATE_AFTER_MS = 2000;
 
-export interface Listening {
+export interface DrawingCallbacks {
   /** The shown picture is too old, or up to date again. */
-  onBehind: (behind: boolean) => void;
+  onLate: (late: boolean) => void;
   /** No picture can be drawn. */
   onUnable: () => void;
 }
@@ -16,28 +16,33 @@ export interface Listening {
  */
 export class Drawing {
   readonly #worker: Worker;
-  readonly #listening: Listening;
+  readonly #callbacks: DrawingCallbacks;
   #picture: Picture;
-  #behind = false;
-  #waiting: ReturnType<typeof setTimeout> | null = null;
+  #late = false;
+  #timer: ReturnType<typeof setTimeout> | null = null;
 
-  constructor(worker: Worker, beginning: Beginning, first: Omit<Picture, "number">, listening: Listening) {
+  constructor(
+    worker: Worker,
+    setup: WorkerSetup,
+    first: Omit<Picture, "number">,
+    listening: DrawingCallbacks,
+  ) {
     this.#worker = worker;
-    this.#listening = listening;
-    worker.onmessage = ({ data }: MessageEvent<Answer>) => {
+    this.#callbacks = listening;
+    worker.onmessage = ({ data }: MessageEvent<WorkerMessage>) => {
       if ("unable" in data) listening.onUnable();
       else this.#drawn(data.drawn);
     };
     worker.onerror = () => listening.onUnable();
-    worker.postMessage(beginning, [beginning.canvas]);
+    worker.postMessage(setup, [setup.canvas]);
     this.#picture = { ...first, number: 0 };
-    this.#ask();
+    this.#send();
   }
 
   /** Change parts of the picture. */
-  change(what: Partial<Omit<Picture, "number">>) {
-    this.#picture = { ...this.#picture, ...what, number: this.#picture.number + 1 };
-    this.#ask();
+  change(parts: Partial<Omit<Picture, "number">>) {
+    this.#picture = { ...this.#picture, ...parts, number: this.#picture.number + 1 };
+    this.#send();
   }
 
   /** Stop drawing and all callbacks. */
@@ -48,24 +53,24 @@ export class Drawing {
     this.#watch(false);
   }
 
-  #ask() {
+  #send() {
     this.#worker.postMessage(this.#picture);
-    if (this.#waiting === null) this.#watch(true);
+    if (this.#timer === null) this.#watch(true);
   }
 
   #drawn(number: number) {
     this.#watch(number < this.#picture.number);
-    this.#tell(false);
+    this.#reportLate(false);
   }
 
   #watch(on: boolean) {
-    if (this.#waiting !== null) clearTimeout(this.#waiting);
-    this.#waiting = on ? setTimeout(() => this.#tell(true), BEHIND_AFTER_MS) : null;
+    if (this.#timer !== null) clearTimeout(this.#timer);
+    this.#timer = on ? setTimeout(() => this.#reportLate(true), LATE_AFTER_MS) : null;
   }
 
-  #tell(behind: boolean) {
-    if (behind === this.#behind) return;
-    this.#behind = behind;
-    this.#listening.onBehind(behind);
+  #reportLate(late: boolean) {
+    if (late === this.#late) return;
+    this.#late = late;
+    this.#callbacks.onLate(late);
   }
 }

@@ -1,6 +1,6 @@
 import { beforeEach, describe, expect, it } from "vitest";
-import { anglesAt, Ghost, type Motion, type Ticking } from "./ghost";
-import { endsReached, leavings, limitsOf } from "./limits";
+import { anglesAt, Ghost, type GhostClock, type Motion } from "./ghost";
+import { limitsOf, limitsReached, rangeViolations } from "./limits";
 
 const motion: Motion = {
   times_s: [0, 1, 3],
@@ -11,8 +11,8 @@ const motion: Motion = {
   ],
 };
 
-/** A clock that goes on when it is told to. */
-class Stepped implements Ticking {
+/** A clock that the test moves. */
+class Stepped implements GhostClock {
   at_s = 50;
   #ticks = new Set<() => void>();
   now_s = () => this.at_s;
@@ -95,16 +95,16 @@ describe("the ghost", () => {
   });
 
   it("notifies listeners until they unsubscribe", () => {
-    let told = 0;
+    let notified = 0;
     const leave = ghost.subscribe(() => {
-      told += 1;
+      notified += 1;
     });
     ghost.play();
     clock.pass(0.1);
-    expect(told).toBe(2);
+    expect(notified).toBe(2);
     leave();
     clock.pass(0.1);
-    expect(told).toBe(2);
+    expect(notified).toBe(2);
   });
 });
 
@@ -125,13 +125,13 @@ describe("the limits", () => {
   );
 
   it("are reached a few degrees early", () => {
-    expect(endsReached([-17, 100, 118, 30, 41], limits)).toEqual(["lower", null, "upper", null, "upper"]);
+    expect(limitsReached([-17, 100, 118, 30, 41], limits)).toEqual(["lower", null, "upper", null, "upper"]);
   });
 
   it("reports violations with motor and time", () => {
-    expect(leavings(motion, limits)).toEqual([{ motor: 3, at_s: 3, angle_deg: 130 }]);
+    expect(rangeViolations(motion, limits)).toEqual([{ motor: 3, at_s: 3, angle_deg: 130 }]);
     expect(
-      leavings({ ...motion, angles_deg: motion.angles_deg.map((row) => row.with(2, 120.4)) }, limits),
+      rangeViolations({ ...motion, angles_deg: motion.angles_deg.map((row) => row.with(2, 120.4)) }, limits),
     ).toEqual([]);
   });
 });

@@ -27,7 +27,7 @@ export interface AnglesSource {
 }
 
 /** The clock of the ghost: the time in seconds and a frame callback. */
-export interface Ticking {
+export interface GhostClock {
   now_s: () => number;
   /** Call `tick` every frame until the returned function is called. */
   every: (tick: () => void) => () => void;
@@ -35,7 +35,7 @@ export interface Ticking {
 
 const TICK_MS = 50;
 
-export const TICKING: Ticking = {
+export const GHOST_CLOCK: GhostClock = {
   now_s: () => performance.now() / 1000,
   every: (tick) => {
     const timer = setInterval(tick, TICK_MS);
@@ -47,23 +47,23 @@ export const TICKING: Ticking = {
 export class Ghost implements AnglesSource {
   readonly duration_s: number;
   readonly #motion: Motion;
-  readonly #ticking: Ticking;
+  readonly #clock: GhostClock;
   #listeners = new Set<() => void>();
   /** Position on the motion at the last start, stop or seek, and its time. */
   #from_s = 0;
   #since_s = 0;
   #end: (() => void) | null = null;
 
-  constructor(motion: Motion, ticking: Ticking = TICKING) {
+  constructor(motion: Motion, ticking: GhostClock = GHOST_CLOCK) {
     this.#motion = motion;
-    this.#ticking = ticking;
+    this.#clock = ticking;
     this.duration_s = motion.times_s.at(-1) ?? 0;
   }
 
   /** Return the position on the motion in seconds. */
   at_s(): number {
     if (this.#end === null) return this.#from_s;
-    return Math.min(this.duration_s, this.#from_s + this.#ticking.now_s() - this.#since_s);
+    return Math.min(this.duration_s, this.#from_s + this.#clock.now_s() - this.#since_s);
   }
 
   get playing(): boolean {
@@ -83,8 +83,8 @@ export class Ghost implements AnglesSource {
   play() {
     if (this.playing) return;
     if (this.#from_s >= this.duration_s) this.#from_s = 0;
-    this.#since_s = this.#ticking.now_s();
-    this.#end = this.#ticking.every(() => this.#tick());
+    this.#since_s = this.#clock.now_s();
+    this.#end = this.#clock.every(() => this.#tick());
     this.#tell();
   }
 
@@ -98,7 +98,7 @@ export class Ghost implements AnglesSource {
   /** Move to a position in seconds. A playing ghost continues from there. */
   seek(at_s: number) {
     this.#from_s = Math.min(this.duration_s, Math.max(0, at_s));
-    this.#since_s = this.#ticking.now_s();
+    this.#since_s = this.#clock.now_s();
     this.#tell();
   }
 

@@ -16,7 +16,7 @@ export const limitsOf = (axes: Schemas["AxisInfo"][]): Limits =>
   axes.map(({ min_deg, max_deg }) => ({ min_deg, max_deg }));
 
 /** Return the limit that each motor has reached or passed, or null. */
-export function endsReached(angles: Angles, limits: Limits): (End | null)[] {
+export function limitsReached(angles: Angles, limits: Limits): (End | null)[] {
   return angles.map((angle, axis) => {
     const range = limits[axis];
     if (!range) return null;
@@ -26,15 +26,15 @@ export function endsReached(angles: Angles, limits: Limits): (End | null)[] {
 }
 
 /** Where a motion first leaves a motor's range. */
-export interface Leaving {
+export interface RangeViolation {
   motor: Motor;
   at_s: number;
   angle_deg: number;
 }
 
 /** Return the first violation of each motor's range. The drives tolerate half a degree. */
-export function leavings(motion: Motion, limits: Limits): Leaving[] {
-  const found: Leaving[] = [];
+export function rangeViolations(motion: Motion, limits: Limits): RangeViolation[] {
+  const found: RangeViolation[] = [];
   for (const motor of MOTORS) {
     const range = limits[motor - 1];
     if (!range) continue;

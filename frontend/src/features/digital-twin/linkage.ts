@@ -1,10 +1,10 @@
 import { degrees, radians, type Side, type Vec } from "./vectors";
 
 /**
- * The scapula's parallel links, as backend/kata/motion/linkage.py has them: the same lengths (mm), equations and branch.
- * A file of cases that both are tested against (cases.json) keeps the two from drifting apart.
+ * The scapula's parallel links, with the lengths (mm), equations and branch of backend/kata/motion/linkage.py. Tests
+ * compare both with the same cases (cases.json).
  *
- * All points here are in the linkage's own frame, with O in its origin: x and z lie in the board, y is its normal.
+ * All points are in the linkage's frame with its origin in O: x and z lie in the board, y is its normal.
  */
 interface Leg {
   oq: number;
@@ -12,9 +12,9 @@ interface Leg {
   op: number;
   qp: number;
   oo: Vec;
-  /** Crank OiPi at an angle, from Oi. */
+  /** Return the crank OiPi at an angle, from Oi. */
   crank: (theta: number) => Vec;
-  /** The parts of V that go with the sine and the cosine of theta. */
+  /** Return the coefficients in V of the sine and the cosine of theta. */
   parts: (v: Vec) => [number, number];
 }
 
@@ -36,20 +36,20 @@ const TWO: Leg = {
   crank: (t) => [0, 57 * Math.sin(t), -57 * Math.cos(t)],
   parts: (v) => [v[1], -v[2]],
 };
-/** How far from the middle phi and psi are looked for, degrees, and a little more. */
+/** The range of phi and psi in degrees. The search covers a little more. */
 const WITHIN_DEG = 45;
 const END = radians(WITHIN_DEG + 1);
-/** A pose that is found gives its motor angles back to this; else it belongs to another branch. */
+/** The tolerance between a found pose's motor angles and the given ones. A larger difference means another branch. */
 const CLOSED_DEG = 1e-6;
 const HALVINGS = 46;
 
-/** Scapular abduction and upward rotation, degrees, counted as the body is. */
+/** Scapular abduction and upward rotation in degrees, with the body's signs. */
 export interface Scapula {
   phi_deg: number;
   psi_deg: number;
 }
 
-/** The two legs' joints. O1, O2 stand still; P1, P2 are the cranks' ends; Q1, Q2 sit on the board. */
+/** The joints of the two legs. O1 and O2 are fixed; P1 and P2 are the crank ends; Q1 and Q2 sit on the board. */
 export interface LinkPoints {
   o1: Vec;
   p1: Vec;
@@ -59,8 +59,8 @@ export interface LinkPoints {
   q2: Vec;
 }
 
-/** The turned apparatus sees the scapula roll the other way round. */
-const seen = (side: Side) => (side === "left" ? -1 : 1);
+/** The sign of psi: the turned apparatus rolls the scapula in the opposite direction. */
+const rollSign = (side: Side) => (side === "left" ? -1 : 1);
 
 const sum = (a: Vec, b: Vec): Vec => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 
@@ -69,7 +69,7 @@ function onBoard(leg: Leg, phi: number, psi: number): Vec {
   return [out * Math.cos(phi), out * Math.sin(phi), leg.oq * Math.cos(psi + leg.w)];
 }
 
-/** Theta in radians on the assembled branch; NaN where the links cannot close. */
+/** Return theta in radians on the assembled branch; NaN if the links cannot close. */
 function closed(leg: Leg, phi: number, psi: number): number {
   const q = onBoard(leg, phi, psi);
   const v: Vec = [leg.oo[0] - q[0], leg.oo[1] - q[1], leg.oo[2] - q[2]];
@@ -79,43 +79,43 @@ function closed(leg: Leg, phi: number, psi: number): number {
   return angle > Math.PI ? angle - 2 * Math.PI : angle;
 }
 
-/** The part of OP along OQ's direction when the rod joins them. */
+/** Return the component of OP along OQ when the rod joins P and Q. */
 const reach = (leg: Leg, p: Vec) =>
   (p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + leg.oq ** 2 - leg.qp ** 2) / (2 * leg.oq);
 
-/** Motor angles 1 and 2 that hold the scapula so, degrees; null where the links cannot close. */
+/** Return the angles of motors 1 and 2 for a scapula pose, in degrees; null if the links cannot close. */
 export function motorsOf(scapula: Scapula, side: Side): [number, number] | null {
   const phi = radians(scapula.phi_deg);
-  const psi = radians(seen(side) * scapula.psi_deg);
+  const psi = radians(rollSign(side) * scapula.psi_deg);
   const found: [number, number] = [degrees(closed(ONE, phi, psi)), degrees(closed(TWO, phi, psi))];
   return found.some(Number.isNaN) ? null : found;
 }
 
-/** Where the scapula is when motors 1 and 2 stand so (degrees); null where no pose has these angles. */
+/** Return the scapula's pose at these angles of motors 1 and 2; null if no pose has them. */
 export function scapulaOf(theta1_deg: number, theta2_deg: number, side: Side): Scapula | null {
   const p1 = sum(ONE.oo, ONE.crank(radians(theta1_deg)));
   const p2 = sum(TWO.oo, TWO.crank(radians(theta2_deg)));
   const [reach1, reach2] = [reach(ONE, p1), reach(TWO, p2)];
-  // Leg 2 gives psi for each phi; what is left is how far leg 1 stays open.
+  // Leg 2 gives psi for each phi; the remainder is the gap of leg 1.
   const psiOf = (phi: number) => {
     const out = p2[0] * Math.cos(phi) + p2[1] * Math.sin(phi);
     const stroke = Math.acos(Math.min(1, Math.max(-1, reach2 / Math.hypot(out, p2[2]))));
     return Math.atan2(out, p2[2]) - stroke - TWO.w;
   };
-  const open = (phi: number) => {
+  const gap = (phi: number) => {
     const q = onBoard(ONE, phi, psiOf(phi));
     return (p1[0] * q[0] + p1[1] * q[1] + p1[2] * q[2]) / ONE.oq - reach1;
   };
   let [low, high] = [-END, END];
-  const below = Math.sign(open(low));
-  if (below === Math.sign(open(high))) return null;
+  const below = Math.sign(gap(low));
+  if (below === Math.sign(gap(high))) return null;
   for (let n = 0; n < HALVINGS; n += 1) {
     const middle = (low + high) / 2;
-    if (Math.sign(open(middle)) === below) low = middle;
+    if (Math.sign(gap(middle)) === below) low = middle;
     else high = middle;
   }
   const phi = (low + high) / 2;
-  const scapula = { phi_deg: degrees(phi), psi_deg: seen(side) * degrees(psiOf(phi)) };
+  const scapula = { phi_deg: degrees(phi), psi_deg: rollSign(side) * degrees(psiOf(phi)) };
   if (Math.max(Math.abs(scapula.phi_deg), Math.abs(scapula.psi_deg)) > WITHIN_DEG) return null;
   const back = motorsOf(scapula, side);
   const same =
@@ -125,10 +125,10 @@ export function scapulaOf(theta1_deg: number, theta2_deg: number, side: Side): S
   return same ? scapula : null;
 }
 
-/** The links' joints where the scapula and motors 1 and 2 stand so, degrees. */
+/** Return the joints at a scapula pose and these angles of motors 1 and 2, in degrees. */
 export function linkPoints(scapula: Scapula, theta1_deg: number, theta2_deg: number, side: Side): LinkPoints {
   const phi = radians(scapula.phi_deg);
-  const psi = radians(seen(side) * scapula.psi_deg);
+  const psi = radians(rollSign(side) * scapula.psi_deg);
   return {
     o1: ONE.oo,
     p1: crankEnd(1, theta1_deg),
@@ -139,7 +139,7 @@ export function linkPoints(scapula: Scapula, theta1_deg: number, theta2_deg: num
   };
 }
 
-/** Where a crank's end is at an angle. */
+/** Return a crank's end at an angle. */
 export function crankEnd(motor: 1 | 2, theta_deg: number): Vec {
   const leg = motor === 1 ? ONE : TWO;
   return sum(leg.oo, leg.crank(radians(theta_deg)));

@@ -31,12 +31,12 @@ describe("the linkage", () => {
     expect(scapula?.psi_deg).toBeCloseTo(psi, 6);
   });
 
-  it("says so when no pose of the scapula has these motor angles", () => {
+  it("has no pose for impossible motor angles", () => {
     expect(scapulaOf(170, -170, "right")).toBeNull();
     expect(postureOf([170, -170, 0, 0, 0], "right")).toBeNull();
   });
 
-  it.each(SIDES)("keeps every crank and rod as long as it is, wherever it stands: %s", (side) => {
+  it.each(SIDES)("keeps the length of every crank and rod: %s", (side) => {
     for (const phi of [-20, 0, 13, 20]) {
       for (const psi of [-20, -7, 0, 20]) {
         const { links, origin } = at([phi, psi, 0, 0, 0], side);
@@ -50,7 +50,7 @@ describe("the linkage", () => {
     }
   });
 
-  it.each(SIDES)("has its joints on the board turn with the board: %s", (side) => {
+  it.each(SIDES)("turns its board joints with the board: %s", (side) => {
     const rest = at([0, 0, 0, 0, 0], side);
     const moved = at([15, -12, 0, 0, 0], side);
     // Between two things that are fixed to the board nothing changes.
@@ -60,7 +60,7 @@ describe("the linkage", () => {
     }
   });
 
-  it("of the left is the one of the right turned by 180 degrees about X", () => {
+  it("on the left is the right one turned about X", () => {
     const right = at([9, 5, 0, 0, 0], "right");
     const inside = (posture: Posture, v: Vec) => minus(v, posture.origin);
     // Seen from the apparatus, phi is the same and psi the other way round.
@@ -73,9 +73,9 @@ describe("the linkage", () => {
 });
 
 describe("the arm", () => {
-  it.each(cases)("points where kata.motion.shoulder says: $side $pose_deg", (one) => {
-    const posture = at(one.pose_deg as unknown as Angles, one.side as Side);
-    const [x, y, z] = one.upper_arm as unknown as Vec;
+  it.each(cases)("agrees with kata.motion.shoulder: $side $pose_deg", (known) => {
+    const posture = at(known.pose_deg as unknown as Angles, known.side as Side);
+    const [x, y, z] = known.upper_arm as unknown as Vec;
     near(posture.elbow, plus(posture.shoulder, [UPPER_ARM_MM * x, UPPER_ARM_MM * y, UPPER_ARM_MM * z]), 1e-4);
   });
 
@@ -87,24 +87,24 @@ describe("the arm", () => {
     expect(wrist[1]).toBeCloseTo(outward(side) * 175, 6);
   });
 
-  it.each(SIDES)("lifted sideways by 90 degrees lies level, away from the body: %s", (side) => {
+  it.each(SIDES)("abducted by 90 degrees is level and outward: %s", (side) => {
     const { shoulder, elbow } = at([0, 0, 90, 0, 0], side);
     near(minus(elbow, shoulder), [0, outward(side) * UPPER_ARM_MM, 0]);
   });
 
-  it.each(SIDES)("flexed by 90 degrees lies level, forward; by 180 it points up: %s", (side) => {
+  it.each(SIDES)("flexed by 90 degrees is level, by 180 upward: %s", (side) => {
     const level = at([0, 0, 0, 90, 0], side);
     near(minus(level.elbow, level.shoulder), [UPPER_ARM_MM, 0, 0]);
     const up = at([0, 0, 0, 180, 0], side);
     near(minus(up.elbow, up.shoulder), [0, 0, UPPER_ARM_MM]);
   });
 
-  it.each(SIDES)("lifted sideways is brought forward, level, by motor 4: %s", (side) => {
+  it.each(SIDES)("abducted is brought forward by motor 4: %s", (side) => {
     const { shoulder, elbow } = at([0, 0, 90, 90, 0], side);
     near(minus(elbow, shoulder), [UPPER_ARM_MM, 0, 0]);
   });
 
-  it.each(SIDES)("turned outward takes the hand away from the body, inward across it: %s", (side) => {
+  it.each(SIDES)("rotated outward moves the hand away from the body: %s", (side) => {
     const out = at([0, 0, 0, 0, 40], side);
     const inside = at([0, 0, 0, 0, -90], side);
     expect(outward(side) * (out.wrist[1] - out.elbow[1])).toBeGreaterThan(100);
@@ -114,16 +114,13 @@ describe("the arm", () => {
     expect(third.wrist[2] - third.elbow[2]).toBeGreaterThan(200);
   });
 
-  it.each(SIDES)(
-    "goes with the scapula: abduction carries the shoulder forward, upward rotation lifts it: %s",
-    (side) => {
-      const rest = at([0, 0, 0, 0, 0], side);
-      expect(at([15, 0, 0, 0, 0], side).shoulder[0]).toBeGreaterThan(rest.shoulder[0] + 20);
-      expect(at([0, 15, 0, 0, 0], side).shoulder[2]).toBeGreaterThan(rest.shoulder[2] + 20);
-      const lifted = at([0, 15, 0, 0, 0], side);
-      expect(outward(side) * (lifted.elbow[1] - lifted.shoulder[1])).toBeGreaterThan(60);
-    },
-  );
+  it.each(SIDES)("follows scapular abduction forward and upward rotation up: %s", (side) => {
+    const rest = at([0, 0, 0, 0, 0], side);
+    expect(at([15, 0, 0, 0, 0], side).shoulder[0]).toBeGreaterThan(rest.shoulder[0] + 20);
+    expect(at([0, 15, 0, 0, 0], side).shoulder[2]).toBeGreaterThan(rest.shoulder[2] + 20);
+    const lifted = at([0, 15, 0, 0, 0], side);
+    expect(outward(side) * (lifted.elbow[1] - lifted.shoulder[1])).toBeGreaterThan(60);
+  });
 
   it("of the left mirrors the right in every joint", () => {
     for (const { pose_deg } of cases) {
@@ -137,21 +134,21 @@ describe("the arm", () => {
 });
 
 describe("a motor's range", () => {
-  it.each(SIDES)("runs through where the motor stands now: %s", (side) => {
+  it.each(SIDES)("passes through the motor's position: %s", (side) => {
     const pose: Angles = [6, -8, 40, 60, -10];
     const posture = at(pose, side);
-    const [one, two, three, four, five] = sweeps(posture);
+    const [first, second, third, fourth, fifth] = sweeps(posture);
     const towards = (from: Vec, through: Vec, to: Vec) =>
       distance(from, through) + distance(through, to) - distance(from, to);
     const motors = motorsOf({ phi_deg: pose[0], psi_deg: pose[1] }, side) as [number, number];
-    expect(towards(posture.links.o1, posture.links.p1, one?.at(motors[0]) as Vec)).toBeLessThan(1e-6);
-    expect(towards(posture.links.o2, posture.links.p2, two?.at(motors[1]) as Vec)).toBeLessThan(1e-6);
+    expect(towards(posture.links.o1, posture.links.p1, first?.at(motors[0]) as Vec)).toBeLessThan(1e-6);
+    expect(towards(posture.links.o2, posture.links.p2, second?.at(motors[1]) as Vec)).toBeLessThan(1e-6);
     // Further out on the line of the upper arm.
-    expect(towards(posture.shoulder, posture.elbow, four?.at(pose[3]) as Vec)).toBeLessThan(1e-6);
+    expect(towards(posture.shoulder, posture.elbow, fourth?.at(pose[3]) as Vec)).toBeLessThan(1e-6);
     const hanging = at([6, -8, 40, 0, 0], side);
-    expect(towards(hanging.shoulder, hanging.elbow, three?.at(40) as Vec)).toBeLessThan(1e-6);
+    expect(towards(hanging.shoulder, hanging.elbow, third?.at(40) as Vec)).toBeLessThan(1e-6);
     const hand = minus(posture.wrist, posture.elbow);
-    const pointing = minus(five?.at(-10) as Vec, five?.centre(-10) as Vec);
+    const pointing = minus(fifth?.at(-10) as Vec, fifth?.centre(-10) as Vec);
     const down = minus(posture.elbow, posture.shoulder);
     // In one plane with upper arm and forearm.
     const normal: Vec = [

@@ -2,33 +2,33 @@ import { crankEnd, type LinkPoints, linkPoints, scapulaOf } from "./linkage";
 import { about, after, plus, type Rotation, radians, type Side, turned, type Vec } from "./vectors";
 
 /**
- * Where everything is, worked out of the five motor angles.
+ * The positions of all parts, computed from the five motor angles.
  *
  * Motor 3 turns about X through the shoulder's centre and carries motor 4, which turns about Y while the arm hangs; motor
- * 5 turns the upper arm about itself. All of it sits on the scapula's board, whose yaw and roll come on top
+ * 5 turns the upper arm about its axis. All three sit on the scapula's board, which adds its yaw and roll
  * (backend/kata/motion/shoulder.py). The left body is the right one reflected in the sagittal plane; the left
  * apparatus is the right one turned by 180 degrees about X (backend/kata/motion/sides.py).
  *
- * How large a patient is and how the elbow is bent, no motor tells: those are drawn, not measured.
+ * The patient's size and the elbow's flexion are not measured; the drawing uses constants.
  */
 export interface Posture {
   side: Side;
   /** Scapular abduction, scapular upward rotation, shoulder abduction, flexion, external rotation; degrees. */
   pose_deg: Pose;
-  /** O, about which the board turns. */
+  /** The point O, about which the board turns. */
   origin: Vec;
   links: LinkPoints;
-  /** The shoulder joint's centre, in which the axes of motors 3, 4 and 5 meet. */
+  /** The shoulder joint's centre, where the axes of motors 3, 4 and 5 meet. */
   shoulder: Vec;
   elbow: Vec;
   wrist: Vec;
-  /** How the board, and with it the scapula, is turned. */
+  /** The rotation of the board and the scapula. */
   board: Rotation;
-  /** What motor 3 carries. */
+  /** The rotation of the parts that motor 3 carries. */
   lifted: Rotation;
-  /** What motor 4 carries. */
+  /** The rotation of the parts that motor 4 carries. */
   swung: Rotation;
-  /** What motor 5 turns: the upper arm. */
+  /** The rotation of the upper arm, which motor 5 turns. */
   arm: Rotation;
 }
 
@@ -36,41 +36,42 @@ export type Pose = readonly [number, number, number, number, number];
 /** Five motor angles, degrees, in axis order. */
 export type Angles = readonly [number, number, number, number, number];
 
-/** Of somebody 1.65 m tall. */
+/** Lengths for a body height of 1.65 m. */
 export const UPPER_ARM_MM = 285;
 export const FOREARM_MM = 245;
-/** From hanging straight; so that one sees which way the upper arm is turned. */
-export const ELBOW_BENT_DEG = 80;
+/** The drawn elbow flexion, which makes the upper arm's rotation visible. */
+export const ELBOW_FLEXION_DEG = 80;
 const SHOULDER_OUT_MM = 175;
 const SHOULDER_UP_MM = 1010;
-/** O behind the shoulder's centre, nearer to the spine, and a little lower. Ours: the paper does not say. */
+/** The position of O relative to the shoulder's centre, mm. Our choice: the paper does not state it. */
 const ORIGIN_FROM_SHOULDER = { behind: 140, inward: 115, below: 20 } as const;
 
 /** +1 to the patient's left, -1 to the right. */
 export const outward = (side: Side) => (side === "left" ? 1 : -1);
 
-/** O of the apparatus that serves this side. */
+/** Return O of the apparatus set up for this side. */
 export function originOf(side: Side): Vec {
   const { behind, inward, below } = ORIGIN_FROM_SHOULDER;
   return [-behind, outward(side) * (SHOULDER_OUT_MM - inward), SHOULDER_UP_MM - below];
 }
 
-/** From O to the shoulder's centre while phi and psi are 0. */
+/** Return the vector from O to the shoulder's centre at phi = psi = 0. */
 export function shoulderFromOrigin(side: Side): Vec {
   const { behind, inward, below } = ORIGIN_FROM_SHOULDER;
   return [behind, outward(side) * inward, below];
 }
 
 /**
- * A direction of the linkage's frame in the room. Its x points to the spine, its y backward and its z up on the right;
- * turned by 180 degrees about X on the left. It is the one way in which phi carries the shoulder forward and psi lifts it.
+ * Convert a direction from the linkage's frame to the room's. On the right, the linkage's x points to the spine, y
+ * backward and z up; on the left, it is turned by 180 degrees about X. Only so does phi move the shoulder forward and psi
+ * lift it.
  */
 export function fromLinkage(v: Vec, side: Side): Vec {
   const turnedOver = side === "left" ? -1 : 1;
   return [-v[1], turnedOver * v[0], turnedOver * v[2]];
 }
 
-/** Where everything is at these motor angles; null where no pose of the scapula has those of motors 1 and 2. */
+/** Return the posture at these motor angles; null if no pose of the scapula fits motors 1 and 2. */
 export function postureOf(angles: Angles, side: Side): Posture | null {
   const [theta1, theta2, abduction, flexion, rotation] = angles;
   const scapula = scapulaOf(theta1, theta2, side);
@@ -110,22 +111,22 @@ export function postureOf(angles: Angles, side: Side): Posture | null {
   };
 }
 
-/** Along the forearm from the elbow, in the upper arm's frame. */
+/** Return a vector along the forearm from the elbow, in the upper arm's frame. */
 export const forearm = (length: number): Vec => {
-  const bent = radians(ELBOW_BENT_DEG);
+  const bent = radians(ELBOW_FLEXION_DEG);
   return [length * Math.sin(bent), 0, -length * Math.cos(bent)];
 };
 
-/** How far from its centre each motor's range is drawn, mm: beside each other, none over another. */
+/** The radius at which each motor's range is drawn, mm. The curves do not overlap. */
 const RADIUS_MM = [58, 75, 330, 390, 150] as const;
 
-/** What one motor moves, seen as a point that runs along a curve: where it would be if this motor alone went to an angle. */
+/** The curve of one motor: the position of its marker if only this motor moved to an angle. */
 export interface Sweep {
   centre: (angle_deg: number) => Vec;
   at: (angle_deg: number) => Vec;
 }
 
-/** The curve of each motor, from a posture. Motors 1 and 2: their cranks' ends. 3: the arm, hanging. 4: the arm. 5: the forearm. */
+/** Return each motor's curve from a posture: the crank ends of motors 1 and 2, the hanging arm, the arm, the forearm. */
 export function sweeps(from: Posture): readonly Sweep[] {
   const { side, origin, shoulder, board, lifted, swung } = from;
   const out = outward(side);
@@ -147,7 +148,7 @@ export function sweeps(from: Posture): readonly Sweep[] {
     crank(2),
     {
       centre: () => shoulder,
-      // Where the arm would hang, were it not for motor 4: raised forward, it lies along motor 3's axis, and draws no curve.
+      // The arm hangs as without motor 4: raised forward, it would lie along motor 3's axis and draw no curve.
       at: (deg) => plus(shoulder, turned(after(board, about("x", out * radians(deg))), down(RADIUS_MM[2]))),
     },
     {
@@ -161,7 +162,7 @@ export function sweeps(from: Posture): readonly Sweep[] {
   ];
 }
 
-/** From the shoulder down to the cuff that motor 5 turns. */
+/** The distance from the shoulder to the cuff that motor 5 turns. */
 export const RING_MM = 150;
 
 function along(from: Vec, to: Vec, length: number): Vec {

@@ -1,4 +1,4 @@
-/** A place or direction in the room, millimetres: x forward of the patient, y to the patient's left, z up. */
+/** A position or direction in the room, millimetres: x forward from the patient, y to the patient's left, z up. */
 export type Vec = readonly [number, number, number];
 /** A rotation, by rows. */
 export type Rotation = readonly [Vec, Vec, Vec];
@@ -12,12 +12,12 @@ export const minus = (a: Vec, b: Vec): Vec => [a[0] - b[0], a[1] - b[1], a[2] - 
 export const dot = (a: Vec, b: Vec) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const distance = (a: Vec, b: Vec) => Math.sqrt(dot(minus(a, b), minus(a, b)));
 
-/** A vector, turned. */
+/** Return the rotated vector. */
 export const turned = (by: Rotation, v: Vec): Vec => [dot(by[0], v), dot(by[1], v), dot(by[2], v)];
 
 const column = (of: Rotation, n: 0 | 1 | 2): Vec => [of[0][n], of[1][n], of[2][n]];
 
-/** First the right one, then the left one. */
+/** Return the rotation that applies `right` first, then `left`. */
 export function after(left: Rotation, right: Rotation): Rotation {
   const row = (of: Vec): Vec => [
     dot(of, column(right, 0)),
@@ -27,7 +27,7 @@ export function after(left: Rotation, right: Rotation): Rotation {
   return [row(left[0]), row(left[1]), row(left[2])];
 }
 
-/** A rotation about one of the room's axes, right-handed. */
+/** Return a right-handed rotation about an axis of the room. */
 export function about(axis: "x" | "y" | "z", rad: number): Rotation {
   const [c, s] = [Math.cos(rad), Math.sin(rad)];
   switch (axis) {

@@ -15,7 +15,7 @@ import { ButtonLink, PageLink } from "../../ui/links";
 import { MotorRanges } from "../../ui/MotorRanges";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
-import { RecordingGhost } from "../digital-twin/lazily";
+import { RecordingGhost } from "../digital-twin/lazyViews";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { EditPanel } from "./EditPanel";
 import { doneWords } from "./madeOf";

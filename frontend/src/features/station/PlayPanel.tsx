@@ -23,8 +23,8 @@ import { firstLevel, LOAD_LEVELS } from "./loadLevels";
 import { arePlayable, PlaySettings } from "./PlaySettings";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "./playSettingsModel";
 import { pathWords, ReversalNotice } from "./ReversalNotice";
-import { PreflightChecklist, useChecklist } from "./visit/PreflightChecklist";
-import { isDone, nextItem } from "./visit/steps";
+import { PreflightChecklist, useChecklist } from "./session-wizard/PreflightChecklist";
+import { isDone, nextItem } from "./session-wizard/steps";
 
 /** Playback in separate steps: choose, load, move to the start, play. */
 export function PlayPanel(props: { patientId: string; session: Session | null; wanted: string | null }) {

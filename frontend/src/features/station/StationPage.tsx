@@ -14,7 +14,7 @@ import { StopBanner } from "../../safety/StopBanner";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
-import { LiveApparatus } from "../digital-twin/lazily";
+import { LiveApparatus } from "../digital-twin/lazyViews";
 import { PatientSelect } from "../patients/PatientSelect";
 import { Angles } from "./Angles";
 import { ApparatusSideCard } from "./ApparatusSideCard";

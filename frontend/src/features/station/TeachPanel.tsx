@@ -13,7 +13,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { useUserName } from "../auth/hooks";
 import { CommandButton } from "./CommandButton";
 import classes from "./station.module.css";
-import { CheckLine, useTeachingChecklist } from "./visit/PreflightChecklist";
+import { CheckLine, useTeachingChecklist } from "./session-wizard/PreflightChecklist";
 
 type Fixtures = Schemas["TeachRequest"]["fixtures"];
 

@@ -1,5 +1,5 @@
 import type { Session } from "../../lib/api/client";
-import { stepOf } from "./visit/steps";
+import { stepOf } from "./session-wizard/steps";
 
 export const FIRST_STEPS = ["sign_up", "choose", "teach", "begin", "play", "look"] as const;
 export type FirstStep = (typeof FIRST_STEPS)[number];

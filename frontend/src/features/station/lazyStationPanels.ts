@@ -3,4 +3,4 @@ export { FirstSteps } from "./FirstSteps";
 export { Loaded } from "./PlayPanel";
 export { SimulatorPanel } from "./SimulatorPanel";
 export { TeachPanel } from "./TeachPanel";
-export { SessionWizard } from "./visit/SessionWizard";
+export { SessionWizard } from "./session-wizard/SessionWizard";

@@ -7,7 +7,7 @@ import { plus, turned, type Vec } from "../vectors";
 const PIXELS = 64;
 const SIZE_MM = 58;
 
-/** The motors' numbers, beside them. What stands before a motor hides its number, too. */
+/** The numbers beside the motors. A part in front of a motor also hides its number. */
 export class Labels {
   readonly group = new Group();
   readonly #sprites: Sprite[];
@@ -22,7 +22,7 @@ export class Labels {
     });
   }
 
-  stand(posture: Posture, only: Motor | null) {
+  setPosture(posture: Posture, only: Motor | null) {
     const out = outward(posture.side);
     const fixed = (v: Vec) => plus(posture.origin, fromLinkage(v, posture.side));
     const places: Vec[] = [

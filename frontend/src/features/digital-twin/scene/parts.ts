@@ -18,7 +18,7 @@ import { GHOST, MOTOR_COLOURS } from "../colours";
 import type { Motor } from "../limits";
 import type { Rotation, Vec } from "../vectors";
 
-/** What things are made of. A ghost is all of one, so that nobody takes it for the patient. */
+/** The materials of all parts. A ghost has one material, so that it is not mistaken for the patient. */
 export interface Paint {
   skin: Material;
   shirt: Material;
@@ -74,7 +74,7 @@ export function ghostPaint(): Paint {
 
 const UP = new Vector3(0, 1, 0);
 
-/** Put a thing that is made along its own y between two places. */
+/** Place an object that lies along its own y axis between two points. */
 export function span(thing: Object3D, from: Vec, to: Vec, stretch = false) {
   const [a, b] = [new Vector3(...from), new Vector3(...to)];
   const way = b.clone().sub(a);
@@ -83,7 +83,7 @@ export function span(thing: Object3D, from: Vec, to: Vec, stretch = false) {
   thing.quaternion.setFromUnitVectors(UP, way.normalize());
 }
 
-/** A round bar between two places. */
+/** A round bar between two points. */
 export function bar(from: Vec, to: Vec, radius: number, paint: Material, thinner = radius): Mesh {
   const length = new Vector3(...from).distanceTo(new Vector3(...to));
   const mesh = new Mesh(new CylinderGeometry(thinner, radius, length, 14), paint);
@@ -91,7 +91,7 @@ export function bar(from: Vec, to: Vec, radius: number, paint: Material, thinner
   return mesh;
 }
 
-/** A limb: a bar with round ends, which lie in the two places. */
+/** A limb: a bar with round ends that lie at the two points. */
 export function limb(from: Vec, to: Vec, radius: number, paint: Material): Mesh {
   const length = new Vector3(...from).distanceTo(new Vector3(...to));
   const mesh = new Mesh(new CapsuleGeometry(radius, length, 6, 16), paint);
@@ -112,7 +112,7 @@ export function box(at: Vec, size: Vec, paint: Material): Mesh {
   return mesh;
 }
 
-/** A body of revolution about z: radii at heights; flatter from front to back. */
+/** A body of revolution about z from radii at heights, flattened from front to back. */
 export function round(profile: [radius: number, z: number][], flat: number, paint: Material): Mesh {
   const points = profile.map(([radius, z]) => new Vector2(radius, z));
   const geometry = new LatheGeometry(points, 32);
@@ -122,7 +122,7 @@ export function round(profile: [radius: number, z: number][], flat: number, pain
   return new Mesh(geometry, paint);
 }
 
-/** A motor: a round body with its shaft, from one end to the other. */
+/** A motor: a round body and its shaft. */
 export function motorBody(
   from: Vec,
   to: Vec,
@@ -136,8 +136,8 @@ export function motorBody(
   return group;
 }
 
-/** Place and turn of a group, from the posture. */
-export function stand(group: Group, at: Vec, turn: Rotation) {
+/** Set the position and rotation of a group. */
+export function place(group: Group, at: Vec, turn: Rotation) {
   const [x, y, z] = turn;
   group.matrixAutoUpdate = false;
   group.matrix = new Matrix4().set(...x, at[0], ...y, at[1], ...z, at[2], 0, 0, 0, 1);

@@ -1,32 +1,32 @@
+import type { View } from "../camera";
 import type { Limits, Motor } from "../limits";
 import type { Angles } from "../posture";
 import type { Side } from "../vectors";
-import type { View } from "../view";
 
-/** All that is to be seen. The newest counts; what came before it and is not drawn yet may be left out. */
+/** Everything to draw. Only the newest picture counts; older pictures that are not drawn yet may be skipped. */
 export interface Picture {
-  /** Counts up, so that whoever asked knows which one has been drawn. */
+  /** Counts up, so that the page knows which picture has been drawn. */
   number: number;
-  /** Pixels of the page. */
+  /** In page pixels. */
   width: number;
   height: number;
   view: View;
-  /** Only this motor's range, and its number before the others. */
+  /** The motor whose range is drawn alone; null for all. */
   only: Motor | null;
-  /** Where the arm is; null while nobody knows: then no arm is drawn. */
+  /** The measured angles; null while they are unknown, then no arm is drawn. */
   real: Angles | null;
-  /** Where a recording has it. */
+  /** The recording's angles. */
   ghost: Angles | null;
 }
 
-/** What the worker that draws is told first. */
-export interface Beginning {
+/** The first message to the drawing worker. */
+export interface WorkerSetup {
   canvas: OffscreenCanvas;
   side: Side;
   limits: Limits;
-  /** Pixels of the screen for one of the page. */
+  /** Screen pixels per page pixel. */
   density: number;
 }
 
-/** What it answers: the number of the picture that has just been drawn, or that there will be none. */
-export type Answer = { drawn: number } | { unable: true };
+/** The worker's message: the number of the picture just drawn, or that it cannot draw. */
+export type WorkerMessage = { drawn: number } | { unable: true };

@@ -1,19 +1,19 @@
 import { Color, Group, InstancedMesh, MeshBasicMaterial, Object3D, SphereGeometry } from "three";
 import { MOTOR_COLOURS } from "../colours";
-import { endsReached, type Limits, MOTORS, type Motor } from "../limits";
+import { type Limits, limitsReached, MOTORS, type Motor } from "../limits";
 import type { Angles, Posture } from "../posture";
 import { sweeps } from "../posture";
 
 const STEPS = 24;
-/** Of a dot on the way, of an end, of an end that is reached, and of where the motor stands; mm. */
+/** Radii in mm of a dot on the curve, of a limit, of a reached limit, and of the motor's position. */
 const DOT = 5;
 const END = 12;
 const REACHED = 22;
 const NOW = 15;
-/** Motors 1 and 2 turn short cranks, and have smaller dots. */
+/** Scale of the dots of motors 1 and 2, which turn short cranks. */
 const SMALL = 0.45;
 
-/** The motors' ranges, as dotted curves between two ends; where the motor stands is a larger dot. */
+/** The motors' ranges as dotted curves between the limits, with a larger dot at the motor's position. */
 export class Ranges {
   readonly group = new Group();
   readonly #dots: InstancedMesh[];
@@ -32,9 +32,9 @@ export class Ranges {
     });
   }
 
-  stand(angles: Angles, posture: Posture, only: Motor | null) {
+  setPosture(angles: Angles, posture: Posture, only: Motor | null) {
     const curves = sweeps(posture);
-    const ends = endsReached(angles, this.#limits);
+    const ends = limitsReached(angles, this.#limits);
     for (const motor of MOTORS) {
       const axis = motor - 1;
       const [dots, range, curve] = [this.#dots[axis], this.#limits[axis], curves[axis]];

@@ -1,77 +1,77 @@
-import { Pace } from "./pace";
-import type { Answer, Beginning, Picture } from "./picture";
+import { DrawingPace } from "./drawingPace";
+import type { Picture, WorkerMessage, WorkerSetup } from "./picture";
 import { Stage } from "./stage";
 
 /**
- * Draws beside the page: where there is no graphics card, whoever hands a picture to the screen waits until it is drawn,
- * and the page, with Stop on it, is not to wait.
+ * Draws in a worker. Without a graphics card, handing a picture to the screen blocks until it is drawn, and the page
+ * with Stop must not block.
  */
 class Drawer {
-  readonly #pace = new Pace();
+  readonly #pace = new DrawingPace();
   readonly #stage: Stage;
   #next: Picture | null = null;
   #drawn: Picture | null = null;
-  #resting: ReturnType<typeof setTimeout> | null = null;
+  #timer: ReturnType<typeof setTimeout> | null = null;
   #frame: number | null = null;
   #ready = false;
 
-  constructor({ canvas, side, limits, density }: Beginning) {
+  constructor({ canvas, side, limits, density }: WorkerSetup) {
     this.#stage = new Stage(canvas, side, limits, density);
     void this.#stage.prepare().then(() => {
       this.#ready = true;
-      this.#later();
+      this.#schedule();
     });
   }
 
   show(picture: Picture) {
     this.#next = picture;
-    this.#later();
+    this.#schedule();
   }
 
-  #later() {
-    // A frame that is coming draws the newest.
+  #schedule() {
+    // The requested frame will draw the newest picture.
     if (!this.#ready || this.#next === null || this.#frame !== null) return;
-    // That nobody knows any more where the arm is, is shown without a rest.
-    if (this.#drawn?.real && this.#next.real === null) this.#soon();
-    else this.#resting ??= setTimeout(() => this.#soon(), this.#pace.wait_ms(performance.now()));
+    // An unknown pose is drawn without throttling.
+    if (this.#drawn?.real && this.#next.real === null) this.#requestFrame();
+    else this.#timer ??= setTimeout(() => this.#requestFrame(), this.#pace.wait_ms(performance.now()));
   }
 
-  #soon() {
-    if (this.#resting !== null) clearTimeout(this.#resting);
+  #requestFrame() {
+    if (this.#timer !== null) clearTimeout(this.#timer);
     this.#frame = requestAnimationFrame(() => this.#draw());
   }
 
   #draw() {
     this.#frame = null;
-    this.#resting = null;
+    this.#timer = null;
     const picture = this.#next;
     if (picture === null) return;
     const from = performance.now();
     this.#stage.draw(picture);
-    this.#pace.drew(from, performance.now());
+    this.#pace.record(from, performance.now());
     this.#next = null;
     this.#drawn = picture;
-    answer({ drawn: picture.number });
+    send({ drawn: picture.number });
   }
 }
 
-function answer(what: Answer) {
-  self.postMessage(what);
+function send(message: WorkerMessage) {
+  self.postMessage(message);
 }
 
-function begin(beginning: Beginning): Drawer | null {
-  beginning.canvas.addEventListener("webglcontextlost", () => answer({ unable: true }));
+function begin(setup: WorkerSetup): Drawer | null {
+  setup.canvas.addEventListener("webglcontextlost", () => send({ unable: true }));
   try {
-    return new Drawer(beginning);
+    return new Drawer(setup);
   } catch {
-    answer({ unable: true });
+    send({ unable: true });
     return null;
   }
 }
 
 self.addEventListener(
   "message",
-  ({ data }: MessageEvent<Beginning>) => {
+  ({ data }: MessageEvent<WorkerSetup>) => {
     const drawer = begin(data);
     self.addEventListener("message", ({ data }: MessageEvent<Picture>) => drawer?.show(data));
   },

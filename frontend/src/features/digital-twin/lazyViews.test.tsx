@@ -3,7 +3,7 @@ import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
-import { LiveApparatus } from "./lazily";
+import { LiveApparatus } from "./lazyViews";
 
 function opener(torque: Live["torque"]) {
   const state = {

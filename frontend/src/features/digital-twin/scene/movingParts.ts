@@ -9,10 +9,10 @@ import {
   UPPER_ARM_MM,
 } from "../posture";
 import { minus, plus, type Side, type Vec } from "../vectors";
-import { ball, bar, box, limb, motorBody, type Paint, span, stand } from "./parts";
+import { ball, bar, box, limb, motorBody, type Paint, place, span } from "./parts";
 
-/** What the five motors move: links, board, scapula, and the arm in its cuff. Stands as a posture says. */
-export class Mover {
+/** The parts that the five motors move: links, board, scapula, and the arm in its cuff. */
+export class MovingParts {
   readonly group = new Group();
   readonly #board = new Group();
   readonly #lifted = new Group();
@@ -39,15 +39,16 @@ export class Mover {
     const links = [this.#crank1, this.#crank2, this.#rod1, this.#rod2, ...this.#joints];
     const neck = ball(yokeFrom(side), 50, paint.shirt);
     this.group.add(this.#board, this.#lifted, this.#swung, this.#arm, ...links, this.#yoke, neck);
-    this.stand(rest);
+    this.setPosture(rest);
   }
 
-  stand(posture: Posture) {
+  /** Place all parts for a posture. */
+  setPosture(posture: Posture) {
     const { links, shoulder, origin } = posture;
-    stand(this.#board, origin, posture.board);
-    stand(this.#lifted, shoulder, posture.lifted);
-    stand(this.#swung, shoulder, posture.swung);
-    stand(this.#arm, shoulder, posture.arm);
+    place(this.#board, origin, posture.board);
+    place(this.#lifted, shoulder, posture.lifted);
+    place(this.#swung, shoulder, posture.swung);
+    place(this.#arm, shoulder, posture.arm);
     span(this.#crank1, links.o1, links.p1);
     span(this.#rod1, links.p1, links.q1);
     span(this.#crank2, links.o2, links.p2);
@@ -58,7 +59,7 @@ export class Mover {
     span(this.#yoke, yokeFrom(posture.side), shoulder, true);
   }
 
-  /** The scapula's board, seen from O: bars, so that one sees the links; the scapula and its plate; motor 3. */
+  /** The board in the frame of O: open bars that show the links, the scapula with its plate, and motor 3. */
   #fillBoard(side: Side, rest: Posture, paint: Paint) {
     const out = outward(side);
     const shoulder = shoulderFromOrigin(side);
@@ -88,7 +89,7 @@ export class Mover {
     );
   }
 
-  /** From motor 3, behind the shoulder, around to motor 4 at its outside. */
+  /** From motor 3 behind the shoulder to motor 4 outside it. */
   #fillLifted(side: Side, paint: Paint) {
     const out = outward(side);
     const three = paint.motor(3);
@@ -101,7 +102,7 @@ export class Mover {
     );
   }
 
-  /** From motor 4 along the arm to the rail in which the cuff turns, with motor 5 and its pinion. */
+  /** From motor 4 along the arm to the rail of the cuff, with motor 5 and its pinion. */
   #fillSwung(side: Side, paint: Paint) {
     const out = outward(side);
     const four = paint.motor(4);
@@ -121,7 +122,7 @@ export class Mover {
     );
   }
 
-  /** The arm, and what motor 5 turns: the cuff with its gear, open on one side, and the arm fixer below it. */
+  /** The parts that motor 5 turns: the arm, the cuff with its gear, open on one side, and the arm fixer below it. */
   #fillArm(side: Side, paint: Paint) {
     const out = outward(side);
     const five = paint.motor(5);
@@ -152,14 +153,14 @@ export class Mover {
   }
 }
 
-/** Between neck and shoulder, where what is drawn above the scapula begins. */
+/** The point between neck and shoulder where the shirt's yoke begins. */
 const yokeFrom = (side: Side): Vec => [10, outward(side) * 62, 1036];
 
-/** The shoulder blade as it lies on the back, between the board and the ribs; seen from O. */
+/** The shoulder blade on the back, between board and ribs, in the frame of O. */
 function scapula(side: Side, paint: Paint): Object3D {
   const out = outward(side);
   const outline = new Shape();
-  // Medial border, lower angle, neck and acromion; across is outward, up is up.
+  // Medial border, lower angle, neck and acromion; x is outward, y is up.
   const points = [
     [6, 44],
     [2, 10],
@@ -177,7 +178,7 @@ function scapula(side: Side, paint: Paint): Object3D {
   });
   outline.closePath();
   const geometry = new ExtrudeGeometry(outline, { depth: 9, bevelEnabled: false });
-  // Drawn in x and y, thick along z; wanted in y and z, thick along x.
+  // Drawn in x and y with its thickness along z; turned to y and z with its thickness along x.
   geometry.rotateX(Math.PI / 2);
   geometry.rotateZ(Math.PI / 2);
   const mesh = new Mesh(geometry, paint.bone);

@@ -1,6 +1,6 @@
 import type { ReactNode } from "react";
 import type { Check, Recording } from "../../../lib/api/client";
-import classes from "./visit.module.css";
+import classes from "./sessionWizard.module.css";
 
 type Fixture = Recording["fixtures"][number];
 

@@ -15,7 +15,7 @@ import { BeginStep } from "./BeginStep";
 import { NrsScale } from "./NrsScale";
 import { PreflightChecklist, useChecklist } from "./PreflightChecklist";
 import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
-import classes from "./visit.module.css";
+import classes from "./sessionWizard.module.css";
 
 /**
  * A session, step by step. The service knows the current step, and going back is always possible. A press

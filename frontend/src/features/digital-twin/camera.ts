@@ -1,7 +1,7 @@
 import { outward } from "./posture";
 import { radians, type Side, type Vec } from "./vectors";
 
-/** From where one looks: degrees about the patient (0: from the front, towards the patient's left) and above, and how near. */
+/** The camera: azimuth about the patient (0: in front, positive towards the patient's left), elevation, and zoom. */
 export interface View {
   azimuth_deg: number;
   elevation_deg: number;
@@ -15,7 +15,7 @@ const NEAREST = 3;
 const FURTHEST = 0.6;
 const STEEPEST_DEG = 89;
 
-/** One of the views that have a name; the corner and the side are those of the treated shoulder. */
+/** Return a named view. Corner and side are at the treated shoulder. */
 export function viewOf(name: ViewName, side: Side): View {
   const out = outward(side);
   switch (name) {
@@ -32,21 +32,21 @@ export function viewOf(name: ViewName, side: Side): View {
   }
 }
 
-/** The same, after turning about and above the patient and coming nearer; within what makes sense. */
-export function moved(view: View, about_deg: number, above_deg: number, nearer = 1): View {
+/** Return the view after rotating and zooming, within its bounds. */
+export function movedView(view: View, about_deg: number, above_deg: number, zoom = 1): View {
   return {
     azimuth_deg: view.azimuth_deg + about_deg,
     elevation_deg: Math.min(STEEPEST_DEG, Math.max(-20, view.elevation_deg + above_deg)),
-    near: Math.min(NEAREST, Math.max(FURTHEST, view.near * nearer)),
+    near: Math.min(NEAREST, Math.max(FURTHEST, view.near * zoom)),
   };
 }
 
-/** What is looked at: between the treated shoulder and the head. */
-export const lookedAt = (side: Side): Vec => [20, outward(side) * 90, 950];
+/** The point that the camera looks at, between the treated shoulder and the head. */
+export const lookAtPoint = (side: Side): Vec => [20, outward(side) * 90, 950];
 
-/** Where the eye is, mm. */
-export function eye(view: View, side: Side): Vec {
-  const [x, y, z] = lookedAt(side);
+/** Return the camera's position in mm. */
+export function cameraPosition(view: View, side: Side): Vec {
+  const [x, y, z] = lookAtPoint(side);
   const [about, above] = [radians(view.azimuth_deg), radians(view.elevation_deg)];
   const away = DISTANCE_MM / view.near;
   return [

@@ -17,24 +17,32 @@ const HEIGHT = 560;
 export function LiveApparatus() {
   const torque = useLive("torque");
   return (
-    <Opened
+    <OpenOnDemand
       title={t("digital-twin:view.title")}
-      notNow={torque !== "off" && torque !== null ? t("digital-twin:view.torqueOn") : ""}
+      unavailableReason={torque !== "off" && torque !== null ? t("digital-twin:view.torqueOn") : ""}
     >
       <StationApparatus />
-    </Opened>
+    </OpenOnDemand>
   );
 }
 
 export function RecordingGhost({ recordingId }: { recordingId: string }) {
   return (
-    <Opened title={t("digital-twin:view.motion")} notNow="">
+    <OpenOnDemand title={t("digital-twin:view.motion")} unavailableReason="">
       <RecordingApparatus recordingId={recordingId} />
-    </Opened>
+    </OpenOnDemand>
   );
 }
 
-function Opened({ title, notNow, children }: { title: string; notNow: string; children: ReactNode }) {
+function OpenOnDemand({
+  title,
+  unavailableReason,
+  children,
+}: {
+  title: string;
+  unavailableReason: string;
+  children: ReactNode;
+}) {
   const [open, setOpen] = useState(false);
   if (open) {
     return (
@@ -53,13 +61,13 @@ function Opened({ title, notNow, children }: { title: string; notNow: string; ch
           variant="default"
           h={44}
           leftSection={<IconCube size={20} />}
-          disabled={notNow !== ""}
+          disabled={unavailableReason !== ""}
           onClick={() => setOpen(true)}
         >
           {t("digital-twin:view.open")}
         </Button>
       </Group>
-      {notNow && <Text>{notNow}</Text>}
+      {unavailableReason && <Text>{unavailableReason}</Text>}
     </Card>
   );
 }

@@ -1,13 +1,13 @@
 import { expect, test } from "vitest";
-import { Pace } from "./pace";
+import { DrawingPace } from "./drawingPace";
 
 /** What a view draws within a minute in which its picture changes all the time: how often, and for how long. */
 function aMinuteOf(drawing_ms: number) {
-  const pace = new Pace();
+  const pace = new DrawingPace();
   let [now_ms, times, drawn_ms] = [0, 0, 0];
   while (now_ms < 60_000) {
     now_ms += pace.wait_ms(now_ms);
-    pace.drew(now_ms, now_ms + drawing_ms);
+    pace.record(now_ms, now_ms + drawing_ms);
     now_ms += drawing_ms;
     drawn_ms += drawing_ms;
     times += 1;
@@ -16,7 +16,7 @@ function aMinuteOf(drawing_ms: number) {
 }
 
 test("draws the first picture at once", () => {
-  expect(new Pace().wait_ms(0)).toBe(0);
+  expect(new DrawingPace().wait_ms(0)).toBe(0);
 });
 
 test("draws every frame if a drawing takes 2 ms", () => {
@@ -28,8 +28,8 @@ test("limits slow drawing to a quarter of the time", () => {
 });
 
 test("delays no picture by more than a second", () => {
-  const pace = new Pace();
-  pace.drew(0, 5000);
+  const pace = new DrawingPace();
+  pace.record(0, 5000);
   expect(pace.wait_ms(5000)).toBe(1000);
   expect(pace.wait_ms(6000)).toBe(0);
 });
