@@ -13,7 +13,7 @@ import { useHold } from "./useHold";
 
 /**
  * A latched stop with its causes, next steps and the acknowledgement. Every page shows it as a banner; the
- * station page shows it as `whole`, in place of its panels. Without a live connection it is greyed and never
+ * station page shows it as `fullPage`, in place of its panels. Without a live connection it is greyed and never
  * more reassuring than before.
  */
 export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {

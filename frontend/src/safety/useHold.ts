@@ -6,6 +6,8 @@ const SECOND_PRESS_MS = 5000;
 /** Whether the button is held, or waits for a second press. */
 export type Holding = "no" | "held" | "again";
 
+const isActivationKey = ({ key }: KeyboardEvent) => key === "Enter" || key === " ";
+
 /**
  * Detect a deliberate hold: a pointer or an activation key stays down for one second. An earlier release has
  * no effect. Voice and switch control cannot hold, so there a second press confirms. Spread the handlers on a
@@ -38,7 +40,6 @@ export function useHold(enabled: boolean, onHeld: () => void) {
     }
   }, [enabled]);
   useEffect(() => () => clearTimeout(timer.current), []);
-  const isActivationKey = ({ key }: KeyboardEvent) => key === "Enter" || key === " ";
   const handlers = {
     onPointerDown: ({ button }: PointerEvent) => {
       if (button === 0) hold();
@@ -58,8 +59,7 @@ export function useHold(enabled: boolean, onHeld: () => void) {
       release();
     },
     onClick: ({ detail }: MouseEvent) => {
-      // Pointer clicks have a count above 0, synthetic clicks (voice, switch control) have 0. Keys are
-      // handled above.
+      // Pointer clicks have a count above 0; synthetic clicks (voice, switch control) have 0.
       if (detail > 0) return;
       if (holding === "again") {
         setNext("no");

@@ -30,7 +30,7 @@ export function AlarmFrame(props: { priority: Priority; testid?: string; childre
       <div className={classes.mark}>
         <Icon size={40} role="img" aria-label={t(`alarms:priorities.${props.priority}`)} />
       </div>
-      <div className={classes.told}>{props.children}</div>
+      <div className={classes.content}>{props.children}</div>
     </div>
   );
 }

@@ -72,7 +72,7 @@ describe("an alarm's priority", () => {
     expect(priorities(away)).toEqual(["low database_away"]);
     expect(
       priorities({ database: { ...DATABASE_OK, unavailable_since: SINCE, spool_full_since: SINCE } }),
-    ).toEqual(["medium not_kept"]);
+    ).toEqual(["medium spool_full"]);
     expect(priorities(away, { connected: false })).toEqual(["medium connection_lost"]);
   });
 
@@ -81,7 +81,7 @@ describe("an alarm's priority", () => {
     const lease = { unreachable_since: "2026-11-21T09:00:00Z" };
     expect(priorities({ run, lease, torque: "on", estop: "unknown" })).toEqual([
       "high estop_missing",
-      "medium holder_away",
+      "medium operator_unreachable",
       "low reversing",
     ]);
   });

@@ -17,79 +17,98 @@ export interface Alarm {
 
 const PRIORITY_ORDER: Priority[] = ["high", "medium", "low"];
 
-/**
- * Return the active alarms, most urgent first. A latched stop is one alarm, coded by its first cause. It is
- * high while a cause is present or the arm is held, and medium when it only waits to be acknowledged.
- */
+/** Return the active alarms, most urgent first. */
 export function activeAlarms(state: LiveState): Alarm[] {
+  return [
+    ...connectionAlarms(state),
+    ...databaseAlarms(state),
+    ...stopAlarms(state),
+    ...apparatusAlarms(state),
+  ].sort((a, b) => PRIORITY_ORDER.indexOf(a.priority) - PRIORITY_ORDER.indexOf(b.priority));
+}
+
+const alarm = (code: string, priority: Priority, message: string, nextStep: string): Alarm => ({
+  code,
+  priority,
+  message,
+  nextStep,
+});
+
+function connectionAlarms(state: LiveState): Alarm[] {
   const { live, connected, heardAt } = state;
-  const alarms: Alarm[] = [];
-  const raise = (code: string, priority: Priority, message: string, nextStep: string) =>
-    alarms.push({ code, priority, message, nextStep });
-  const alive = isAlive(state);
   // Losing sight of motors that may have torque is worse than losing sight of released ones.
-  const unseen: Priority = live && live.torque !== "off" ? "high" : "medium";
-  if (!connected && heardAt !== null)
-    raise(
-      "connection_lost",
-      unseen,
-      t("alarms:texts.connectionLost"),
-      unseen === "high" ? t("alarms:texts.connectionLostTorqueNext") : t("alarms:texts.connectionLostNext"),
-    );
-  if (connected && !alive && live !== null && live.device !== "starting") {
-    raise(
-      "device_silent",
-      unseen,
-      t("alarms:texts.deviceSilent"),
-      unseen === "high" ? t("alarms:texts.deviceSilentTorqueNext") : t("alarms:texts.deviceSilentNext"),
-    );
+  const mayHold = live !== null && live.torque !== "off";
+  const priority: Priority = mayHold ? "high" : "medium";
+  if (!connected && heardAt !== null) {
+    const next = mayHold ? t("alarms:texts.connectionLostTorqueNext") : t("alarms:texts.connectionLostNext");
+    return [alarm("connection_lost", priority, t("alarms:texts.connectionLost"), next)];
   }
-  const cause = live?.stop?.causes[0];
-  if (connected && live?.database.spool_full_since) {
-    raise(
-      "not_kept",
-      "medium",
-      t("alarms:texts.spoolFull", { since: formatClock(new Date(live.database.spool_full_since)) }),
-      t("alarms:texts.spoolFullNext"),
-    );
-  } else if (connected && live?.database.unavailable_since) {
-    const since = formatClock(new Date(live.database.unavailable_since));
-    raise(
-      "database_away",
-      "low",
-      t("alarms:texts.databaseUnavailable", { since }),
-      t("alarms:texts.databaseUnavailableNext"),
-    );
+  if (connected && !isAlive(state) && live !== null && live.device !== "starting") {
+    const next = mayHold ? t("alarms:texts.deviceSilentTorqueNext") : t("alarms:texts.deviceSilentNext");
+    return [alarm("device_silent", priority, t("alarms:texts.deviceSilent"), next)];
   }
-  if (live?.stop && cause) {
-    const causePresent = live.stop.causes.some((stopCause) => !stopCause.cleared);
-    const priority = alive && (live.stop.arm_held || causePresent) ? "high" : "medium";
-    raise(
+  return [];
+}
+
+function databaseAlarms({ live, connected }: LiveState): Alarm[] {
+  if (!connected || !live) return [];
+  const { spool_full_since, unavailable_since } = live.database;
+  if (spool_full_since) {
+    const message = t("alarms:texts.spoolFull", { since: formatClock(new Date(spool_full_since)) });
+    return [alarm("spool_full", "medium", message, t("alarms:texts.spoolFullNext"))];
+  }
+  if (unavailable_since) {
+    const message = t("alarms:texts.databaseUnavailable", {
+      since: formatClock(new Date(unavailable_since)),
+    });
+    return [alarm("database_away", "low", message, t("alarms:texts.databaseUnavailableNext"))];
+  }
+  return [];
+}
+
+/**
+ * A latched stop is one alarm, coded by its first cause. It is high while a cause is present or the arm is
+ * held, and medium when it only waits to be acknowledged.
+ */
+function stopAlarms(state: LiveState): Alarm[] {
+  const stop = state.live?.stop;
+  const cause = stop?.causes[0];
+  if (!stop || !cause) return [];
+  const causePresent = stop.causes.some(({ cleared }) => !cleared);
+  return [
+    alarm(
       `stop ${cause.code}`,
-      priority,
+      isAlive(state) && (stop.arm_held || causePresent) ? "high" : "medium",
       translateServerText(cause.message, cause.message_key),
       translateServerText(cause.next_step, cause.next_step_key),
+    ),
+  ];
+}
+
+function apparatusAlarms(state: LiveState): Alarm[] {
+  const { live } = state;
+  if (!isAlive(state) || live === null) return [];
+  const alarms: Alarm[] = [];
+  if (live.estop === "unknown" && !live.stop)
+    alarms.push(
+      alarm("estop_missing", "high", t("alarms:texts.estopMissing"), t("alarms:texts.estopMissingNext")),
     );
+  if (live.lease?.unreachable_since && live.torque !== "off")
+    alarms.push(
+      alarm(
+        "operator_unreachable",
+        "medium",
+        t("alarms:texts.browserLost"),
+        t("alarms:texts.browserLostNext"),
+      ),
+    );
+  if (live.teaching && live.pedal === "unknown")
+    alarms.push(alarm("pedal_unknown", "low", t("alarms:texts.pedal"), t("alarms:texts.pedalNext")));
+  if (live.run?.reversing && !live.stop) {
+    const { resistance, resistance_key } = live.run;
+    const message =
+      resistance === null ? t("alarms:texts.reversing") : translateServerText(resistance, resistance_key);
+    alarms.push(alarm("reversing", "low", message, t("alarms:texts.reversingNext")));
   }
-  if (alive && live !== null) {
-    if (live.estop === "unknown" && !live.stop) {
-      raise("estop_missing", "high", t("alarms:texts.estopMissing"), t("alarms:texts.estopMissingNext"));
-    }
-    if (live.lease?.unreachable_since && live.torque !== "off")
-      raise("holder_away", "medium", t("alarms:texts.browserLost"), t("alarms:texts.browserLostNext"));
-    if (live.teaching && live.pedal === "unknown") {
-      raise("pedal_unknown", "low", t("alarms:texts.pedal"), t("alarms:texts.pedalNext"));
-    }
-    if (live.run?.reversing && !live.stop) {
-      raise(
-        "reversing",
-        "low",
-        live.run.resistance === null
-          ? t("alarms:texts.reversing")
-          : translateServerText(live.run.resistance, live.run.resistance_key),
-        t("alarms:texts.reversingNext"),
-      );
-    }
-  }
-  return alarms.sort((a, b) => PRIORITY_ORDER.indexOf(a.priority) - PRIORITY_ORDER.indexOf(b.priority));
+  return alarms;
 }

@@ -6,7 +6,7 @@ import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { itemWords } from "./describeProgramme";
-import { type Draft, moved } from "./draft";
+import { type Draft, type DraftItem, moved } from "./draft";
 
 /** The programme's recordings in order, with buttons to move, set and remove them by finger or keyboard. */
 export function EditableItems(props: {
@@ -16,22 +16,15 @@ export function EditableItems(props: {
   onSet: (key: string) => void;
 }) {
   const { draft, checked, onChange, onSet } = props;
-  const buttons = useRef<Record<string, HTMLButtonElement | null>>({});
-  const focus = useRef<string[]>([]);
-  const [told, setTold] = useState("");
-  // A moved item keeps the focus on the pressed button, or on the opposite one at the end of the list.
-  useEffect(() => {
-    const wanted = focus.current.map((name) => buttons.current[name]).find((one) => one && !one.disabled);
-    focus.current = [];
-    wanted?.focus();
-  });
+  const { buttons, focus } = useMovedFocus();
+  const [announcement, setAnnouncement] = useState("");
   if (draft.items.length === 0) return <Text>{t("programmes:items.none")}</Text>;
   const move = (place: number, by: 1 | -1) => {
     const item = draft.items[place];
     if (!item) return;
     const ways = by === 1 ? ["down", "up"] : ["up", "down"];
     focus.current = ways.map((way) => `${item.key} ${way}`);
-    setTold(
+    setAnnouncement(
       t("programmes:items.moved", {
         recording: item.recording_name,
         place: place + by + 1,
@@ -42,80 +35,141 @@ export function EditableItems(props: {
   };
   return (
     <>
-      <VisuallyHidden role="status">{told}</VisuallyHidden>
+      <VisuallyHidden role="status">{announcement}</VisuallyHidden>
       <Table verticalSpacing="sm" aria-label={t("programmes:items.caption")}>
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th w={40}>{t("programmes:items.number")}</Table.Th>
-            <Table.Th>{t("programmes:items.recording")}</Table.Th>
-            <Table.Th>{t("programmes:items.played")}</Table.Th>
-            <Table.Th ta="right">{t("programmes:items.time")}</Table.Th>
-            <Table.Th>
-              <VisuallyHidden>{t("programmes:items.change")}</VisuallyHidden>
-            </Table.Th>
-          </Table.Tr>
-        </Table.Thead>
+        <ItemsHead />
         <Table.Tbody>
-          {draft.items.map((item, place) => {
-            const { recording_name: name } = item;
-            const lasts = checked[place]?.duration_s;
-            const arrow = (way: "up" | "down", by: 1 | -1, disabled: boolean) => (
-              <ActionIcon
-                size={44}
-                variant="default"
-                aria-label={t(`programmes:items.${way}`, { recording: name })}
-                disabled={disabled}
-                ref={(button) => {
-                  buttons.current[`${item.key} ${way}`] = button;
-                }}
-                onClick={() => move(place, by)}
-              >
-                {way === "up" ? <IconArrowUp size={22} /> : <IconArrowDown size={22} />}
-              </ActionIcon>
-            );
-            return (
-              <Table.Tr key={item.key}>
-                <Table.Td>{place + 1}</Table.Td>
-                <Table.Td>{name}</Table.Td>
-                <Table.Td>
-                  {itemWords(item)}
-                  {checked[place]?.problem && (
-                    <Text fw={600} c="grape.9" role="alert">
-                      {translateServerText(checked[place].problem, checked[place].problem_key)}
-                    </Text>
-                  )}
-                </Table.Td>
-                <Table.Td ta="right">{typeof lasts === "number" ? formatSpan(lasts) : "–"}</Table.Td>
-                <Table.Td>
-                  <Group gap="xs" wrap="nowrap" justify="end">
-                    <Button
-                      size="md"
-                      variant="default"
-                      aria-label={t("programmes:items.settingsOf", { recording: name })}
-                      leftSection={<IconAdjustments size={20} />}
-                      onClick={() => onSet(item.key)}
-                    >
-                      {t("programmes:items.settings")}
-                    </Button>
-                    {arrow("up", -1, place === 0)}
-                    {arrow("down", 1, place === draft.items.length - 1)}
-                    <ActionIcon
-                      size={44}
-                      variant="default"
-                      aria-label={t("programmes:items.remove", { recording: name })}
-                      onClick={() =>
-                        onChange({ ...draft, items: draft.items.filter((one) => one.key !== item.key) })
-                      }
-                    >
-                      <IconTrash size={22} />
-                    </ActionIcon>
-                  </Group>
-                </Table.Td>
-              </Table.Tr>
-            );
-          })}
+          {draft.items.map((item, place) => (
+            <ItemRow
+              key={item.key}
+              item={item}
+              place={place}
+              checked={checked[place]}
+              isLast={place === draft.items.length - 1}
+              onButton={(way, button) => {
+                buttons.current[`${item.key} ${way}`] = button;
+              }}
+              onMove={(by) => move(place, by)}
+              onSet={() => onSet(item.key)}
+              onRemove={() =>
+                onChange({ ...draft, items: draft.items.filter(({ key }) => key !== item.key) })
+              }
+            />
+          ))}
         </Table.Tbody>
       </Table>
     </>
+  );
+}
+
+/**
+ * Keep the focus on the pressed button of a moved item, or on the opposite one at the end of the list.
+ * `buttons` holds the buttons by name; `focus` names the buttons to try after the next rendering.
+ */
+function useMovedFocus() {
+  const buttons = useRef<Record<string, HTMLButtonElement | null>>({});
+  const focus = useRef<string[]>([]);
+  useEffect(() => {
+    const wanted = focus.current
+      .map((name) => buttons.current[name])
+      .find((button) => button && !button.disabled);
+    focus.current = [];
+    wanted?.focus();
+  });
+  return { buttons, focus };
+}
+
+function ItemsHead() {
+  return (
+    <Table.Thead>
+      <Table.Tr>
+        <Table.Th w={40}>{t("programmes:items.number")}</Table.Th>
+        <Table.Th>{t("programmes:items.recording")}</Table.Th>
+        <Table.Th>{t("programmes:items.played")}</Table.Th>
+        <Table.Th ta="right">{t("programmes:items.time")}</Table.Th>
+        <Table.Th>
+          <VisuallyHidden>{t("programmes:items.change")}</VisuallyHidden>
+        </Table.Th>
+      </Table.Tr>
+    </Table.Thead>
+  );
+}
+
+type Way = "up" | "down";
+type Moving = {
+  name: string;
+  /** Receives the button, so that a moved item can get the focus. */
+  onButton: (way: Way, button: HTMLButtonElement | null) => void;
+  onMove: (by: 1 | -1) => void;
+};
+
+function MoveButton({ way, disabled, name, onButton, onMove }: Moving & { way: Way; disabled: boolean }) {
+  return (
+    <ActionIcon
+      size={44}
+      variant="default"
+      aria-label={t(`programmes:items.${way}`, { recording: name })}
+      disabled={disabled}
+      ref={(button) => {
+        onButton(way, button);
+      }}
+      onClick={() => onMove(way === "up" ? -1 : 1)}
+    >
+      {way === "up" ? <IconArrowUp size={22} /> : <IconArrowDown size={22} />}
+    </ActionIcon>
+  );
+}
+
+function ItemRow(
+  props: Omit<Moving, "name"> & {
+    item: DraftItem;
+    place: number;
+    checked: Schemas["ItemPreview"] | undefined;
+    isLast: boolean;
+    onSet: () => void;
+    onRemove: () => void;
+  },
+) {
+  const { item, place, checked, isLast, onButton, onMove, onSet, onRemove } = props;
+  const { recording_name: name } = item;
+  const lasts = checked?.duration_s;
+  const moving = { name, onButton, onMove };
+  return (
+    <Table.Tr>
+      <Table.Td>{place + 1}</Table.Td>
+      <Table.Td>{name}</Table.Td>
+      <Table.Td>
+        {itemWords(item)}
+        {checked?.problem && (
+          <Text fw={600} c="grape.9" role="alert">
+            {translateServerText(checked.problem, checked.problem_key)}
+          </Text>
+        )}
+      </Table.Td>
+      <Table.Td ta="right">{typeof lasts === "number" ? formatSpan(lasts) : "–"}</Table.Td>
+      <Table.Td>
+        <Group gap="xs" wrap="nowrap" justify="end">
+          <Button
+            size="md"
+            variant="default"
+            aria-label={t("programmes:items.settingsOf", { recording: name })}
+            leftSection={<IconAdjustments size={20} />}
+            onClick={onSet}
+          >
+            {t("programmes:items.settings")}
+          </Button>
+          <MoveButton way="up" disabled={place === 0} {...moving} />
+          <MoveButton way="down" disabled={isLast} {...moving} />
+          <ActionIcon
+            size={44}
+            variant="default"
+            aria-label={t("programmes:items.remove", { recording: name })}
+            onClick={onRemove}
+          >
+            <IconTrash size={22} />
+          </ActionIcon>
+        </Group>
+      </Table.Td>
+    </Table.Tr>
   );
 }

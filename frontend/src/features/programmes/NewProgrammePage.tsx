@@ -3,7 +3,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
-import { api, type Programme } from "../../lib/api/client";
+import { api, type Episode, type Programme } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { InlineSlot } from "../../ui/InlineSlot";
@@ -13,11 +13,11 @@ import { EMPTY, type Wanted } from "./draft";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { useSetProgrammeCache } from "./useSetProgrammeCache";
 
-/** Creates a programme. If both shoulders are treated, the user chooses one. */
+/** Creates a programme. If both shoulders are treated, the user chooses the episode. */
 export function NewProgrammePage() {
   const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
   const navigate = useNavigate();
-  const keep = useSetProgrammeCache();
+  const setProgrammeCache = useSetProgrammeCache();
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   useTitle(t("programmes:new.title"));
   return (
@@ -33,7 +33,7 @@ export function NewProgrammePage() {
       <NewProgramme
         patientId={patientId}
         onSaved={(made) => {
-          keep(made);
+          setProgrammeCache(made);
           void navigate({ to: "/programmes/$programmeId", params: { programmeId: made.id } });
         }}
         onCancel={() => void navigate({ to: "/patients/$patientId", params: { patientId } })}
@@ -52,36 +52,15 @@ export function NewProgramme(props: {
   const [name, setName] = useState("");
   const [chosen, setChosen] = useState<string | null>(null);
   const episodes = useEpisodes(patientId);
-  const open = (episodes.data?.items ?? []).filter((one) => !one.closed_at);
-  const episode = open.length === 1 ? open[0] : open.find((one) => one.id === chosen);
+  const open = (episodes.data?.items ?? []).filter(({ closed_at }) => !closed_at);
+  const episode = open.length === 1 ? open[0] : open.find(({ id }) => id === chosen);
   const save = async (wanted: Wanted) =>
     props.onSaved(await api.createProgramme(patientId, { ...wanted, name, episode_id: episode?.id ?? null }));
   return (
     <>
       <ProblemNote error={episodes.error} />
       {episodes.data && open.length === 0 && <Text>{t("programmes:new.noEpisode")}</Text>}
-      {open.length > 1 && (
-        <Radio.Group
-          label={t("programmes:new.whichEpisode")}
-          description={t("programmes:new.whichExplanation")}
-          size="md"
-          value={chosen}
-          onChange={setChosen}
-        >
-          <Stack gap="xs" mt="xs">
-            {open.map((one) => (
-              <Radio
-                key={one.id}
-                size="md"
-                value={one.id}
-                label={t(`programmes:new.episode.${one.side}`, {
-                  diagnosis: one.diagnosis || t("programmes:new.noDiagnosis"),
-                })}
-              />
-            ))}
-          </Stack>
-        </Radio.Group>
-      )}
+      {open.length > 1 && <EpisodeChoice episodes={open} value={chosen} onChange={setChosen} />}
       {episode && (
         // A change of the shoulder starts over, because the recordings belong to one shoulder.
         <ProgrammeEditor
@@ -107,5 +86,34 @@ export function NewProgramme(props: {
         </ProgrammeEditor>
       )}
     </>
+  );
+}
+
+function EpisodeChoice(props: {
+  episodes: Episode[];
+  value: string | null;
+  onChange: (episodeId: string) => void;
+}) {
+  return (
+    <Radio.Group
+      label={t("programmes:new.whichEpisode")}
+      description={t("programmes:new.whichExplanation")}
+      size="md"
+      value={props.value}
+      onChange={props.onChange}
+    >
+      <Stack gap="xs" mt="xs">
+        {props.episodes.map((episode) => (
+          <Radio
+            key={episode.id}
+            size="md"
+            value={episode.id}
+            label={t(`programmes:new.episode.${episode.side}`, {
+              diagnosis: episode.diagnosis || t("programmes:new.noDiagnosis"),
+            })}
+          />
+        ))}
+      </Stack>
+    </Radio.Group>
   );
 }

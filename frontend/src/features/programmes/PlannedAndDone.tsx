@@ -39,49 +39,61 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
           })}
         </Text>
       )}
-      <Table withTableBorder verticalSpacing="sm" data-testid="planned">
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
-            <Table.Th>{t("programmes:plan.recording")}</Table.Th>
-            <Table.Th>{t("programmes:plan.planned")}</Table.Th>
-            <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
-            <Table.Th>{t("programmes:plan.differences")}</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {items.map((item) => (
-            <Table.Tr key={item.position}>
-              <Table.Td>{item.position}</Table.Td>
-              <Table.Td>{item.recording_name}</Table.Td>
-              <Table.Td>{itemWords(item)}</Table.Td>
-              <Table.Td ta="right">
-                {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
-              </Table.Td>
-              <Table.Td>{otherwise(item, ended)}</Table.Td>
-            </Table.Tr>
-          ))}
-        </Table.Tbody>
-      </Table>
-      {besides.length > 0 && (
-        <Text data-testid="besides">
-          {t("programmes:plan.notPlanned", {
-            runs: besides
-              .map((run) =>
-                t("programmes:plan.notPlannedRun", {
-                  recording: run.recording_name,
-                  played: lower(itemWords(run)),
-                }),
-              )
-              .join(t("common:format.separator")),
-          })}
-        </Text>
-      )}
+      <PlanTable items={items} ended={ended} />
+      {besides.length > 0 && <PlayedOutside runs={besides} />}
     </Stack>
   );
 }
 
-function otherwise(item: Schemas["ItemDone"], ended: boolean): string {
+function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: boolean }) {
+  return (
+    <Table withTableBorder verticalSpacing="sm" data-testid="planned">
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
+          <Table.Th>{t("programmes:plan.recording")}</Table.Th>
+          <Table.Th>{t("programmes:plan.planned")}</Table.Th>
+          <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
+          <Table.Th>{t("programmes:plan.differences")}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {items.map((item) => (
+          <Table.Tr key={item.position}>
+            <Table.Td>{item.position}</Table.Td>
+            <Table.Td>{item.recording_name}</Table.Td>
+            <Table.Td>{itemWords(item)}</Table.Td>
+            <Table.Td ta="right">
+              {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
+            </Table.Td>
+            <Table.Td>{differencesWords(item, ended)}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}
+
+/** The runs that are not in the programme. */
+function PlayedOutside({ runs }: { runs: Schemas["PlannedRun"][] }) {
+  return (
+    <Text data-testid="besides">
+      {t("programmes:plan.notPlanned", {
+        runs: runs
+          .map((run) =>
+            t("programmes:plan.notPlannedRun", {
+              recording: run.recording_name,
+              played: lower(itemWords(run)),
+            }),
+          )
+          .join(t("common:format.separator")),
+      })}
+    </Text>
+  );
+}
+
+/** Describe how an item's runs differ from the plan. */
+function differencesWords(item: Schemas["ItemDone"], ended: boolean): string {
   const words = item.runs.flatMap((run) =>
     [
       run.outcome === "completed" ? [] : t(`programmes:outcomes.${run.outcome}`),

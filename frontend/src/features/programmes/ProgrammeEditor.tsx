@@ -2,7 +2,7 @@ import { Button, Group, Modal, Select, Stack, Switch, Text, Textarea, TextInput 
 import { useDebouncedValue } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
-import { api, ProblemError } from "../../lib/api/client";
+import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
@@ -29,8 +29,7 @@ const WEEKLY_GOAL: Field = {
 /** True if an optional number is empty or within its bounds. */
 const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
 
-/** An editor of a programme: recordings with settings, timer, frequency and reason. */
-export function ProgrammeEditor(props: {
+type EditorProps = {
   patientId: string;
   /** The patient and the shoulder of the programme. */
   episode: Treated;
@@ -42,102 +41,44 @@ export function ProgrammeEditor(props: {
   onCancel: () => void;
   /** Extra fields above the others. */
   children?: (fields: Record<string, string>) => ReactNode;
-}) {
+};
+
+/** An editor of a programme: recordings with settings, timer, frequency and reason. */
+export function ProgrammeEditor(props: EditorProps) {
   const { patientId, episode, start } = props;
   const [draft, setDraft] = useDraft(`programme ${props.draftKey} items`, start);
-  const [set, setSet] = useState<string | null>(null);
   const [note, setNote] = useDraft(`programme ${props.draftKey} note`, "");
   const [name, setName] = useState(useUserName());
   const preview = usePreview(patientId, episode.id, draft);
   const save = useMutation({
-    mutationFn: () => {
-      const { timer_minutes, sessions_per_week } = draft;
-      return props.onSave({
-        items: itemsOf(draft.items),
-        timer_minutes,
-        sessions_per_week,
-        note,
-        made_by: name,
-      });
-    },
+    mutationFn: () => props.onSave({ ...draft, items: itemsOf(draft.items), note, made_by: name }),
     onSuccess: () => drop(),
   });
   const drop = () => forgetDrafts(`programme ${props.draftKey}`);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
-  const checked = preview.told?.items ?? [];
-  const beyond = timerWords(draft.timer_minutes, preview.told?.duration_s ?? 0);
-  const change = (key: string, given: Partial<DraftItem>) =>
-    setDraft({
-      ...draft,
-      items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
-    });
-  const highest = useMaxLoadLevel(patientId, episode.id);
-  const withoutLevel = draft.items.filter((item) => item.load_level === null);
-  const chosen = draft.items.find((item) => item.key === set);
+  const checked = preview.result?.items ?? [];
+  const timerWarning = timerWords(draft.timer_minutes, preview.result?.duration_s ?? 0);
   return (
     <Stack component="section" aria-label={t("programmes:editor.title")}>
       {props.children?.(fields)}
-      <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
-      <AddRecording
+      <RecordingsEditor
         patientId={patientId}
         episode={episode}
         draft={draft}
-        highest={highest}
+        checked={checked}
         onChange={setDraft}
-        onAdded={setSet}
       />
-      <Text size="lg" fw={600} data-testid="whole">
-        {preview.told
-          ? t("programmes:editor.total", { duration: formatSpan(preview.told.duration_s) })
-          : withoutLevel.length > 0
-            ? t("programmes:editor.levelMissing", {
-                recordings: withoutLevel.map((item) => item.recording_name),
-              })
-            : draft.items.length > 0 && !preview.error && t("programmes:editor.calculating")}
-      </Text>
-      {beyond && <Text data-testid="beyond">{beyond}</Text>}
+      <TotalTime draft={draft} preview={preview} />
+      {timerWarning && <Text data-testid="beyond">{timerWarning}</Text>}
       <ProblemNote error={preview.error} />
-      <Group grow align="start">
-        <Optional
-          field={TIMER}
-          usual={20}
-          value={draft.timer_minutes}
-          onChange={(timer_minutes) => setDraft({ ...draft, timer_minutes })}
-        />
-        <Optional
-          field={WEEKLY_GOAL}
-          usual={3}
-          value={draft.sessions_per_week}
-          onChange={(sessions_per_week) => setDraft({ ...draft, sessions_per_week })}
-        />
-      </Group>
-      <Textarea
-        label={t("programmes:editor.reason")}
-        rows={3}
-        value={note}
-        error={fields.note}
-        onChange={(event) => setNote(event.currentTarget.value)}
-      />
-      <TextInput
-        label={t("programmes:editor.prescribedBy")}
-        required
-        maw={400}
-        value={name}
-        error={fields.made_by}
-        onChange={(event) => setName(event.currentTarget.value)}
-      />
+      <TimerAndGoal draft={draft} onChange={setDraft} />
+      <ReasonFields note={note} onNote={setNote} name={name} onName={setName} errors={fields} />
       <ProblemNote error={save.error} />
       <Group>
         <Button
           size="lg"
           loading={save.isPending}
-          disabled={
-            draft.items.length === 0 ||
-            checked.some((one) => one.problem !== null) ||
-            !draft.items.every((item) => arePlayable(item) && item.load_level !== null) ||
-            !isGiven(TIMER, draft.timer_minutes) ||
-            !isGiven(WEEKLY_GOAL, draft.sessions_per_week)
-          }
+          disabled={!isComplete(draft) || checked.some(({ problem }) => problem !== null)}
           onClick={() => save.mutate()}
         >
           {props.saveLabel}
@@ -153,28 +94,139 @@ export function ProgrammeEditor(props: {
           {t("programmes:editor.discard")}
         </Button>
       </Group>
-      <Modal
-        opened={chosen !== undefined}
-        onClose={() => setSet(null)}
-        title={chosen?.recording_name}
-        size="xl"
-      >
-        {chosen && (
-          <Stack>
-            <PlaySettings value={chosen} last={null} onChange={(given) => change(chosen.key, given)} />
-            <LoadLevel
-              value={chosen.load_level}
-              last={null}
-              highest={highest}
-              onChange={(load_level) => change(chosen.key, { load_level })}
-            />
-            <Button size="lg" onClick={() => setSet(null)}>
-              {t("programmes:editor.done")}
-            </Button>
-          </Stack>
-        )}
-      </Modal>
     </Stack>
+  );
+}
+
+/** The recordings in order, with a dialog for an item's settings and a select that adds a recording. */
+function RecordingsEditor(props: {
+  patientId: string;
+  episode: Treated;
+  draft: Draft;
+  checked: Schemas["ItemPreview"][];
+  onChange: (draft: Draft) => void;
+}) {
+  const { patientId, episode, draft, checked, onChange } = props;
+  const [editedKey, setEditedKey] = useState<string | null>(null);
+  const change = (key: string, given: Partial<DraftItem>) =>
+    onChange({
+      ...draft,
+      items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
+    });
+  const highest = useMaxLoadLevel(patientId, episode.id);
+  const edited = draft.items.find((item) => item.key === editedKey);
+  return (
+    <>
+      <EditableItems draft={draft} checked={checked} onChange={onChange} onSet={setEditedKey} />
+      <AddRecording
+        patientId={patientId}
+        episode={episode}
+        draft={draft}
+        highest={highest}
+        onChange={onChange}
+        onAdded={setEditedKey}
+      />
+      <ItemDialog item={edited} highest={highest} onChange={change} onClose={() => setEditedKey(null)} />
+    </>
+  );
+}
+
+/** True if every item and number can be saved. */
+const isComplete = (draft: Draft) =>
+  draft.items.length > 0 &&
+  draft.items.every((item) => arePlayable(item) && item.load_level !== null) &&
+  isGiven(TIMER, draft.timer_minutes) &&
+  isGiven(WEEKLY_GOAL, draft.sessions_per_week);
+
+/** The total playing time, or the reason why it is not known yet. */
+function TotalTime({ draft, preview }: { draft: Draft; preview: ReturnType<typeof usePreview> }) {
+  const withoutLevel = draft.items.filter((item) => item.load_level === null);
+  return (
+    <Text size="lg" fw={600} data-testid="whole">
+      {preview.result
+        ? t("programmes:editor.total", { duration: formatSpan(preview.result.duration_s) })
+        : withoutLevel.length > 0
+          ? t("programmes:editor.levelMissing", {
+              recordings: withoutLevel.map((item) => item.recording_name),
+            })
+          : draft.items.length > 0 && !preview.error && t("programmes:editor.calculating")}
+    </Text>
+  );
+}
+
+function TimerAndGoal({ draft, onChange }: { draft: Draft; onChange: (draft: Draft) => void }) {
+  return (
+    <Group grow align="start">
+      <OptionalNumber
+        field={TIMER}
+        usual={20}
+        value={draft.timer_minutes}
+        onChange={(timer_minutes) => onChange({ ...draft, timer_minutes })}
+      />
+      <OptionalNumber
+        field={WEEKLY_GOAL}
+        usual={3}
+        value={draft.sessions_per_week}
+        onChange={(sessions_per_week) => onChange({ ...draft, sessions_per_week })}
+      />
+    </Group>
+  );
+}
+
+function ReasonFields(props: {
+  note: string;
+  onNote: (note: string) => void;
+  name: string;
+  onName: (name: string) => void;
+  errors: Record<string, string>;
+}) {
+  const { note, onNote, name, onName, errors } = props;
+  return (
+    <>
+      <Textarea
+        label={t("programmes:editor.reason")}
+        rows={3}
+        value={note}
+        error={errors.note}
+        onChange={(event) => onNote(event.currentTarget.value)}
+      />
+      <TextInput
+        label={t("programmes:editor.prescribedBy")}
+        required
+        maw={400}
+        value={name}
+        error={errors.made_by}
+        onChange={(event) => onName(event.currentTarget.value)}
+      />
+    </>
+  );
+}
+
+/** The playback settings and the resistance level of an item. */
+function ItemDialog(props: {
+  item: DraftItem | undefined;
+  highest: number | null;
+  onChange: (key: string, given: Partial<DraftItem>) => void;
+  onClose: () => void;
+}) {
+  const { item, highest, onChange, onClose } = props;
+  return (
+    <Modal opened={item !== undefined} onClose={onClose} title={item?.recording_name} size="xl">
+      {item && (
+        <Stack>
+          <PlaySettings value={item} last={null} onChange={(given) => onChange(item.key, given)} />
+          <LoadLevel
+            value={item.load_level}
+            last={null}
+            highest={highest}
+            onChange={(load_level) => onChange(item.key, { load_level })}
+          />
+          <Button size="lg" onClick={onClose}>
+            {t("programmes:editor.done")}
+          </Button>
+        </Stack>
+      )}
+    </Modal>
   );
 }
 
@@ -189,7 +241,7 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
     staleTime: 60_000,
   });
   // An answer about other items or another order does not apply.
-  return { error: preview.error, told: settled === draft.items ? preview.data : undefined };
+  return { error: preview.error, result: settled === draft.items ? preview.data : undefined };
 }
 
 function AddRecording(props: {
@@ -205,10 +257,10 @@ function AddRecording(props: {
   const recordings = useRecordings(props.patientId);
   const [next, setNext] = useState(1);
   const fitting = (recordings.data?.items ?? []).filter(
-    (one) => !one.archived_at && one.side === episode.side,
+    (recording) => !recording.archived_at && recording.side === episode.side,
   );
   const add = (id: string | null) => {
-    const recording = fitting.find((one) => one.id === id);
+    const recording = fitting.find((known) => known.id === id);
     if (!recording) return;
     props.onChange(added(draft, recording, `added ${next}`, highest));
     props.onAdded(`added ${next}`);
@@ -225,9 +277,12 @@ function AddRecording(props: {
         maw={600}
         label={t("programmes:editor.add")}
         placeholder={t("programmes:editor.choose")}
-        data={fitting.map((one) => ({
-          value: one.id,
-          label: t("programmes:editor.choice", { recording: one.name, duration: formatSpan(one.duration_s) }),
+        data={fitting.map((recording) => ({
+          value: recording.id,
+          label: t("programmes:editor.choice", {
+            recording: recording.name,
+            duration: formatSpan(recording.duration_s),
+          }),
         }))}
         value={null}
         onChange={add}
@@ -237,7 +292,7 @@ function AddRecording(props: {
 }
 
 /** An optional number. */
-function Optional(props: {
+function OptionalNumber(props: {
   field: Field;
   usual: number;
   value: number | null;

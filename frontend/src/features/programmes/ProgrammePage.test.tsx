@@ -107,7 +107,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     press("One level lower");
     press("Done");
     fireEvent.click(screen.getByRole("switch", { name: "With timer" }));
-    fireEvent.change(screen.getByRole("textbox", { name: "Why" }), { target: { value: "It hurt." } });
+    fireEvent.change(screen.getByRole("textbox", { name: "Reason" }), { target: { value: "It hurt." } });
     expect((await screen.findByTestId("whole")).textContent).toBeTruthy();
     press("Save as version 2");
     await waitFor(() => expect(saved).toHaveBeenCalled());

@@ -47,28 +47,16 @@ export function ProgrammePage() {
 export function ProgrammeView({ programme }: { programme: Programme }) {
   const [editing, editor] = useDisclosure(false);
   const [renaming, name] = useDisclosure(false);
-  const keep = useSetProgrammeCache();
+  const setProgrammeCache = useSetProgrammeCache();
   const archive = useMutation({
     mutationFn: (archived: boolean) =>
       api.updateProgramme(programme.id, { archived, updated_at: programme.updated_at }),
-    onSuccess: keep,
+    onSuccess: setProgrammeCache,
   });
-  const { current, patient } = programme;
   return (
     <Stack gap="xl">
       <Group justify="space-between" align="start">
-        <div>
-          <Title order={1} size="h2">
-            {programme.name}
-          </Title>
-          <Group gap="lg">
-            <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
-              {patient.name}
-            </PageLink>
-            <Text>{t(`programmes:programme.shoulder.${programme.side}`)}</Text>
-            {programme.archived_at && <Badge color="gray">{t("programmes:programme.archived")}</Badge>}
-          </Group>
-        </div>
+        <ProgrammeTitle programme={programme} />
         <RequirePermission permission="write_records">
           <Group>
             {!programme.archived_at && !programme.closed && !editing && (
@@ -92,7 +80,11 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
       </Group>
       <ProblemNote error={archive.error} />
       {programme.closed && <Text>{t("programmes:programme.closed")}</Text>}
-      {editing ? <Change programme={programme} onDone={editor.close} /> : <Says version={current} />}
+      {editing ? (
+        <VersionEditor programme={programme} onDone={editor.close} />
+      ) : (
+        <CurrentVersion version={programme.current} />
+      )}
       <Stack gap="sm" component="section" aria-label={t("programmes:versions.title")}>
         <Title order={2} size="h3">
           {t("programmes:versions.title")}
@@ -106,31 +98,49 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
   );
 }
 
-function Says({ version }: { version: ProgrammeVersion }) {
-  const beyond = timerWords(version.timer_minutes, version.duration_s);
+function ProgrammeTitle({ programme }: { programme: Programme }) {
+  const { patient } = programme;
+  return (
+    <div>
+      <Title order={1} size="h2">
+        {programme.name}
+      </Title>
+      <Group gap="lg">
+        <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+          {patient.name}
+        </PageLink>
+        <Text>{t(`programmes:programme.shoulder.${programme.side}`)}</Text>
+        {programme.archived_at && <Badge color="gray">{t("programmes:programme.archived")}</Badge>}
+      </Group>
+    </div>
+  );
+}
+
+function CurrentVersion({ version }: { version: ProgrammeVersion }) {
+  const timerWarning = timerWords(version.timer_minutes, version.duration_s);
   return (
     <Stack gap="xs" component="section" aria-label={t("programmes:programme.currentContents")}>
       <Text size="lg" fw={600}>
         {versionWords(version)}
       </Text>
-      {beyond && <Text>{beyond}</Text>}
+      {timerWarning && <Text>{timerWarning}</Text>}
       <ItemTable version={version} />
     </Stack>
   );
 }
 
 /** Edits the next version. After another user's change the input stays and their version is shown below. */
-function Change({ programme, onDone }: { programme: Programme; onDone: () => void }) {
-  const keep = useSetProgrammeCache();
+function VersionEditor({ programme, onDone }: { programme: Programme; onDone: () => void }) {
+  const setProgrammeCache = useSetProgrammeCache();
   const [basedOn, setBasedOn] = useState(programme.current.number);
   const [start] = useState(() => draftOf(programme.current));
   const newest = programme.current.number;
   const save = async (wanted: Wanted) => {
     try {
-      keep(await api.createProgrammeVersion(programme.id, { ...wanted, based_on: basedOn }));
+      setProgrammeCache(await api.createProgrammeVersion(programme.id, { ...wanted, based_on: basedOn }));
     } catch (error) {
       if (error instanceof ProblemError && error.code === "edited_meanwhile") {
-        keep(await api.programme(programme.id));
+        setProgrammeCache(await api.programme(programme.id));
       }
       throw error;
     }
@@ -213,12 +223,12 @@ function Version({ version, before }: { version: ProgrammeVersion; before: Progr
 }
 
 function Rename({ programme, onDone }: { programme: Programme; onDone: () => void }) {
-  const keep = useSetProgrammeCache();
+  const setProgrammeCache = useSetProgrammeCache();
   const [name, setName] = useState(programme.name);
   const save = useMutation({
     mutationFn: () => api.updateProgramme(programme.id, { name, updated_at: programme.updated_at }),
     onSuccess: (saved) => {
-      keep(saved);
+      setProgrammeCache(saved);
       onDone();
     },
   });

@@ -16,7 +16,7 @@ export function Programmes({ patientId }: { patientId: string }) {
     queryFn: () => api.programmes(patientId),
   });
   const items = programmes.data?.items ?? [];
-  const present = items.find((one) => !one.archived_at);
+  const present = items.find((programme) => !programme.archived_at);
   return (
     <Stack gap="xs" component="section" aria-label={t("programmes:programme.programmes")}>
       <Group justify="space-between">

@@ -83,11 +83,11 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
         }),
       );
   }
-  const [kept, stays] = [
+  const [orderBefore, orderAfter] = [
     [...old.keys()].filter((key) => now.has(key)),
     [...now.keys()].filter((key) => old.has(key)),
   ];
-  if (kept.join() !== stays.join()) words.push(t("programmes:changed.order"));
+  if (orderBefore.join() !== orderAfter.join()) words.push(t("programmes:changed.order"));
   words.push(...optional("timer", before.timer_minutes, after.timer_minutes));
   words.push(...optional("weeklyGoal", before.sessions_per_week, after.sessions_per_week));
   return words.length > 0 ? words : [t("programmes:changed.nothing")];

@@ -2,7 +2,7 @@ import { Alert, Button, Card, Group, Select, Stack, Text, Textarea, Title } from
 import { useDebouncedCallback } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
-import { api, type Schemas, type Session } from "../../lib/api/client";
+import { api, type Session } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
@@ -27,9 +27,9 @@ export function NoteCard({ session }: { session: Session }) {
           {t("sessions:note.title")}
         </Title>
         {session.signed_at ? (
-          <Signed session={session} />
+          <SignedNote session={session} />
         ) : writes ? (
-          <Open session={session} />
+          <NoteEditor session={session} />
         ) : (
           <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || t("sessions:note.empty")}</Text>
         )}
@@ -38,20 +38,9 @@ export function NoteCard({ session }: { session: Session }) {
   );
 }
 
-function Open({ session }: { session: Session }) {
-  const who = useUserName();
-  const keep = useSetSessionCache();
-  // Until the offline records arrive, the draft may miss runs.
-  const arriving = (useLive("database")?.waiting ?? 0) > 0;
-  const [language] = usePaperLanguage();
-  const draft = useQuery({
-    queryKey: ["session", session.id, "draft", language],
-    queryFn: () => api.draft(session.id, language),
-  });
-  const [typed, setTyped] = useState<string | null>(null);
-  const [reason, setReason] = useState<Schemas["SessionEnd"]["reason"]>(session.end_reason);
-  const text = typed ?? (session.note || (draft.data?.text ?? ""));
-  const chosen = reason ?? draft.data?.end_reason ?? null;
+/** Save the note while the user types. `saveNow` saves the latest text and returns the session. */
+function useNoteSaving(session: Session) {
+  const setSessionCache = useSetSessionCache();
   // Saves run one after the other, each with the version of the previous answer.
   const version = useRef(session.updated_at);
   useEffect(() => {
@@ -62,41 +51,39 @@ function Open({ session }: { session: Session }) {
     mutationFn: (note: string) => api.updateSession(session.id, { note, updated_at: version.current }),
     onSuccess: (saved) => {
       version.current = saved.updated_at;
-      keep(saved);
+      setSessionCache(saved);
     },
   });
-  const later = useDebouncedCallback((note: string) => save.mutate(note), {
+  const saveLater = useDebouncedCallback((note: string) => save.mutate(note), {
     delay: SAVE_AFTER_MS,
     flushOnUnmount: true,
   });
   // Closing or hiding the page saves the latest input.
   useEffect(() => {
-    window.addEventListener("pagehide", later.flush);
-    return () => window.removeEventListener("pagehide", later.flush);
-  }, [later]);
-  const saved = async () => {
-    later.cancel();
+    window.addEventListener("pagehide", saveLater.flush);
+    return () => window.removeEventListener("pagehide", saveLater.flush);
+  }, [saveLater]);
+  const saveNow = async (text: string) => {
+    saveLater.cancel();
     return text === session.note ? session : await save.mutateAsync(text);
   };
-  const end = useMutation({
-    mutationFn: async () => {
-      try {
-        await saved();
-      } catch (error) {
-        // The note waits in its field for the database, but the session ends.
-        if (!isDatabaseUnavailable(error)) throw error;
-      }
-      return api.endSession(session.id, { reason: chosen });
-    },
-    onSuccess: keep,
+  return { save, saveLater, saveNow };
+}
+
+function NoteEditor({ session }: { session: Session }) {
+  const [language] = usePaperLanguage();
+  const draft = useQuery({
+    queryKey: ["session", session.id, "draft", language],
+    queryFn: () => api.draft(session.id, language),
   });
-  const sign = useMutation({
-    mutationFn: async () => {
-      const { updated_at } = await saved();
-      return api.signSession(session.id, { signed_by: who, note: text, updated_at });
-    },
-    onSuccess: keep,
-  });
+  const [typed, setTyped] = useState<string | null>(null);
+  const text = typed ?? (session.note || (draft.data?.text ?? ""));
+  const saving = useNoteSaving(session);
+  const change = (changed: string) => {
+    setTyped(changed);
+    saving.saveLater(changed);
+  };
+  const last = { session, text, saving, error: draft.error ?? saving.save.error };
   return (
     <>
       <Textarea
@@ -104,10 +91,7 @@ function Open({ session }: { session: Session }) {
         autosize
         minRows={4}
         value={text}
-        onChange={(event) => {
-          setTyped(event.currentTarget.value);
-          later(event.currentTarget.value);
-        }}
+        onChange={(event) => change(event.currentTarget.value)}
       />
       <Group>
         <Text size="sm" role="status">
@@ -118,58 +102,109 @@ function Open({ session }: { session: Session }) {
               : t("sessions:note.notSaved")}
         </Text>
         {draft.data && text !== draft.data.text && (
-          <Button
-            variant="subtle"
-            onClick={() => {
-              setTyped(draft.data.text);
-              later(draft.data.text);
-            }}
-          >
+          <Button variant="subtle" onClick={() => change(draft.data.text)}>
             {t("sessions:note.draftAgain")}
           </Button>
         )}
       </Group>
       {session.ended_at ? (
-        <Group align="center">
-          <Button
-            size="xl"
-            disabled={!text || save.isPending || arriving}
-            loading={sign.isPending}
-            onClick={() => sign.mutate()}
-          >
-            {t("sessions:note.signAs", { who })}
-          </Button>
-          <Text>{arriving ? t("sessions:note.stillSaving") : t("sessions:note.signedIsFinal")}</Text>
-        </Group>
+        <SignNote {...last} />
       ) : (
-        <Group align="end">
-          <Select
-            size="lg"
-            label={t("sessions:note.endReason")}
-            allowDeselect={false}
-            data={Object.entries(t("sessions:endReasons", { returnObjects: true })).map(([value, label]) => ({
-              value,
-              label,
-            }))}
-            value={chosen}
-            onChange={(value) => setReason(value as typeof reason)}
-          />
-          <Button
-            size="xl"
-            disabled={save.isPending || draft.isPending}
-            loading={end.isPending}
-            onClick={() => end.mutate()}
-          >
-            {t("sessions:note.end")}
-          </Button>
-        </Group>
+        <EndSession {...last} drafted={!draft.isPending} proposed={draft.data?.end_reason ?? null} />
       )}
-      <ProblemNote error={draft.error ?? save.error ?? end.error ?? sign.error} />
     </>
   );
 }
 
-function Signed({ session }: { session: Session }) {
+type EndReason = NonNullable<Session["end_reason"]>;
+
+type LastStepProps = {
+  session: Session;
+  text: string;
+  saving: ReturnType<typeof useNoteSaving>;
+  /** An error of drafting or saving, shown before this step's own. */
+  error: Error | null;
+};
+
+/** Saves the text and signs the note. */
+function SignNote({ session, text, saving, error }: LastStepProps) {
+  const who = useUserName();
+  const setSessionCache = useSetSessionCache();
+  // Until the offline records arrive, the draft may miss runs.
+  const arriving = (useLive("database")?.waiting ?? 0) > 0;
+  const sign = useMutation({
+    mutationFn: async () => {
+      const { updated_at } = await saving.saveNow(text);
+      return api.signSession(session.id, { signed_by: who, note: text, updated_at });
+    },
+    onSuccess: setSessionCache,
+  });
+  return (
+    <>
+      <Group align="center">
+        <Button
+          size="xl"
+          disabled={!text || saving.save.isPending || arriving}
+          loading={sign.isPending}
+          onClick={() => sign.mutate()}
+        >
+          {t("sessions:note.signAs", { who })}
+        </Button>
+        <Text>{arriving ? t("sessions:note.stillSaving") : t("sessions:note.signedIsFinal")}</Text>
+      </Group>
+      <ProblemNote error={error ?? sign.error} />
+    </>
+  );
+}
+
+type EndProps = LastStepProps & { drafted: boolean; proposed: EndReason | null };
+
+/** Saves the text and ends the session with a reason. */
+function EndSession({ session, text, saving, error, drafted, proposed }: EndProps) {
+  const setSessionCache = useSetSessionCache();
+  const [reason, setReason] = useState<EndReason | null>(session.end_reason);
+  const chosen = reason ?? proposed;
+  const end = useMutation({
+    mutationFn: async () => {
+      try {
+        await saving.saveNow(text);
+      } catch (error) {
+        // The note waits in its field for the database, but the session ends.
+        if (!isDatabaseUnavailable(error)) throw error;
+      }
+      return api.endSession(session.id, { reason: chosen });
+    },
+    onSuccess: setSessionCache,
+  });
+  return (
+    <>
+      <Group align="end">
+        <Select
+          size="lg"
+          label={t("sessions:note.endReason")}
+          allowDeselect={false}
+          data={Object.entries(t("sessions:endReasons", { returnObjects: true })).map(([value, label]) => ({
+            value,
+            label,
+          }))}
+          value={chosen}
+          onChange={(value) => setReason(value as EndReason | null)}
+        />
+        <Button
+          size="xl"
+          disabled={saving.save.isPending || !drafted}
+          loading={end.isPending}
+          onClick={() => end.mutate()}
+        >
+          {t("sessions:note.end")}
+        </Button>
+      </Group>
+      <ProblemNote error={error ?? end.error} />
+    </>
+  );
+}
+
+function SignedNote({ session }: { session: Session }) {
   const writes = useHasPermission("write_records");
   return (
     <>
@@ -180,14 +215,17 @@ function Signed({ session }: { session: Session }) {
         {session.signed_at &&
           t("sessions:note.signedBy", { who: session.signed_by, when: formatMoment(session.signed_at) })}
       </Text>
-      {session.addenda.map((one) => (
+      {session.addenda.map((addendum) => (
         <Alert
-          key={one.id}
+          key={addendum.id}
           variant="outline"
           color="gray"
-          title={t("sessions:note.addendumBy", { who: one.written_by, when: formatMoment(one.written_at) })}
+          title={t("sessions:note.addendumBy", {
+            who: addendum.written_by,
+            when: formatMoment(addendum.written_at),
+          })}
         >
-          <Text style={{ whiteSpace: "pre-wrap" }}>{one.text}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>{addendum.text}</Text>
         </Alert>
       ))}
       {writes && <Add session={session} />}
@@ -197,13 +235,13 @@ function Signed({ session }: { session: Session }) {
 
 function Add({ session }: { session: Session }) {
   const who = useUserName();
-  const keep = useSetSessionCache();
+  const setSessionCache = useSetSessionCache();
   const [text, setText] = useState("");
   const add = useMutation({
     mutationFn: () => api.addAddendum(session.id, { written_by: who, text }),
     onSuccess: (saved) => {
       setText("");
-      keep(saved);
+      setSessionCache(saved);
     },
   });
   return (

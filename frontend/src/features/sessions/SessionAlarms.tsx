@@ -23,17 +23,17 @@ export function SessionAlarms({ sessionId }: { sessionId: string }) {
         {t("sessions:alarms.title")}
       </Title>
       <Stack gap={4}>
-        {items.map((one) => (
-          <Text key={one.id}>
-            {one.ended_at
+        {items.map((alarm) => (
+          <Text key={alarm.id}>
+            {alarm.ended_at
               ? t("sessions:alarms.acknowledged", {
-                  at: clock(one.at),
-                  what: translateServerText(one.message, one.message_key),
-                  ended: clock(one.ended_at),
+                  at: clock(alarm.at),
+                  what: translateServerText(alarm.message, alarm.message_key),
+                  ended: clock(alarm.ended_at),
                 })
               : t("sessions:alarms.notAcknowledged", {
-                  at: clock(one.at),
-                  what: translateServerText(one.message, one.message_key),
+                  at: clock(alarm.at),
+                  what: translateServerText(alarm.message, alarm.message_key),
                 })}
           </Text>
         ))}

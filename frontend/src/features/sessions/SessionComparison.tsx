@@ -22,7 +22,7 @@ export function SessionComparison({ session }: { session: Session }) {
     queryFn: () => api.session(chosen ?? ""),
     enabled: chosen !== null,
   });
-  const others = (sessions.items ?? []).filter((one) => one.id !== session.id);
+  const others = (sessions.items ?? []).filter(({ id }) => id !== session.id);
   if (others.length === 0) return null;
   return (
     <Card withBorder component="section" aria-label={t("sessions:comparison.title")}>
@@ -36,20 +36,20 @@ export function SessionComparison({ session }: { session: Session }) {
             placeholder={t("sessions:comparison.none")}
             w={320}
             clearable
-            data={others.map((one) => ({ value: one.id, label: formatMoment(one.started_at) }))}
+            data={others.map(({ id, started_at }) => ({ value: id, label: formatMoment(started_at) }))}
             value={chosen}
             onChange={setChosen}
           />
           <LoadMoreButton list={sessions} words={t("sessions:comparison.older")} />
         </Group>
         <ProblemNote error={sessions.error ?? other.error} />
-        {chosen && other.data && <Both other={other.data} here={session} />}
+        {chosen && other.data && <ComparisonTable other={other.data} here={session} />}
       </Stack>
     </Card>
   );
 }
 
-function Both({ other, here }: { other: Session; here: Session }) {
+function ComparisonTable({ other, here }: { other: Session; here: Session }) {
   return (
     <Table.ScrollContainer minWidth={640}>
       <Table withTableBorder verticalSpacing="xs" data-testid="beside">
@@ -70,7 +70,7 @@ function Both({ other, here }: { other: Session; here: Session }) {
               </Table.Th>
             </Table.Tr>
             {part.lines.map((line) => (
-              <Row key={line.what} first={line.what} others={[line.other, line.here, line.change]} />
+              <Row key={line.measure} first={line.measure} others={[line.other, line.here, line.change]} />
             ))}
           </Table.Tbody>
         ))}

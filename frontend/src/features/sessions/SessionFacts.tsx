@@ -27,12 +27,12 @@ export function SessionFacts({ session }: { session: Session }) {
           {t("sessions:facts.checklist")}
         </Title>
         {session.checks.length === 0 && <Text>{t("sessions:facts.noChecks")}</Text>}
-        {session.checks.map((one) => (
-          <Text key={`${one.check} ${one.at}`}>
+        {session.checks.map((given) => (
+          <Text key={`${given.check} ${given.at}`}>
             {t("sessions:facts.answer", {
-              check: checkWords(one),
-              who: one.by || t("sessions:facts.detected"),
-              at: formatClock(new Date(one.at)),
+              check: checkWords(given),
+              who: given.by || t("sessions:facts.detected"),
+              at: formatClock(new Date(given.at)),
             })}
           </Text>
         ))}

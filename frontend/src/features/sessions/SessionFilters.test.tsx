@@ -2,7 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { SessionFilters } from "./SessionFilters";
-import { asWanted, type Filters, readFilters } from "./sessionFilters";
+import { type Filters, readFilters, toQuery } from "./sessionFilters";
 import { stopWords } from "./stopWords";
 
 afterEach(cleanup);
@@ -57,7 +57,7 @@ describe("the address", () => {
   });
 
   it("contains local days, both inclusive", () => {
-    const { since, until, station } = asWanted({
+    const { since, until, station } = toQuery({
       from: "2026-11-01",
       to: "2026-11-01",
       station: "Station 1",
@@ -65,7 +65,7 @@ describe("the address", () => {
     expect(station).toBe("Station 1");
     expect(since).toBe(new Date(2026, 10, 1).toISOString());
     expect(until).toBe(new Date(2026, 10, 2).toISOString());
-    expect(asWanted({})).toEqual({});
+    expect(toQuery({})).toEqual({});
   });
 });
 

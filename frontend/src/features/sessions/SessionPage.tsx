@@ -33,7 +33,7 @@ export function SessionPage() {
   );
   if (session.error) return <ProblemNote error={session.error} />;
   if (!session.data) return <Skeleton h={300} />;
-  const it = session.data;
+  const { data } = session;
   return (
     <RevealWhenLoaded>
       <Stack>
@@ -41,36 +41,36 @@ export function SessionPage() {
           <div>
             <Title order={1} size="h2">
               <InlineSlot words={(patient) => t("sessions:session.ofPatient", { patient })}>
-                <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
-                  {it.patient.name}
+                <PageLink inherit to="/patients/$patientId" params={{ patientId: data.patient.id }}>
+                  {data.patient.name}
                 </PageLink>
               </InlineSlot>
             </Title>
             <Text>
-              {it.ended_at
+              {data.ended_at
                 ? t("sessions:session.fromTo", {
-                    from: formatMoment(it.started_at),
-                    to: formatMoment(it.ended_at),
+                    from: formatMoment(data.started_at),
+                    to: formatMoment(data.ended_at),
                   })
-                : t("sessions:session.stillOpen", { from: formatMoment(it.started_at) })}
+                : t("sessions:session.stillOpen", { from: formatMoment(data.started_at) })}
             </Text>
           </div>
-          {!it.ended_at && (
+          {!data.ended_at && (
             <Group>
-              <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
+              <ButtonLink to="/" search={{ patient: data.patient.id }} variant="default">
                 {t("sessions:session.toStation")}
               </ButtonLink>
             </Group>
           )}
         </Group>
-        <SessionFacts session={it} />
-        <ReportLinks of="sessions" id={it.id} />
-        <PlannedAndDone sessionId={it.id} />
-        <NoteCard key={it.id} session={it} />
-        <SessionAlarms sessionId={it.id} />
-        <SessionComparison key={`beside ${it.id}`} session={it} />
-        {it.runs.length === 0 && <Text>{t("sessions:session.nothingPlayed")}</Text>}
-        {it.runs.map((run, place) => (
+        <SessionFacts session={data} />
+        <ReportLinks of="sessions" id={data.id} />
+        <PlannedAndDone sessionId={data.id} />
+        <NoteCard key={data.id} session={data} />
+        <SessionAlarms sessionId={data.id} />
+        <SessionComparison key={`comparison ${data.id}`} session={data} />
+        {data.runs.length === 0 && <Text>{t("sessions:session.nothingPlayed")}</Text>}
+        {data.runs.map((run, place) => (
           <RunCard key={run.id} run={run} number={place + 1} />
         ))}
       </Stack>
@@ -114,8 +114,8 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             <Group justify="end">
               <SampleLinks of="runs" id={run.id} />
             </Group>
-            <Errors run={run} comparison={run.comparison} />
-            <Motions motions={run.comparison.motions} />
+            <MotorErrors run={run} comparison={run.comparison} />
+            <MotionErrors motions={run.comparison.motions} />
             <RunFigures runId={run.id} length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null} />
           </>
         ) : (
@@ -140,7 +140,7 @@ function doneWords(run: Run): string {
 
 type Comparison = NonNullable<Run["comparison"]>;
 
-function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
+function MotorErrors({ run, comparison }: { run: Run; comparison: Comparison }) {
   return (
     <Table.ScrollContainer minWidth={860}>
       <Table withTableBorder verticalSpacing="xs" data-testid="errors">
@@ -176,7 +176,7 @@ function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
 }
 
 /** The patient's motion compared with the apparatus's range and a healthy shoulder. */
-function Motions({ motions }: { motions: Comparison["motions"] }) {
+function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
   if (motions.length === 0) return null;
   return (
     <Table.ScrollContainer minWidth={860}>
@@ -210,14 +210,14 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
   );
 }
 
-function errorCells(it: Comparison["motors"][number] | Comparison["motions"][number]): string[] {
+function errorCells(compared: Comparison["motors"][number] | Comparison["motions"][number]): string[] {
   return [
-    formatDeg(it.peak_deg, 2),
-    it.peak_at_s.toFixed(1),
-    formatDeg(it.rmse_deg, 2),
-    formatDeg(it.start_deg, 2),
-    formatDeg(it.lag_ms, 0),
-    formatRange(it.taught_min_deg, it.taught_max_deg),
-    formatRange(it.played_min_deg, it.played_max_deg),
+    formatDeg(compared.peak_deg, 2),
+    compared.peak_at_s.toFixed(1),
+    formatDeg(compared.rmse_deg, 2),
+    formatDeg(compared.start_deg, 2),
+    formatDeg(compared.lag_ms, 0),
+    formatRange(compared.taught_min_deg, compared.taught_max_deg),
+    formatRange(compared.played_min_deg, compared.played_max_deg),
   ];
 }

@@ -9,7 +9,7 @@ import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SessionFilters } from "./SessionFilters";
 import { SessionTable } from "./SessionTable";
-import { asWanted } from "./sessionFilters";
+import { toQuery } from "./sessionFilters";
 
 /** All sessions, newest first. The address holds the filters. */
 export function SessionsPage() {
@@ -17,7 +17,7 @@ export function SessionsPage() {
   const filters = useSearch({ from: "/sessions" });
   const navigate = useNavigate({ from: "/sessions" });
   const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
-  const found = usePagedQuery(["sessions", filters], (after) => api.sessions(asWanted(filters), after));
+  const found = usePagedQuery(["sessions", filters], (after) => api.sessions(toQuery(filters), after));
   return (
     <Stack>
       <Title order={1} size="h2">

@@ -4,14 +4,14 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
 /** One compared value: the other session's, this session's and the numeric change. */
-export type Line = { what: string; other: string; here: string; change: string };
+export type Line = { measure: string; other: string; here: string; change: string };
 /** A group of values, titled by the recording; pain has no title. */
 export type Part = { key: string; title: string; lines: Line[] };
 
-type Told = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
+type ComparedSession = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
 
 /** Compare pain and all recordings of two sessions. */
-export function compareSessions(other: Told, here: Told): Part[] {
+export function compareSessions(other: ComparedSession, here: ComparedSession): Part[] {
   const recordings = new Map(
     [...other.runs, ...here.runs].map((run) => [run.recording_id, run.recording_name]),
   );
@@ -40,8 +40,8 @@ function lastOf(runs: Run[], recordingId: string): Run | undefined {
 }
 
 function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
-  const numbersOf = (what: string, of: (run: Run) => number | null | undefined, digits: number) =>
-    numbers(what, other && of(other), here && of(here), digits);
+  const numbersOf = (measure: string, of: (run: Run) => number | null | undefined, digits: number) =>
+    numbers(measure, other && of(other), here && of(here), digits);
   const motions = here?.comparison?.motions ?? other?.comparison?.motions ?? [];
   return [
     numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done, 0),
@@ -52,16 +52,16 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
     numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), 2),
     ...motions.map((motion) => {
       const reached = (run: Run | undefined) => {
-        const same = run?.comparison?.motions.find((one) => one.motion === motion.motion);
+        const same = run?.comparison?.motions.find((compared) => compared.motion === motion.motion);
         return formatRange(same?.played_min_deg ?? null, same?.played_max_deg ?? null);
       };
-      const what = t("sessions:comparison.reached", {
+      const measure = t("sessions:comparison.reached", {
         motion: t("sessions:compared.motionNamed", {
           number: motion.motion,
           name: translateServerText(motion.name, motion.name_key),
         }),
       });
-      return { what, other: reached(other), here: reached(here), change: "" };
+      return { measure, other: reached(other), here: reached(here), change: "" };
     }),
   ];
 }
@@ -73,7 +73,7 @@ function worst(run: Run, figure: "rmse_deg" | "peak_deg"): number | null {
 }
 
 function numbers(
-  what: string,
+  measure: string,
   other: number | null | undefined,
   here: number | null | undefined,
   digits: number,
@@ -81,7 +81,7 @@ function numbers(
   const change = typeof other === "number" && typeof here === "number" ? here - other : null;
   const sign = change !== null && Number(change.toFixed(digits)) > 0 ? "+" : "";
   return {
-    what,
+    measure,
     other: formatDeg(other, digits),
     here: formatDeg(here, digits),
     change: change === null ? "" : `${sign}${formatDeg(change, digits)}`,

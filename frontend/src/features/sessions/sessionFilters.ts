@@ -21,6 +21,6 @@ export function readFilters(search: Record<string, unknown>): Filters {
 }
 
 /** The filters as the service expects them: a day starts and ends at this browser's midnight. */
-export function asWanted({ from, to, ...same }: Filters): SessionQuery {
+export function toQuery({ from, to, ...same }: Filters): SessionQuery {
   return { ...same, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

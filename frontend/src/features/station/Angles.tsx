@@ -7,15 +7,17 @@ import { useAlive, useLive, useStation } from "../../lib/live/hooks";
 import classes from "./station.module.css";
 
 // Loaded separately: the chart library must not delay the numbers.
-const Strip = lazy(() => import("./AxisSparkline").then((module) => ({ default: module.AxisSparkline })));
+const AxisSparkline = lazy(() =>
+  import("./AxisSparkline").then((module) => ({ default: module.AxisSparkline })),
+);
 
 const LINE = "━";
-const WHAT = [
-  { motor: 1, what: t("station:angles.scapula") },
-  { motor: 2, what: t("station:angles.scapula") },
-  { motor: 3, what: t("station:angles.abduction") },
-  { motor: 4, what: t("station:angles.flexion") },
-  { motor: 5, what: t("station:angles.rotation") },
+const MOTIONS = [
+  { motor: 1, motion: t("station:angles.scapula") },
+  { motor: 2, motion: t("station:angles.scapula") },
+  { motor: 3, motion: t("station:angles.abduction") },
+  { motor: 4, motion: t("station:angles.flexion") },
+  { motor: 5, motion: t("station:angles.rotation") },
 ];
 
 /** The five motor angles with their setpoints and ranges. */
@@ -45,8 +47,8 @@ export function Angles() {
         </Group>
       </Group>
       <Stack gap="sm" className={alive ? "" : "stale"} data-testid="angles" data-alive={alive}>
-        {WHAT.map(({ motor, what }) => (
-          <Axis key={motor} axis={motor - 1} what={what} />
+        {MOTIONS.map(({ motor, motion }) => (
+          <Axis key={motor} axis={motor - 1} motion={motion} />
         ))}
       </Stack>
     </Card>
@@ -61,7 +63,7 @@ function torqueWords(torque: Live["torque"] | null): string {
       : t("station:angles.torqueUnknown");
 }
 
-function Axis({ axis, what }: { axis: number; what: string }) {
+function Axis({ axis, motion }: { axis: number; motion: string }) {
   const station = useStation();
   const alive = useAlive();
   const now = useLive("axes")?.[axis];
@@ -77,7 +79,7 @@ function Axis({ axis, what }: { axis: number; what: string }) {
       <div>
         <Text fw={600}>{t("station:angles.motor", { motor: axis + 1 })}</Text>
         <Text size="sm" c="dimmed">
-          {what}
+          {motion}
         </Text>
         <Text size="sm" data-testid={`torque-${axis + 1}`}>
           {torqueWords(torque)}
@@ -88,7 +90,7 @@ function Axis({ axis, what }: { axis: number; what: string }) {
       </div>
       <div>
         <Suspense fallback={<div className={classes.strip} />}>
-          <Strip axis={axis} min={info.min_deg} max={info.max_deg} />
+          <AxisSparkline axis={axis} min={info.min_deg} max={info.max_deg} />
         </Suspense>
         <div className={classes.range} aria-hidden>
           {setpoint !== null && <div className={classes.setpoint} style={{ left: place(setpoint) }} />}

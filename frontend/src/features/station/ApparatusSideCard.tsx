@@ -16,9 +16,8 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
   const alive = useAlive();
   const mode = useLive("mode");
   const side = useLive("side");
-  const [asking, dialog] = useDisclosure(false);
+  const [confirming, dialog] = useDisclosure(false);
   const other: Side = side === "right" ? "left" : "right";
-  const turn = useMutation({ mutationFn: () => api.setSide(other), onSuccess: dialog.close });
   const differs = wanted !== undefined && side !== null && wanted !== side;
   const button = operates && (
     <Button
@@ -46,25 +45,34 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
           {button}
         </Group>
       )}
-      <Modal opened={asking} onClose={dialog.close} title={t(`station:side.dialogTitle.${other}`)} size="lg">
-        <Stack>
-          <Text>{t("station:side.checksBefore")}</Text>
-          <List>
-            <List.Item>{t("station:side.armOut")}</List.Item>
-            <List.Item>{t(`station:side.turned.${other}`)}</List.Item>
-            <List.Item>{t("station:side.armIn")}</List.Item>
-          </List>
-          <ProblemNote error={turn.error} />
-          <Group>
-            <Button size="xl" loading={turn.isPending} onClick={() => turn.mutate()}>
-              {t(`station:side.confirm.${other}`)}
-            </Button>
-            <Button size="xl" variant="default" onClick={dialog.close}>
-              {t("station:side.cancel")}
-            </Button>
-          </Group>
-        </Stack>
-      </Modal>
+      <SideDialog side={other} opened={confirming} onClose={dialog.close} />
     </div>
+  );
+}
+
+/** Asks to confirm that the apparatus has been turned for a shoulder. */
+function SideDialog(props: { side: Side; opened: boolean; onClose: () => void }) {
+  const { side, opened, onClose } = props;
+  const setSide = useMutation({ mutationFn: () => api.setSide(side), onSuccess: onClose });
+  return (
+    <Modal opened={opened} onClose={onClose} title={t(`station:side.dialogTitle.${side}`)} size="lg">
+      <Stack>
+        <Text>{t("station:side.checksBefore")}</Text>
+        <List>
+          <List.Item>{t("station:side.armOut")}</List.Item>
+          <List.Item>{t(`station:side.turned.${side}`)}</List.Item>
+          <List.Item>{t("station:side.armIn")}</List.Item>
+        </List>
+        <ProblemNote error={setSide.error} />
+        <Group>
+          <Button size="xl" loading={setSide.isPending} onClick={() => setSide.mutate()}>
+            {t(`station:side.confirm.${side}`)}
+          </Button>
+          <Button size="xl" variant="default" onClick={onClose}>
+            {t("station:side.cancel")}
+          </Button>
+        </Group>
+      </Stack>
+    </Modal>
   );
 }

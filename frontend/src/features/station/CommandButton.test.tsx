@@ -35,8 +35,8 @@ afterEach(() => {
 
 it("is disabled until the command is confirmed and shown", async () => {
   let confirmed = () => {};
-  let told = () => {};
-  vi.spyOn(store, "waitForFreshState").mockReturnValue(new Promise((resolve) => (told = resolve)));
+  let fresh = () => {};
+  vi.spyOn(store, "waitForFreshState").mockReturnValue(new Promise((resolve) => (fresh = resolve)));
   const send = vi.fn(() => new Promise<void>((resolve) => (confirmed = resolve)));
   const button = show({}, send);
   fireEvent.click(button);
@@ -46,7 +46,7 @@ it("is disabled until the command is confirmed and shown", async () => {
   fireEvent.click(button);
   expect(button.hasAttribute("disabled")).toBe(true);
   expect(send).toHaveBeenCalledTimes(1);
-  await act(async () => told());
+  await act(async () => fresh());
   await waitFor(() => expect(button.hasAttribute("disabled")).toBe(false));
 });
 

@@ -13,22 +13,24 @@ export function FirstSteps({ patientId }: { patientId: string | null }) {
     defaultValue: false,
     getInitialValueInEffect: false,
     // Ignores unknown stored values.
-    deserialize: (kept) => kept === "true",
+    deserialize: (stored) => stored === "true",
   });
-  return hidden ? null : <Told patientId={patientId} onHide={() => setHidden(true)} />;
+  return hidden ? null : <CurrentStep patientId={patientId} onHide={() => setHidden(true)} />;
 }
 
-function Told({ patientId, onHide }: { patientId: string | null; onHide: () => void }) {
+/** The current step, once it is known. */
+function CurrentStep({ patientId, onHide }: { patientId: string | null; onHide: () => void }) {
   const patients = useFound("");
   const recordings = useRecordings(patientId);
-  const visit = useNewestSession(patientId);
-  const known = patients.data && (patientId === null || (recordings.data && visit.data !== undefined));
+  const newestSession = useNewestSession(patientId);
+  const known =
+    patients.data && (patientId === null || (recordings.data && newestSession.data !== undefined));
   if (!known) return null;
   const step = firstStep({
     patients: patients.data.items.length,
     chosen: patientId !== null,
     recordings: recordings.data?.items.length ?? 0,
-    session: visit.data ?? null,
+    session: newestSession.data ?? null,
   });
   return (
     <Card withBorder component="section" aria-label={t("station:firstSteps.title")}>

@@ -31,21 +31,7 @@ export function LoadLevel(props: {
   const step = (by: number) => onChange(Math.min(highest, Math.max(1, (value ?? 0) + by)));
   return (
     <Stack gap={4} role="group" aria-labelledby={label}>
-      <Group justify="space-between" align="baseline">
-        <Text size="lg" fw={600} id={label}>
-          {t("station:level.label")}
-        </Text>
-        <Text size="lg" fw={700} data-testid="level">
-          {value === null
-            ? t("station:level.choose")
-            : t("station:level.value", { level: value, most: LOAD_LEVELS })}
-          {value !== null && value === props.last && (
-            <Text span size="sm" fw={400}>
-              {t("station:level.asLast")}
-            </Text>
-          )}
-        </Text>
-      </Group>
+      <LevelHeader id={label} value={value} last={props.last} />
       <Group wrap="nowrap" gap="md" mb={20}>
         <ActionIcon
           size={44}
@@ -84,5 +70,25 @@ export function LoadLevel(props: {
       )}
       <Text size="sm">{t("station:level.explanation", { most: LOAD_LEVELS })}</Text>
     </Stack>
+  );
+}
+
+function LevelHeader({ id, value, last }: { id: string; value: number | null; last: number | null }) {
+  return (
+    <Group justify="space-between" align="baseline">
+      <Text size="lg" fw={600} id={id}>
+        {t("station:level.label")}
+      </Text>
+      <Text size="lg" fw={700} data-testid="level">
+        {value === null
+          ? t("station:level.choose")
+          : t("station:level.value", { level: value, most: LOAD_LEVELS })}
+        {value !== null && value === last && (
+          <Text span size="sm" fw={400}>
+            {t("station:level.asLast")}
+          </Text>
+        )}
+      </Text>
+    </Group>
   );
 }

@@ -16,34 +16,14 @@ export function SimulatorPanel() {
   const connected = useConnected();
   const [chosen, setChosen] = useState<string | null>(null);
   const simulator = useQuery({ queryKey: ["simulator"], queryFn: api.simulator, refetchInterval: 500 });
-  const keep = (state: Schemas["SimulatorState"]) => replaceData(queries, ["simulator"], state);
-  const guide = useMutation({ mutationFn: api.guide, onSuccess: keep });
-  const pedal = useMutation({ mutationFn: api.setPedal, onSuccess: keep });
-  const estop = useMutation({ mutationFn: api.setEstop, onSuccess: keep });
-  const upload = useMutation({
-    mutationFn: async (file: File) => api.uploadMotion(file.name.replace(/\.csv$/i, ""), await file.text()),
-    onSuccess: (motion) => {
-      setChosen(motion.id);
-      void queries.invalidateQueries({ queryKey: ["simulator"] });
-    },
-  });
+  const showState = (state: Schemas["SimulatorState"]) => replaceData(queries, ["simulator"], state);
+  const guide = useMutation({ mutationFn: api.guide, onSuccess: showState });
+  const pedal = useMutation({ mutationFn: api.setPedal, onSuccess: showState });
+  const estop = useMutation({ mutationFn: api.setEstop, onSuccess: showState });
+  const upload = useMotionUpload(setChosen);
   const state = simulator.data;
   const motions = state?.motions ?? [];
   const value = chosen ?? motions[0]?.id ?? null;
-  const groups = Object.entries(t("station:sources", { returnObjects: true }))
-    .map(([source, group]) => ({
-      group,
-      items: motions
-        .filter((motion) => motion.source === source)
-        .map((motion) => ({
-          value: motion.id,
-          label: t("station:simulator.motionOption", {
-            name: translateServerText(motion.name, motion.name_key),
-            seconds: motion.duration_s.toFixed(0),
-          }),
-        })),
-    }))
-    .filter(({ items }) => items.length > 0);
   return (
     <Card
       withBorder
@@ -57,27 +37,8 @@ export function SimulatorPanel() {
         </Title>
         <Text size="sm">{t("station:simulator.explanation")}</Text>
         <Group align="end" wrap="nowrap">
-          <Select
-            flex={1}
-            label={t("station:simulator.motion")}
-            allowDeselect={false}
-            searchable
-            data={groups}
-            value={value}
-            onChange={setChosen}
-          />
-          <FileButton accept=".csv,text/csv" onChange={(file) => file && upload.mutate(file)}>
-            {(props) => (
-              <Button
-                {...props}
-                variant="default"
-                leftSection={<IconUpload size={18} />}
-                loading={upload.isPending}
-              >
-                {t("station:simulator.csv")}
-              </Button>
-            )}
-          </FileButton>
+          <MotionSelect motions={motions} value={value} onChange={setChosen} />
+          <UploadButton uploading={upload.isPending} onFile={upload.mutate} />
         </Group>
         <Group>
           <Button
@@ -89,29 +50,103 @@ export function SimulatorPanel() {
           >
             {t("station:simulator.guide")}
           </Button>
-          <Button
-            variant={state?.pedal_down ? "filled" : "default"}
-            aria-pressed={state?.pedal_down === true}
-            onClick={() => pedal.mutate(!state?.pedal_down)}
-          >
-            {state?.pedal_down ? t("station:simulator.releasePedal") : t("station:simulator.pressPedal")}
-          </Button>
-          <Button
-            variant={state?.estop_pressed ? "filled" : "default"}
-            aria-pressed={state?.estop_pressed === true}
-            onClick={() => estop.mutate(!state?.estop_pressed)}
-          >
-            {state?.estop_pressed ? t("station:simulator.releaseEstop") : t("station:simulator.pressEstop")}
-          </Button>
+          <Toggle
+            on={state?.pedal_down}
+            words={[t("station:simulator.pressPedal"), t("station:simulator.releasePedal")]}
+            onToggle={pedal.mutate}
+          />
+          <Toggle
+            on={state?.estop_pressed}
+            words={[t("station:simulator.pressEstop"), t("station:simulator.releaseEstop")]}
+            onToggle={estop.mutate}
+          />
         </Group>
-        <Text size="sm" data-testid="hand">
-          {state ? t(`station:hand.${state.hand.phase}`) : ""}
-          {state && state.hand.left_s > 0
-            ? t("station:simulator.remaining", { seconds: state.hand.left_s.toFixed(0) })
-            : ""}
-        </Text>
+        <HandState hand={state?.hand} />
         <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error} />
       </Stack>
     </Card>
+  );
+}
+
+/** A button of an on/off state, with a text for switching on and one for switching off. */
+function Toggle(props: {
+  on: boolean | undefined;
+  words: [on: string, off: string];
+  onToggle: (on: boolean) => void;
+}) {
+  const on = props.on === true;
+  return (
+    <Button variant={on ? "filled" : "default"} aria-pressed={on} onClick={() => props.onToggle(!on)}>
+      {props.words[on ? 1 : 0]}
+    </Button>
+  );
+}
+
+/** Group the motions by source for a select. */
+function motionGroups(motions: Schemas["SimulatorState"]["motions"]) {
+  return Object.entries(t("station:sources", { returnObjects: true }))
+    .map(([source, group]) => ({
+      group,
+      items: motions
+        .filter((motion) => motion.source === source)
+        .map((motion) => ({
+          value: motion.id,
+          label: t("station:simulator.motionOption", {
+            name: translateServerText(motion.name, motion.name_key),
+            seconds: motion.duration_s.toFixed(0),
+          }),
+        })),
+    }))
+    .filter(({ items }) => items.length > 0);
+}
+
+/** Upload a CSV file as a motion that the hand can follow. */
+function useMotionUpload(onUploaded: (motionId: string) => void) {
+  const queries = useQueryClient();
+  return useMutation({
+    mutationFn: async (file: File) => api.uploadMotion(file.name.replace(/\.csv$/i, ""), await file.text()),
+    onSuccess: (motion) => {
+      onUploaded(motion.id);
+      void queries.invalidateQueries({ queryKey: ["simulator"] });
+    },
+  });
+}
+
+function UploadButton({ uploading, onFile }: { uploading: boolean; onFile: (file: File) => void }) {
+  return (
+    <FileButton accept=".csv,text/csv" onChange={(file) => file && onFile(file)}>
+      {(props) => (
+        <Button {...props} variant="default" leftSection={<IconUpload size={18} />} loading={uploading}>
+          {t("station:simulator.csv")}
+        </Button>
+      )}
+    </FileButton>
+  );
+}
+
+function MotionSelect(props: {
+  motions: Schemas["SimulatorState"]["motions"];
+  value: string | null;
+  onChange: (motionId: string | null) => void;
+}) {
+  return (
+    <Select
+      flex={1}
+      label={t("station:simulator.motion")}
+      allowDeselect={false}
+      searchable
+      data={motionGroups(props.motions)}
+      value={props.value}
+      onChange={props.onChange}
+    />
+  );
+}
+
+function HandState({ hand }: { hand: Schemas["SimulatorState"]["hand"] | undefined }) {
+  return (
+    <Text size="sm" data-testid="hand">
+      {hand ? t(`station:hand.${hand.phase}`) : ""}
+      {hand && hand.left_s > 0 ? t("station:simulator.remaining", { seconds: hand.left_s.toFixed(0) }) : ""}
+    </Text>
   );
 }

@@ -23,97 +23,51 @@ import { LoopHealth } from "./LoopHealth";
 import { ReadySelect } from "./ReadySelect";
 import { RecentEvents } from "./RecentEvents";
 
+type Panels = typeof import("./lazyStationPanels");
+
 /**
  * Load the station's panels after the first page, which already shows the state and Stop. Null until loaded.
  */
-function useWork() {
-  const [work, setWork] = useState<typeof import("./lazyStationPanels") | null>(null);
+function useLazyPanels() {
+  const [panels, setPanels] = useState<Panels | null>(null);
   useEffect(() => {
     import("./lazyStationPanels").then(
-      (loaded) => startTransition(() => setWork(loaded)),
+      (loaded) => startTransition(() => setPanels(loaded)),
       (error: unknown) =>
-        setWork(() => {
+        setPanels(() => {
           throw error;
         }),
     );
   }, []);
-  return work;
+  return panels;
 }
 
 /** The therapist's page: patient, teaching, playback and the live apparatus. */
 export function StationPage() {
   const station = useStation();
-  const me = useMe();
-  const reads = useHasPermission("read_records");
-  const operates = useMayOperate();
   const diagnoses = useHasPermission("diagnose");
-  const search = useSearch({ from: "/" });
   const run = useLive("run");
   const teaching = useLive("teaching");
   const stop = useLive("stop");
-  const navigate = useNavigate({ from: "/" });
-  const work = useWork();
-  useTitle(station?.name ?? t("station:station.title"));
-  // The patient on the apparatus takes precedence over the one in the address.
-  const away = useDatabaseUnavailable();
-  const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
-  const patientId = onApparatus ?? search.patient ?? null;
-  const patient = useQuery({
-    queryKey: ["patient", patientId],
-    queryFn: () => api.patient(patientId ?? ""),
-    enabled: reads && patientId !== null && !away,
-  });
-  const ready = useReadyPatients();
-  const kept = away ? ready.data?.find((one) => one.patient.id === patientId) : undefined;
-  const choose = (chosen: string | null) => void navigate({ search: chosen ? { patient: chosen } : {} });
+  const panels = useLazyPanels();
+  const title = station?.name ?? t("station:station.title");
+  useTitle(title);
   return (
     <Stack>
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
-        {station?.name ?? t("station:station.title")}
+        {title}
       </Title>
       <StopBanner fullPage />
-      <RevealWhenLoaded waits={!station || !work} now={run !== null || teaching !== null || stop !== null}>
+      <RevealWhenLoaded waits={!station || !panels} now={run !== null || teaching !== null || stop !== null}>
         <Grid gap="lg">
           <Grid.Col span={{ base: 12, md: 6 }}>
             {/* Hidden instead of unmounted during a stop, so that input is not lost. */}
             <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
-              {work && station?.simulated && reads && operates && <work.FirstSteps patientId={patientId} />}
-              <LeaseBar />
-              {me && station && !worksAt(me, station.name) && (
-                <Alert color="gray" variant="outline">
-                  {t("station:station.notAssigned", { station: station.name })}
-                </Alert>
-              )}
-              {reads &&
-                (away ? (
-                  <ReadySelect chosen={patientId} disabled={onApparatus !== undefined} onChange={choose} />
-                ) : (
-                  <PatientSelect
-                    chosen={patient.data}
-                    disabled={onApparatus !== undefined}
-                    onChange={choose}
-                  />
-                ))}
-              {patient.data && <Text>{patientWords(patient.data)}</Text>}
-              {reads && !away && patientId && <Contraindications patientId={patientId} />}
-              {!away && <ProblemNote error={patient.error} />}
-              <ApparatusSideCard wanted={patient.data?.affected_side ?? kept?.side ?? undefined} />
-              {/* A panel whose action is impossible now is replaced by the current activity. */}
-              {work && operates && patientId && !run && (
-                <work.TeachPanel key={`teach ${patientId}`} patientId={patientId} />
-              )}
-              {work && operates && patientId && !teaching && (
-                <work.SessionWizard key={patientId} patientId={patientId} wanted={search.recording ?? null} />
-              )}
-              {work && !operates && run && (
-                <Card withBorder component="section" aria-label={t("station:station.currentPlayback")}>
-                  <work.Loaded run={run} />
-                </Card>
-              )}
+              <PatientColumn panels={panels} />
             </Stack>
-            {work && diagnoses && station?.simulated && (
+            {panels && diagnoses && station?.simulated && (
               <Box mt={stop === null ? "md" : 0}>
-                <work.SimulatorPanel />
+                <panels.SimulatorPanel />
               </Box>
             )}
           </Grid.Col>
@@ -131,21 +85,83 @@ export function StationPage() {
   );
 }
 
+/** The patient with the panels for teaching and the session. */
+function PatientColumn({ panels }: { panels: Panels | null }) {
+  const station = useStation();
+  const me = useMe();
+  const reads = useHasPermission("read_records");
+  const operates = useMayOperate();
+  const search = useSearch({ from: "/" });
+  const run = useLive("run");
+  const teaching = useLive("teaching");
+  const navigate = useNavigate({ from: "/" });
+  const databaseUnavailable = useDatabaseUnavailable();
+  // The patient on the apparatus takes precedence over the one in the address.
+  const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
+  const patientId = onApparatus ?? search.patient ?? null;
+  const patient = useQuery({
+    queryKey: ["patient", patientId],
+    queryFn: () => api.patient(patientId ?? ""),
+    enabled: reads && patientId !== null && !databaseUnavailable,
+  });
+  const ready = useReadyPatients();
+  const readyPatient = databaseUnavailable
+    ? ready.data?.find((known) => known.patient.id === patientId)
+    : undefined;
+  const choose = (chosen: string | null) => void navigate({ search: chosen ? { patient: chosen } : {} });
+  const choice = { disabled: onApparatus !== undefined, onChange: choose };
+  return (
+    <>
+      {panels && station?.simulated && reads && operates && <panels.FirstSteps patientId={patientId} />}
+      <LeaseBar />
+      {me && station && !worksAt(me, station.name) && (
+        <Alert color="gray" variant="outline">
+          {t("station:station.notAssigned", { station: station.name })}
+        </Alert>
+      )}
+      {reads &&
+        (databaseUnavailable ? (
+          <ReadySelect chosen={patientId} {...choice} />
+        ) : (
+          <PatientSelect chosen={patient.data} {...choice} />
+        ))}
+      {patient.data && <Text>{patientWords(patient.data)}</Text>}
+      {reads && !databaseUnavailable && patientId && <Contraindications patientId={patientId} />}
+      {!databaseUnavailable && <ProblemNote error={patient.error} />}
+      <ApparatusSideCard wanted={patient.data?.affected_side ?? readyPatient?.side ?? undefined} />
+      {/* A panel whose action is impossible now is replaced by the current activity. */}
+      {panels && operates && patientId && !run && (
+        <panels.TeachPanel key={`teach ${patientId}`} patientId={patientId} />
+      )}
+      {panels && operates && patientId && !teaching && (
+        <panels.SessionWizard key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+      )}
+      {panels && !operates && run && (
+        <Card withBorder component="section" aria-label={t("station:station.currentPlayback")}>
+          <panels.LoadedRun run={run} />
+        </Card>
+      )}
+    </>
+  );
+}
+
 /** Contraindications of the open episodes, shown before teaching and playback. */
 function Contraindications({ patientId }: { patientId: string }) {
   const episodes = useEpisodes(patientId);
-  const told = (episodes.data?.items ?? []).filter((one) => one.closed_at === null && one.contraindications);
-  return told.map((one) => (
+  const contraindicated = (episodes.data?.items ?? []).filter(
+    (episode) => episode.closed_at === null && episode.contraindications,
+  );
+  return contraindicated.map((episode) => (
     <Alert
-      key={one.id}
+      key={episode.id}
       color="gray"
       variant="outline"
       icon={<IconAlertTriangle />}
-      title={t(`station:station.contraindications.${one.side}`)}
+      title={t(`station:station.contraindications.${episode.side}`)}
       data-testid="contraindications"
     >
       <Text fw={600} style={{ whiteSpace: "pre-wrap" }}>
-        {one.contraindications}
+        {episode.contraindications}
       </Text>
     </Alert>
   ));

@@ -27,7 +27,7 @@ const LOOKED_AT = [
 function show(checks: Check[]) {
   vi.spyOn(api, "teachingChecklist").mockResolvedValue({
     checks,
-    complete: checks.every((one) => one.given),
+    complete: checks.every(({ given }) => given),
   });
   const live = { device: "running", age_ms: 5, mode: "idle", refusals: {}, teaching: null };
   const state = { connected: true, heardAt: 0, station: null, live, events: [] };
@@ -72,7 +72,7 @@ describe("before teaching", () => {
   });
 
   it("asks only for open checks but always names the fixtures", async () => {
-    const [side, fixtures, belt] = LOOKED_AT.map((one) => ({ ...one, given: true }));
+    const [side, fixtures, belt] = LOOKED_AT.map((check) => ({ ...check, given: true }));
     if (!side || !fixtures || !belt) throw new Error("none");
     const teach = show([side, fixtures, belt, PEDAL, ESTOP]);
     fireEvent.click(await enabled("Start teaching"));

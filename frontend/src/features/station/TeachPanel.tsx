@@ -12,8 +12,8 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useUserName } from "../auth/hooks";
 import { CommandButton } from "./CommandButton";
-import classes from "./station.module.css";
 import { CheckLine, useTeachingChecklist } from "./session-wizard/PreflightChecklist";
+import classes from "./station.module.css";
 
 type Fixtures = Schemas["TeachRequest"]["fixtures"];
 
@@ -46,17 +46,25 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             </Group>
           </div>
         ) : (
-          <Before patientId={patientId} name={name} onName={setName} chosen={chosen} onChoose={setChosen} />
+          <TeachingSetup
+            patientId={patientId}
+            name={name}
+            onName={setName}
+            chosen={chosen}
+            onChoose={setChosen}
+          />
         )}
         {saved.length > 0 && (
           <List data-testid="saved">
-            {saved.map((one) => (
-              <List.Item key={one.id}>
+            {saved.map((recording) => (
+              <List.Item key={recording.id}>
                 <InlineSlot
-                  words={(name) => t("station:teach.saved", { name, lasts: formatSpan(one.duration_s) })}
+                  words={(name) =>
+                    t("station:teach.saved", { name, lasts: formatSpan(recording.duration_s) })
+                  }
                 >
-                  <PageLink to="/recordings/$recordingId" params={{ recordingId: one.id }}>
-                    {one.name}
+                  <PageLink to="/recordings/$recordingId" params={{ recordingId: recording.id }}>
+                    {recording.name}
                   </PageLink>
                 </InlineSlot>
               </List.Item>
@@ -72,7 +80,7 @@ export function TeachPanel({ patientId }: { patientId: string }) {
  * The name, the fixtures and the checks before teaching. Teaching moves nothing, so one press confirms the
  * checks and starts it. Checks that the apparatus must detect cannot be confirmed by hand.
  */
-function Before(props: {
+function TeachingSetup(props: {
   patientId: string;
   name: string;
   onName: (name: string) => void;
@@ -85,25 +93,17 @@ function Before(props: {
   const fixtures = chosen.split(",") as Fixtures;
   const checklist = useTeachingChecklist(patientId, fixtures);
   const checks = checklist.data?.checks ?? [];
-  const side = checks.find((one) => one.check === "side")?.subject;
-  const toLookAt = checks.filter((one) => !one.given && !one.detected);
-  const unseen = checks.some((one) => !one.given && one.detected);
+  const side = checks.find(({ check }) => check === "side")?.subject;
+  const shown = checks.filter(({ check, given }) => !given || check === "fixtures");
+  const toConfirm = checks.filter(({ given, detected }) => !given && !detected);
+  const undetected = checks.some(({ given, detected }) => !given && detected);
   return (
     <>
-      <SegmentedControl
-        size="md"
-        aria-label={t("station:teach.fixtures")}
-        value={chosen}
-        onChange={onChoose}
-        data={[
-          { value: "arm_fixer_1", label: t("station:teach.fixer1") },
-          { value: "arm_fixer_2,elbow_fixer_1", label: t("station:teach.fixer2") },
-        ]}
-      />
+      <FixturesChoice value={chosen} onChange={onChoose} />
       <Stack gap="sm" component="section" aria-label={t("station:teach.checklist")}>
-        {checks.map(
-          (one) => (!one.given || one.check === "fixtures") && <CheckLine key={one.check} check={one} />,
-        )}
+        {shown.map((check) => (
+          <CheckLine key={check.check} check={check} />
+        ))}
       </Stack>
       <ProblemNote error={checklist.error} />
       <TextInput
@@ -117,7 +117,7 @@ function Before(props: {
       <CommandButton
         command="teach"
         leftSection={<IconHandGrab size={26} />}
-        disabled={checklist.data === undefined || unseen}
+        disabled={checklist.data === undefined || undetected}
         send={async () => {
           await api.teach({
             patient_id: patientId,
@@ -126,16 +126,31 @@ function Before(props: {
             // The checks were made for this side and these fixtures.
             side: side === "left" ? "left" : "right",
             fixtures,
-            looked_at: toLookAt.map((one) => one.check),
+            looked_at: toConfirm.map(({ check }) => check),
           });
           void queries.invalidateQueries({ queryKey: ["session"] });
         }}
       >
-        {toLookAt.length === 0
+        {toConfirm.length === 0
           ? t("station:teach.start")
-          : t("station:teach.confirmAndStart", { count: toLookAt.length })}
+          : t("station:teach.confirmAndStart", { count: toConfirm.length })}
       </CommandButton>
     </>
+  );
+}
+
+function FixturesChoice({ value, onChange }: { value: string; onChange: (fixtures: string) => void }) {
+  return (
+    <SegmentedControl
+      size="md"
+      aria-label={t("station:teach.fixtures")}
+      value={value}
+      onChange={onChange}
+      data={[
+        { value: "arm_fixer_1", label: t("station:teach.fixer1") },
+        { value: "arm_fixer_2,elbow_fixer_1", label: t("station:teach.fixer2") },
+      ]}
+    />
   );
 }
 

@@ -27,7 +27,7 @@ describe("a new user of the simulated apparatus", () => {
     // A patient's next session starts over.
     ["begin", 1, true, 1, { ...asked, ended_at: "2026-11-22T09:00:00Z" }],
   ])(
-    "is told %s, with %i patients, chosen: %s, %i recordings",
+    "sees step %s with %i patients, chosen: %s, %i recordings",
     (step, patients, chosen, recordings, session) => {
       expect(firstStep({ patients, chosen, recordings, session })).toBe(step);
     },

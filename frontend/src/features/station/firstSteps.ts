@@ -5,7 +5,7 @@ export const FIRST_STEPS = ["sign_up", "choose", "teach", "begin", "play", "look
 export type FirstStep = (typeof FIRST_STEPS)[number];
 
 /** The clinic's data and the chosen patient, as far as the guide needs them. */
-type Known = {
+type Progress = {
   patients: number;
   chosen: boolean;
   recordings: number;
@@ -16,7 +16,7 @@ type Known = {
  * Return the next step for a new user. It depends only on existing data, so that any order of work is
  * possible.
  */
-export function firstStep({ patients, chosen, recordings, session }: Known): FirstStep {
+export function firstStep({ patients, chosen, recordings, session }: Progress): FirstStep {
   if (patients === 0) return "sign_up";
   if (!chosen) return "choose";
   if (session?.runs.some((run) => run.ended_at)) return "look";

@@ -1,4 +1,4 @@
-/** Load levels range from 1 to this one. */
+/** The highest resistance level; the lowest is 1. */
 export const LOAD_LEVELS = 25;
 
 /**

@@ -8,7 +8,7 @@ export type Settings = Pick<
   "speed_percent" | "repetitions" | "pause_s" | "range_percent" | "method"
 >;
 /** The settings in a run. Runs from before methods existed have no method. */
-type Kept = Omit<Settings, "method"> & { method: Settings["method"] | null };
+type RunSettings = Omit<Settings, "method"> & { method: Settings["method"] | null };
 
 export const AS_TAUGHT: Settings = {
   speed_percent: 100,
@@ -19,21 +19,23 @@ export const AS_TAUGHT: Settings = {
 };
 
 /** Describe what differs from the taught motion, or return null. */
-export function settingsWords(it: Kept): string | null {
+export function settingsWords(settings: RunSettings): string | null {
   const words: string[] = [];
-  if (it.range_percent !== 100) words.push(t("station:settings.ofTheRange", { percent: it.range_percent }));
-  if (it.speed_percent !== 100) words.push(t("station:settings.ofTheSpeed", { percent: it.speed_percent }));
-  if (it.repetitions !== 1) words.push(t("station:settings.times", { count: it.repetitions }));
-  if (it.repetitions !== 1 && it.pause_s !== 0)
-    words.push(t("station:settings.pauses", { seconds: it.pause_s }));
-  if (it.method === "learned") words.push(t("station:settings.byLearning"));
-  if (it.method === "paper") words.push(t("station:settings.asInThePaper"));
+  if (settings.range_percent !== 100)
+    words.push(t("station:settings.ofTheRange", { percent: settings.range_percent }));
+  if (settings.speed_percent !== 100)
+    words.push(t("station:settings.ofTheSpeed", { percent: settings.speed_percent }));
+  if (settings.repetitions !== 1) words.push(t("station:settings.times", { count: settings.repetitions }));
+  if (settings.repetitions !== 1 && settings.pause_s !== 0)
+    words.push(t("station:settings.pauses", { seconds: settings.pause_s }));
+  if (settings.method === "learned") words.push(t("station:settings.byLearning"));
+  if (settings.method === "paper") words.push(t("station:settings.asInThePaper"));
   return words.length > 0 ? formatList(words) : null;
 }
 
 /** Return the settings of the recording's newest run, or null. */
 export function lastSettings(
-  runs: (Kept & { recording_id: string })[],
+  runs: (RunSettings & { recording_id: string })[],
   recordingId: string | null,
 ): Settings | null {
   const last = runs.findLast((run) => run.recording_id === recordingId);
@@ -42,7 +44,7 @@ export function lastSettings(
 }
 
 /** Pick the settings of an item or a run. */
-export function settingsOf(it: Kept): Settings {
-  const { speed_percent, repetitions, pause_s, range_percent, method } = it;
+export function settingsOf(settings: RunSettings): Settings {
+  const { speed_percent, repetitions, pause_s, range_percent, method } = settings;
   return { speed_percent, repetitions, pause_s, range_percent, method: method ?? "smooth" };
 }

@@ -12,36 +12,51 @@ import { settingsWords } from "../playSettingsModel";
 const NONE = "none";
 
 /** A programme's newest version. */
-type Choice = { id: string; name: string; number: number; items: SessionItem[] };
+type Version = { id: string; name: string; number: number; items: SessionItem[] };
 type SessionItem = Omit<Schemas["SessionItem"], "recording_id">;
 
-async function choicesOf(patientId: string): Promise<Choice[]> {
+async function newestVersions(patientId: string): Promise<Version[]> {
   const { items } = await api.programmes(patientId);
-  return items.filter((one) => !one.archived_at).map(({ name, current }) => ({ name, ...current }));
+  return items
+    .filter((programme) => !programme.archived_at)
+    .map(({ name, current }) => ({ name, ...current }));
 }
 
-const keptChoices = ({ programme }: ReadyPatient): Choice[] =>
+const offlineVersion = ({ programme }: ReadyPatient): Version[] =>
   programme
     ? [{ id: programme.version_id, name: programme.name, number: programme.number, items: programme.items }]
     : [];
+
+const optionOf = (
+  id: string,
+  version: Pick<Version, "name" | "number">,
+): { value: string; label: string } => ({
+  value: id,
+  label: t("station:wizard.version", { name: version.name, number: version.number }),
+});
 
 /** Starts the session with a programme, or changes the programme of the running session. */
 export function BeginStep(props: { patientId: string; session: Session | null; onDone: () => void }) {
   const { patientId, session, onDone } = props;
   const who = useUserName();
-  const keep = useSetSessionCache();
-  const away = useDatabaseUnavailable();
+  const setSessionCache = useSetSessionCache();
+  const databaseUnavailable = useDatabaseUnavailable();
   const programmes = useQuery({
     queryKey: ["programmes", patientId, "to begin by"],
-    queryFn: () => withOfflineCopy(patientId, () => choicesOf(patientId), keptChoices),
+    queryFn: () => withOfflineCopy(patientId, () => newestVersions(patientId), offlineVersion),
   });
   const choices = programmes.data ?? [];
   const planned = session?.programme?.version_id ?? null;
   const [given, setGiven] = useState<string | null>(null);
   // The newest programme is preselected.
   const chosen = given ?? planned ?? (session ? NONE : (choices[0]?.id ?? NONE));
-  const version = choices.find((one) => one.id === chosen);
+  const version = choices.find(({ id }) => id === chosen);
   const items = version?.items ?? (chosen === planned ? (session?.programme?.items ?? []) : []);
+  const options = choices.map((choice) => optionOf(choice.id, choice));
+  if (session?.programme && planned && !version && chosen === planned)
+    options.push(optionOf(planned, session.programme));
+  // Without the database only recordings fetched with the programme can be played.
+  if (!databaseUnavailable || session) options.push({ value: NONE, label: t("station:wizard.noProgramme") });
   const begin = useMutation({
     mutationFn: () => {
       const programme_version_id = chosen === NONE ? null : chosen;
@@ -51,7 +66,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
         : api.updateSession(session.id, { programme_version_id, updated_at: session.updated_at });
     },
     onSuccess: (saved) => {
-      keep(saved);
+      setSessionCache(saved);
       onDone();
     },
   });
@@ -61,37 +76,11 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
         size="lg"
         label={t("station:wizard.programme")}
         allowDeselect={false}
-        data={[
-          ...choices.map((one) => ({
-            value: one.id,
-            label: t("station:wizard.version", { name: one.name, number: one.number }),
-          })),
-          ...(planned && !version && chosen === planned && session?.programme
-            ? [
-                {
-                  value: planned,
-                  label: t("station:wizard.version", {
-                    name: session.programme.name,
-                    number: session.programme.number,
-                  }),
-                },
-              ]
-            : []),
-          // Without the database only recordings fetched with the programme can be played.
-          ...(away && !session ? [] : [{ value: NONE, label: t("station:wizard.noProgramme") }]),
-        ]}
+        data={options}
         value={chosen}
         onChange={setGiven}
       />
-      {items.map((item) => (
-        <Text key={item.position}>
-          {t("station:wizard.item", {
-            position: item.position,
-            name: item.recording_name,
-            settings: settingsWords(item) ?? t("station:wizard.asTaught"),
-          })}
-        </Text>
-      ))}
+      <PlannedItems items={items} />
       <Group>
         <Button
           size="xl"
@@ -105,4 +94,16 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
       <ProblemNote error={programmes.error ?? begin.error} />
     </Stack>
   );
+}
+
+function PlannedItems({ items }: { items: SessionItem[] }) {
+  return items.map((item) => (
+    <Text key={item.position}>
+      {t("station:wizard.item", {
+        position: item.position,
+        name: item.recording_name,
+        settings: settingsWords(item) ?? t("station:wizard.asTaught"),
+      })}
+    </Text>
+  ));
 }

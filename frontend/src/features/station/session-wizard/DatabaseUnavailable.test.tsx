@@ -11,7 +11,7 @@ import { ReadySelect } from "../ReadySelect";
 import { BeginStep } from "./BeginStep";
 import { SessionWizard } from "./SessionWizard";
 
-const AWAY = new ProblemError({ code: "database_away", detail: "The database does not answer." });
+const UNAVAILABLE = new ProblemError({ code: "database_away", detail: "The database does not answer." });
 const READY: ReadyPatient = {
   patient: { id: "p", name: "Yamada Hanako", clinic_number: "K-1" },
   side: "left",
@@ -61,7 +61,7 @@ const SESSION: Session = {
   runs: [],
 };
 
-function since(unavailable_since: string | null, waiting = 0) {
+function setDatabase(unavailable_since: string | null, waiting = 0) {
   const database = { unavailable_since, waiting, spool_full_since: null };
   const live = { device: "running", age_ms: 5, mode: "idle", run: null, refusals: {}, database };
   const state = { connected: true, heardAt: 0, station: null, live, events: [] };
@@ -69,44 +69,44 @@ function since(unavailable_since: string | null, waiting = 0) {
 }
 
 let queries: QueryClient;
-const around = (page: ReactNode) => (
+const withProviders = (page: ReactNode) => (
   <MantineProvider env="test">
     <QueryClientProvider client={queries}>{page}</QueryClientProvider>
   </MantineProvider>
 );
-const show = (page: ReactNode) => render(around(page));
+const show = (page: ReactNode) => render(withProviders(page));
 
 beforeEach(() => {
   queries = new QueryClient({ defaultOptions: { queries: { retry: false } } });
-  since("2026-11-21T09:00:00Z");
-  vi.spyOn(api, "patientSessions").mockRejectedValue(AWAY);
-  vi.spyOn(api, "programmes").mockRejectedValue(AWAY);
-  vi.spyOn(api, "recordings").mockRejectedValue(AWAY);
+  setDatabase("2026-11-21T09:00:00Z");
+  vi.spyOn(api, "patientSessions").mockRejectedValue(UNAVAILABLE);
+  vi.spyOn(api, "programmes").mockRejectedValue(UNAVAILABLE);
+  vi.spyOn(api, "recordings").mockRejectedValue(UNAVAILABLE);
 });
 afterEach(() => {
   cleanup();
   vi.restoreAllMocks();
 });
 
-describe("while the database is away", () => {
-  it("exactly those patients are offered whom the station keeps ready, with what must not be done", async () => {
+describe("while the database is unavailable", () => {
+  it("offers only ready patients, with their contraindications", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([READY]);
     const onChange = vi.fn();
     show(<ReadySelect chosen="p" onChange={onChange} />);
     await screen.findByText("Contraindications: No traction.");
     fireEvent.click(screen.getByRole("combobox", { name: "Patient" }));
     const offered = await screen.findAllByRole("option", { hidden: true });
-    expect(offered.map((one) => one.textContent)).toEqual(["Yamada Hanako (K-1)"]);
+    expect(offered.map((option) => option.textContent)).toEqual(["Yamada Hanako (K-1)"]);
   });
 
-  it("it is said that nobody is kept ready", async () => {
+  it("says that no patient is available", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([]);
     show(<ReadySelect chosen={null} onChange={vi.fn()} />);
     await screen.findByText(/no patient is available/);
     expect(screen.getByRole("combobox", { name: "Patient" }).hasAttribute("disabled")).toBe(true);
   });
 
-  it("a session is begun by the programme that is kept, and by nothing else", async () => {
+  it("begins a session only with the stored programme", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([READY]);
     const create = vi.spyOn(api, "createSession").mockResolvedValue(SESSION);
     const onDone = vi.fn();
@@ -122,7 +122,7 @@ describe("while the database is away", () => {
     });
   });
 
-  it("the visit goes on where it stands here", async () => {
+  it("continues the session from its stored state", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([{ ...READY, session: SESSION }]);
     const checklist = vi.spyOn(api, "checklist").mockResolvedValue({ checks: [], complete: false });
     show(<SessionWizard patientId="p" wanted={null} />);
@@ -130,15 +130,15 @@ describe("while the database is away", () => {
     await waitFor(() => expect(checklist).toHaveBeenCalledWith("s", "r"));
   });
 
-  it("whoever is not kept ready is not made up: what the service said stands there", async () => {
+  it("shows the service's problem for other patients", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([READY]);
-    show(<SessionWizard patientId="somebody else" wanted={null} />);
+    show(<SessionWizard patientId="another" wanted={null} />);
     expect((await screen.findAllByText(/The database does not answer/)).length).toBeGreaterThan(0);
   });
 
-  it("a session ends although its note cannot be saved; what was typed stays", async () => {
-    vi.spyOn(api, "draft").mockRejectedValue(AWAY);
-    vi.spyOn(api, "updateSession").mockRejectedValue(AWAY);
+  it("ends a session and keeps its unsaved note", async () => {
+    vi.spyOn(api, "draft").mockRejectedValue(UNAVAILABLE);
+    vi.spyOn(api, "updateSession").mockRejectedValue(UNAVAILABLE);
     const end = vi.spyOn(api, "endSession").mockResolvedValue({ ...SESSION, ended_at: "now" });
     show(<NoteCard session={SESSION} />);
     const note = await screen.findByRole("textbox", { name: "Note of this session" });
@@ -149,7 +149,7 @@ describe("while the database is away", () => {
   });
 });
 
-it("everything is asked anew once the database answers again", () => {
+it("refetches everything when the database answers again", () => {
   const invalidate = vi.spyOn(queries, "invalidateQueries");
   function Page() {
     useRefetchAfterOutage();
@@ -157,19 +157,19 @@ it("everything is asked anew once the database answers again", () => {
   }
   const { rerender } = show(<Page />);
   expect(invalidate).not.toHaveBeenCalled();
-  since(null);
-  rerender(around(<Page />));
+  setDatabase(null);
+  rerender(withProviders(<Page />));
   expect(invalidate).toHaveBeenCalledTimes(1);
 });
 
-it("a note is not signed before the record of its session has arrived", async () => {
+it("cannot sign before the session's record is complete", async () => {
   const ended = { ...SESSION, note: "Lift", ended_at: "2026-11-21T10:00:00Z" };
-  since(null, 1);
+  setDatabase(null, 1);
   const { rerender } = show(<NoteCard session={ended as unknown as Session} />);
   const sign = await screen.findByRole("button", { name: /^Sign as/ });
   expect((sign as HTMLButtonElement).disabled).toBe(true);
   screen.getByText("The record of this session is still being saved. You can sign when it is complete.");
-  since(null, 0);
-  rerender(around(<NoteCard session={{ ...ended } as unknown as Session} />));
+  setDatabase(null, 0);
+  rerender(withProviders(<NoteCard session={{ ...ended } as unknown as Session} />));
   expect((sign as HTMLButtonElement).disabled).toBe(false);
 });

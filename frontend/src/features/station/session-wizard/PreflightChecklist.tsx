@@ -11,7 +11,7 @@ import { ProblemNote } from "../../../ui/ProblemNote";
 import { useHasPermission, useUserName } from "../../auth/hooks";
 import { CheckPicture } from "./pictures";
 
-const LOOK_AGAIN_MS = 1000;
+const POLL_MS = 1000;
 const mark = { size: 34, style: { flex: "none" } };
 
 /** The session's checklist for a recording. Polls while checks are open, because some are made elsewhere. */
@@ -20,7 +20,7 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
     queryKey: ["session", sessionId, "checklist", recordingId],
     queryFn: () => api.checklist(sessionId ?? "", recordingId),
     enabled: sessionId !== undefined,
-    refetchInterval: (query) => (query.state.data?.complete ? false : LOOK_AGAIN_MS),
+    refetchInterval: (query) => (query.state.data?.complete ? false : POLL_MS),
   });
 }
 
@@ -30,7 +30,7 @@ export function useTeachingChecklist(patientId: string, fixtures: Schemas["Teach
     queryKey: ["session", "teaching", patientId, fixtures],
     queryFn: () => api.teachingChecklist(patientId, fixtures),
     refetchInterval: (query) =>
-      query.state.data?.checks.some((check) => check.detected && !check.given) ? LOOK_AGAIN_MS : false,
+      query.state.data?.checks.some((check) => check.detected && !check.given) ? POLL_MS : false,
   });
 }
 
@@ -50,7 +50,7 @@ export function PreflightChecklist(props: {
   const writes = useHasPermission("write_records");
   const queries = useQueryClient();
   const checklist = useChecklist(sessionId, recordingId);
-  const tick = useMutation({
+  const confirm = useMutation({
     mutationFn: async (checks: Check[]) => {
       for (const { check } of checks) {
         const saved = await api.confirmCheck(sessionId, check, {
@@ -64,35 +64,35 @@ export function PreflightChecklist(props: {
     onSettled: () => void queries.invalidateQueries({ queryKey: ["session"] }),
   });
   const checks = (checklist.data?.checks ?? []).filter((check) => !onlyOpen || !check.given);
-  const toLookAt = writes ? checks.filter((check) => !check.given && !check.detected) : [];
+  const toConfirm = writes ? checks.filter((check) => !check.given && !check.detected) : [];
   return (
     <Stack gap="sm">
       {checks.map((check) => (
         <CheckLine key={check.check} check={check}>
-          {toLookAt.includes(check) && (
+          {toConfirm.includes(check) && (
             <Button
               size="lg"
               flex="none"
-              variant={toLookAt.length > 1 ? "default" : "filled"}
-              disabled={tick.isPending}
+              variant={toConfirm.length > 1 ? "default" : "filled"}
+              disabled={confirm.isPending}
               aria-label={t("station:wizard.confirmCheck", {
                 check: translateServerText(check.sentence, check.sentence_key),
               })}
-              onClick={() => tick.mutate([check])}
+              onClick={() => confirm.mutate([check])}
             >
               {t("station:wizard.confirm")}
             </Button>
           )}
         </CheckLine>
       ))}
-      {toLookAt.length > 1 && (
+      {toConfirm.length > 1 && (
         <Group justify="flex-end">
-          <Button size="lg" disabled={tick.isPending} onClick={() => tick.mutate(toLookAt)}>
-            {t("station:wizard.confirmAll", { count: toLookAt.length })}
+          <Button size="lg" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
+            {t("station:wizard.confirmAll", { count: toConfirm.length })}
           </Button>
         </Group>
       )}
-      <ProblemNote error={checklist.error ?? tick.error} />
+      <ProblemNote error={checklist.error ?? confirm.error} />
     </Stack>
   );
 }
@@ -107,7 +107,7 @@ export function CheckLine({ check, children }: { check: Check; children?: ReactN
           <CheckPicture check={check} />
           <div>
             <Text size="lg">{translateServerText(check.sentence, check.sentence_key)}</Text>
-            <Text size="sm">{answerWords(check)}</Text>
+            <Text size="sm">{stateWords(check)}</Text>
           </div>
         </Group>
         {children}
@@ -116,11 +116,11 @@ export function CheckLine({ check, children }: { check: Check; children?: ReactN
   );
 }
 
-/** How to do what only the apparatus can tell. */
+/** Return how the apparatus can detect the check. */
 const howTo = (check: Check["check"]) =>
   check === "pedal" || check === "estop" ? t(`station:howToConfirm.${check}`) : "";
 
-function answerWords(check: Check): string {
+function stateWords(check: Check): string {
   if (!check.given)
     return check.detected
       ? t("station:wizard.notDetected") + howTo(check.check)

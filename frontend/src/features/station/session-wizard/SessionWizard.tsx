@@ -14,8 +14,8 @@ import { PlayPanel } from "../PlayPanel";
 import { BeginStep } from "./BeginStep";
 import { NrsScale } from "./NrsScale";
 import { PreflightChecklist, useChecklist } from "./PreflightChecklist";
-import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
 import classes from "./sessionWizard.module.css";
+import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
 
 /**
  * A session, step by step. The service knows the current step, and going back is always possible. A press
@@ -24,33 +24,12 @@ import classes from "./sessionWizard.module.css";
 export function SessionWizard({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
   // The patient's current session: the newest one, unless it is signed and ended.
-  const visit = useNewestSession(patientId);
-  const [gone, setGone] = useState<Step | null>(null);
-  const [another, setAnother] = useState(false);
-  const newest = visit.data ?? null;
-  const session = newest && (newest.signed_at || (another && newest.ended_at)) ? null : newest;
-  // A running playback takes precedence.
-  const step = run ? "play" : gone && canGoTo(gone, session) ? gone : stepOf(session);
-  const heading = useRef<HTMLHeadingElement>(null);
-  const asked = useRef(false);
-  const go = (to: Step) => {
-    asked.current = true;
-    setGone(to);
-  };
-  const known = !visit.isPending;
-  // The step stays as first shown: answers on it must not replace the step under the user's hand.
-  useEffect(() => {
-    if (known && gone === null) setGone(stepOf(session));
-  }, [known, gone, session]);
-  // The pressed button disappears with its step, so keyboard and screen-reader focus moves to the next
-  // heading.
-  useEffect(() => {
-    if (asked.current && step === gone) {
-      asked.current = false;
-      heading.current?.focus();
-    }
-  }, [step, gone]);
-  if (visit.isPending) return null;
+  const newestSession = useNewestSession(patientId);
+  const [beginsAnother, setBeginsAnother] = useState(false);
+  const newest = newestSession.data ?? null;
+  const session = newest && (newest.signed_at || (beginsAnother && newest.ended_at)) ? null : newest;
+  const { step, go, reset, heading } = useStep(session, !newestSession.isPending, run !== null);
+  if (newestSession.isPending) return null;
   return (
     <Card withBorder component="section" aria-label={t("station:wizard.title")}>
       <Stack>
@@ -58,54 +37,94 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
         <Title order={2} size="h3" ref={heading} tabIndex={-1}>
           {t(`station:stepNames.${step}`)}
         </Title>
-        <ProblemNote error={visit.error} />
+        <ProblemNote error={newestSession.error} />
         {step === "begin" && (
           <>
-            {newest?.signed_at && (
-              <Text>
-                {t("station:wizard.lastSigned")}
-                <PageLink to="/sessions/$sessionId" params={{ sessionId: newest.id }}>
-                  {t("station:wizard.viewSession")}
-                </PageLink>
-              </Text>
-            )}
-            <BeginStep patientId={patientId} session={session} onDone={() => setGone(null)} />
+            {newest?.signed_at && <LastSigned sessionId={newest.id} />}
+            <BeginStep patientId={patientId} session={session} onDone={reset} />
           </>
         )}
-        {step === "checklist" && session && <Checks session={session} onDone={() => go("pain_before")} />}
+        {step === "checklist" && session && (
+          <ChecklistStep session={session} onDone={() => go("pain_before")} />
+        )}
         {(step === "pain_before" || step === "pain_after") && session && (
-          <Pain session={session} when={step} onDone={() => go(stepAfter(step))} />
+          <PainStep session={session} when={step} onDone={() => go(stepAfter(step))} />
         )}
         {step === "play" && (
           <>
             <PlayPanel patientId={patientId} session={session} wanted={wanted} />
-            {!run && session && (
-              <Group>
-                <Button
-                  size="lg"
-                  variant={session.runs.length > 0 ? "filled" : "default"}
-                  onClick={() => go("pain_after")}
-                >
-                  {t("station:wizard.finishPlaying")}
-                </Button>
-              </Group>
-            )}
+            {!run && session && <FinishPlaying session={session} onDone={() => go("pain_after")} />}
           </>
         )}
         {step === "note" && session && (
-          <>
-            <NoteCard key={session.id} session={session} />
-            {session.ended_at && (
-              <Group>
-                <Button variant="default" size="lg" onClick={() => setAnother(true)}>
-                  {t("station:wizard.signLater")}
-                </Button>
-              </Group>
-            )}
-          </>
+          <NoteStep session={session} onBeginAnother={() => setBeginsAnother(true)} />
         )}
       </Stack>
     </Card>
+  );
+}
+
+/**
+ * The shown step, the functions that change it, and the ref of its heading. `known`: the session is loaded.
+ */
+function useStep(session: Session | null, known: boolean, playing: boolean) {
+  const [openedStep, setOpenedStep] = useState<Step | null>(null);
+  // A running playback takes precedence.
+  const step = playing ? "play" : openedStep && canGoTo(openedStep, session) ? openedStep : stepOf(session);
+  const heading = useRef<HTMLHeadingElement>(null);
+  const focusHeading = useRef(false);
+  const go = (to: Step) => {
+    focusHeading.current = true;
+    setOpenedStep(to);
+  };
+  // The step stays as first shown: answers on it must not replace the step under the user's hand.
+  useEffect(() => {
+    if (known && openedStep === null) setOpenedStep(stepOf(session));
+  }, [known, openedStep, session]);
+  // The pressed button disappears with its step, so keyboard and screen-reader focus moves to the next
+  // heading.
+  useEffect(() => {
+    if (focusHeading.current && step === openedStep) {
+      focusHeading.current = false;
+      heading.current?.focus();
+    }
+  }, [step, openedStep]);
+  return { step, go, reset: () => setOpenedStep(null), heading };
+}
+
+function LastSigned({ sessionId }: { sessionId: string }) {
+  return (
+    <Text>
+      {t("station:wizard.lastSigned")}
+      <PageLink to="/sessions/$sessionId" params={{ sessionId: sessionId }}>
+        {t("station:wizard.viewSession")}
+      </PageLink>
+    </Text>
+  );
+}
+
+function FinishPlaying({ session, onDone }: { session: Session; onDone: () => void }) {
+  return (
+    <Group>
+      <Button size="lg" variant={session.runs.length > 0 ? "filled" : "default"} onClick={onDone}>
+        {t("station:wizard.finishPlaying")}
+      </Button>
+    </Group>
+  );
+}
+
+function NoteStep({ session, onBeginAnother }: { session: Session; onBeginAnother: () => void }) {
+  return (
+    <>
+      <NoteCard key={session.id} session={session} />
+      {session.ended_at && (
+        <Group>
+          <Button variant="default" size="lg" onClick={onBeginAnother}>
+            {t("station:wizard.signLater")}
+          </Button>
+        </Group>
+      )}
+    </>
   );
 }
 
@@ -114,20 +133,20 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   const reached = STEPS.indexOf(stepOf(session));
   return (
     <Group component="nav" gap="xs" aria-label={t("station:wizard.steps")}>
-      {STEPS.map((one, place) => (
+      {STEPS.map((listed, place) => (
         <UnstyledButton
-          key={one}
+          key={listed}
           className={classes.step ?? ""}
-          aria-current={one === step ? "step" : undefined}
-          disabled={locked || !canGoTo(one, session)}
-          onClick={() => onGo(one)}
+          aria-current={listed === step ? "step" : undefined}
+          disabled={locked || !canGoTo(listed, session)}
+          onClick={() => onGo(listed)}
         >
           {place < reached ? (
             <IconCircleCheckFilled size={22} aria-label={t("station:wizard.done")} />
           ) : (
             <b>{place + 1}</b>
           )}{" "}
-          {t(`station:stepNames.${one}`)}
+          {t(`station:stepNames.${listed}`)}
         </UnstyledButton>
       ))}
     </Group>
@@ -135,10 +154,10 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
 }
 
 /** Checks for the next recording of the programme, or for the patient's first recording. */
-function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
+function ChecklistStep({ session, onDone }: { session: Session; onDone: () => void }) {
   const recordings = useRecordings(session.patient.id);
   const item = nextItem(session.programme?.items ?? [], session.runs);
-  const first = (recordings.data?.items ?? []).find((one) => !one.archived_at);
+  const first = (recordings.data?.items ?? []).find((recording) => !recording.archived_at);
   const recordingId = item?.recording_id ?? first?.id ?? null;
   const name = item?.recording_name ?? first?.name;
   const checklist = useChecklist(session.id, recordingId);
@@ -158,14 +177,14 @@ function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
   );
 }
 
-function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onDone: () => void }) {
+function PainStep(props: { session: Session; when: "pain_before" | "pain_after"; onDone: () => void }) {
   const { session, when, onDone } = props;
-  const keep = useSetSessionCache();
-  const say = useMutation({
+  const setSessionCache = useSetSessionCache();
+  const savePain = useMutation({
     mutationFn: (pain: Partial<Pick<Session, "pain_before" | "pain_during" | "pain_after">>) =>
       api.updateSession(session.id, { ...pain, updated_at: session.updated_at }),
     onSuccess: (saved) => {
-      keep(saved);
+      setSessionCache(saved);
       const answered = when === "pain_before" || saved.pain_during !== null;
       if (answered && saved[when] !== null) onDone();
     },
@@ -176,17 +195,17 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
         <NrsScale
           label={t("station:wizard.worstPain")}
           value={session.pain_during}
-          disabled={say.isPending}
-          onChange={(pain_during) => say.mutate({ pain_during })}
+          disabled={savePain.isPending}
+          onChange={(pain_during) => savePain.mutate({ pain_during })}
         />
       )}
       <NrsScale
         label={when === "pain_before" ? t("station:wizard.painBefore") : t("station:wizard.painAfter")}
         value={session[when]}
-        disabled={say.isPending}
-        onChange={(pain) => say.mutate({ [when]: pain })}
+        disabled={savePain.isPending}
+        onChange={(pain) => savePain.mutate({ [when]: pain })}
       />
-      <ProblemNote error={say.error} />
+      <ProblemNote error={savePain.error} />
       <Group>
         <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
           {session[when] === null ? t("station:wizard.skipPain") : t("station:wizard.continue")}

@@ -43,7 +43,7 @@ const belt = { className: classes.belt ?? "" };
  * The fixtures: fixer 1 alone, or the longer fixer 2 with the elbow fixer of teaching (1) or playback (2).
  */
 export function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
-  const has = (one: Fixture) => fixtures.includes(one);
+  const has = (fixture: Fixture) => fixtures.includes(fixture);
   return (
     <Picture>
       {/* The patient, the upper arm level, the forearm upright. */}

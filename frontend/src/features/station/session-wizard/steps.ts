@@ -3,24 +3,24 @@ import type { Schemas, Session } from "../../../lib/api/client";
 export const STEPS = ["begin", "checklist", "pain_before", "play", "pain_after", "note"] as const;
 export type Step = (typeof STEPS)[number];
 
-type Seen = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
+type SessionState = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
 
 /**
  * Return the session's current step from its record, so that a reload or another computer continues there.
  */
-export function stepOf(session: Seen | null): Step {
+export function stepOf(session: SessionState | null): Step {
   if (session === null) return "begin";
   if (session.ended_at) return "note";
   if (session.pain_after !== null) return "note";
   if (session.runs.length > 0) return "play";
-  if (!["side", "fixtures", "belt"].every((check) => session.checks.some((one) => one.check === check))) {
+  if (!["side", "fixtures", "belt"].every((name) => session.checks.some(({ check }) => check === name))) {
     return "checklist";
   }
   return session.pain_before === null ? "pain_before" : "play";
 }
 
 /** True if the step can be opened: before the session only the first, after its end only the note. */
-export function canGoTo(step: Step, session: Seen | null): boolean {
+export function canGoTo(step: Step, session: SessionState | null): boolean {
   if (session === null) return step === "begin";
   return session.ended_at ? step === "note" : true;
 }

@@ -1,0 +1,142 @@
+import { Group, Progress, Stack, Text } from "@mantine/core";
+import {
+  IconArrowBackUp,
+  IconArrowsDiagonalMinimize2,
+  IconPlayerPause,
+  IconPlayerPlay,
+  IconTargetArrow,
+} from "@tabler/icons-react";
+import { api, type Live, type Schemas } from "../../lib/api/client";
+import { formatList, formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { useAlive, useLive } from "../../lib/live/hooks";
+import { store } from "../../lib/live/store";
+import { translateServerText } from "../../lib/serverText";
+import { CommandButton } from "./CommandButton";
+import { LOAD_LEVELS } from "./loadLevels";
+import { pathWords, ReversalNotice } from "./ReversalNotice";
+
+type RunState = { mode: Live["mode"]; run: Schemas["RunLive"] };
+
+/** The loaded recording and the arm's position on it. */
+export function LoadedRun({ run }: { run: Schemas["RunLive"] }) {
+  const alive = useAlive();
+  const mode = useLive("mode");
+  return (
+    <Stack className={alive ? "" : "stale"}>
+      <Text size="lg" fw={600}>
+        {run.recording_name ?? t("station:play.unnamed")}
+        <Text span size="md" fw={400}>
+          {t("station:play.level", { level: run.load_level, most: LOAD_LEVELS })}
+        </Text>
+      </Text>
+      {run.changes.length > 0 && (
+        <Text data-testid="changes">
+          {t("station:play.settings", {
+            changes: formatList(
+              run.changes.map((change, place) => translateServerText(change, run.changes_keys[place])),
+            ),
+          })}
+        </Text>
+      )}
+      {mode === "ready" && <MoveToStart />}
+      {mode === "approaching" && (
+        <Text fz={28} fw={700} role="status">
+          {t("station:play.approaching", { left: formatSpan(run.left_s) })}
+        </Text>
+      )}
+      {mode === "returning" && (
+        <Text fz={28} fw={700} role="status">
+          {t("station:play.returning", { left: formatSpan(run.left_s) })}
+        </Text>
+      )}
+      {(mode === "playing" || mode === "paused") && <RunningPlayback mode={mode} run={run} />}
+    </Stack>
+  );
+}
+
+/** The check before the arm moves, and the button that moves it to the start. */
+function MoveToStart() {
+  return (
+    <>
+      <Text>{t("station:play.safetyCheck")}</Text>
+      <Group align="start">
+        <CommandButton
+          held
+          command="approach"
+          send={() => api.approach(store.seen())}
+          leftSection={<IconTargetArrow size={26} />}
+        >
+          {t("station:play.approach")}
+        </CommandButton>
+        <CommandButton command="unload" send={api.unload} variant="default">
+          {t("station:play.cancel")}
+        </CommandButton>
+      </Group>
+    </>
+  );
+}
+
+/** The state, the remaining time and the progress, with the controls. */
+function RunningPlayback({ mode, run }: RunState) {
+  const share = run.duration_s > 0 ? (100 * run.position_s) / run.duration_s : 0;
+  return (
+    <>
+      <Group justify="space-between">
+        <Text fz={28} fw={700} role="status">
+          {pathWords(mode, run)}
+        </Text>
+        <Text fz={28} data-testid="left">
+          {t("station:play.remaining", { left: formatSpan(run.left_s) })}
+        </Text>
+      </Group>
+      <Progress size={20} value={share} aria-label={t("station:play.progress")} transitionDuration={100} />
+      {run.range_percent < 99.5 && (
+        <Text size="lg" data-testid="range">
+          {t("station:play.reducedRange", { percent: Math.round(run.range_percent) })}
+        </Text>
+      )}
+      <ReversalNotice mode={mode} run={run} />
+      <PlaybackControls mode={mode} run={run} />
+    </>
+  );
+}
+
+function PlaybackControls({ mode, run }: RunState) {
+  return (
+    <Group align="start">
+      {mode === "paused" && (
+        <CommandButton
+          held
+          command="play"
+          send={() => api.play(store.seen())}
+          leftSection={<IconPlayerPlay size={26} />}
+        >
+          {run.at_start && !run.reversing ? t("station:play.play") : t("station:play.playOn")}
+        </CommandButton>
+      )}
+      {mode === "playing" && (
+        <CommandButton command="pause" send={api.pause} leftSection={<IconPlayerPause size={26} />}>
+          {t("station:play.pause")}
+        </CommandButton>
+      )}
+      <CommandButton
+        command="less"
+        send={api.reduceRange}
+        variant="default"
+        leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
+      >
+        {t("station:play.reduceRange")}
+      </CommandButton>
+      <CommandButton
+        held
+        command="return"
+        send={() => api.returnArm(store.seen())}
+        variant="default"
+        leftSection={<IconArrowBackUp size={26} />}
+      >
+        {t("station:play.returnAndRelease")}
+      </CommandButton>
+    </Group>
+  );
+}
