@@ -13,11 +13,15 @@ _PAGE: Final = "frontend/src/"
 
 _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
     "The operator and the browser": (
-        ("station/lease.py", "GRACE_S", "A playback is paused when the operator's browser has been gone for so long."),
         (
             "station/lease.py",
-            "GIVEN_UP_S",
-            "The lease survives without its browser for so long. Then the arm is let go.",
+            "PAUSE_AFTER_S",
+            "A playback pauses after this absence of the operator's browser.",
+        ),
+        (
+            "station/lease.py",
+            "RELEASE_AFTER_S",
+            "The lease survives this absence of its browser. Then the motors release the arm.",
         ),
         (
             "station/guard.py",

@@ -1,4 +1,4 @@
-"""What has to be in order before a recording is played."""
+"""The checklist before a recording is played."""
 
 from datetime import UTC, datetime, timedelta
 

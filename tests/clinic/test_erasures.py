@@ -45,7 +45,7 @@ def rows(session: Session, table: str) -> list[tuple[Any, ...]]:
 
 
 def told(session: Session) -> list[str]:
-    """Every row of every table in which something stands that tells who it was."""
+    """Return every row of every table that identifies the patient."""
     assert kata.clinic.tables.__all__
     text = [f"{table}: {row!s}" for table in Base.metadata.tables for row in rows(session, table)]
     return [line for line in text if any(word in line or "datetime.date(1968, 4, 12)" in line for word in TELLING)]

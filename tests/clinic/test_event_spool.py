@@ -1,4 +1,4 @@
-"""What began in the database and never at the apparatus is forgotten, also where the commit itself is in doubt."""
+"""A run that never reached the apparatus is removed, also after an uncertain commit."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from tests.support.imported_runs import Clinic
 
 
 def test_run_whose_abandoned_commit_succeeded_is_deleted(database: Database, tmp_path: Path) -> None:
-    """A server that hangs has the commit in its socket; it answers others first when it goes on."""
+    """A hanging server has the commit in its socket. When it continues, it may answer other connections first."""
     clinic = Clinic(tmp_path, database)
     recording_id = clinic.recording()
     with database.write() as session:

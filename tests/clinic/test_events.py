@@ -1,4 +1,4 @@
-"""What the device tells reaches the database once, and keeps nobody waiting."""
+"""Device events reach the database once, and recording them blocks nothing."""
 
 import threading
 from datetime import UTC, datetime, timedelta

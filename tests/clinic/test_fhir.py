@@ -1,4 +1,4 @@
-"""A patient as FHIR R4: accepted by two validators of others, which refuse what is broken; and patients that come in."""
+"""Export and import of patients as FHIR R4, judged by two independent validators."""
 
 import copy
 import json
@@ -44,7 +44,7 @@ def everything(part: Any) -> list[Json]:
 
 
 def judged(cases: dict[str, Json]) -> dict[str, list[str]]:
-    """What either validator says of each."""
+    """Return each validator's verdict on each resource."""
     told = judge("validate.mjs", given=json.dumps(cases))
     return {name: [*said["medplum"], *said["lantana"]] for name, said in told.items()}
 

@@ -1,4 +1,4 @@
-"""What is drawn of a long motion: few points, every peak, and of a window every sample."""
+"""Figures of a long motion: few points, every peak, and every sample of a window."""
 
 import base64
 import json

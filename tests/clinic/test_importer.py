@@ -148,7 +148,7 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
 
 
 def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
-    """Each falls short by a degree: what is added grows, and is what the run before has taught."""
+    """Each run falls short by a degree, so the correction grows by what the previous run has taught."""
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
     clinic.importer.run()
     recording_id = clinic.saved[-1].id

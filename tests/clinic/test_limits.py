@@ -1,4 +1,4 @@
-"""A doctor's limits, held against what is about to be played."""
+"""A doctor's limits, checked against a motion before it is played."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Patients and sessions are found by whatever the clinic knows of them, page by page; on SQLite and on PostgreSQL."""
+"""Lists of patients, sessions, recordings and accesses: search, filters and pages, on SQLite and PostgreSQL."""
 
 from base64 import urlsafe_b64encode
 from collections.abc import Callable
@@ -236,7 +236,7 @@ def test_second_change_of_the_same_version_is_refused(database: Database) -> Non
 
 
 def _at_once(do: Callable[[], object]) -> list[str]:
-    """Two do it at the same time; what became of each."""
+    """Run it in two threads at once, and return both results."""
     both = Barrier(2, timeout=20)
 
     def one(_: int) -> str:

@@ -1,4 +1,4 @@
-"""The tables of what is measured, and the score of the SPADI by worked examples."""
+"""The tables of measurements, and the score of the SPADI by worked examples."""
 
 import pytest
 

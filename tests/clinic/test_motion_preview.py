@@ -1,4 +1,4 @@
-"""What the page's 3-D apparatus plays before a motion may touch a patient."""
+"""The motion that the page's 3-D apparatus shows before a patient gets it."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the phases of a run tell."""
+"""Reversals and reduced range, read from the phases of a run."""
 
 import numpy as np
 import pytest

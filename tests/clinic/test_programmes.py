@@ -1,4 +1,4 @@
-"""Programmes with their versions, what was done of them, and how regularly: on every database."""
+"""Programmes: versions, completed repetitions and adherence, on both databases."""
 
 from contextlib import nullcontext
 from datetime import UTC, date, datetime, timedelta
@@ -423,7 +423,7 @@ def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
 
 
 def test_many_sessions_are_no_more_questions_to_the_database(clinic: Clinic) -> None:
-    """No samples, no run by itself: what takes long with hundreds of sessions is asked for once."""
+    """Load no samples and no single runs, which would be slow with hundreds of sessions."""
     lift = clinic.recording()
     version = clinic.newest(clinic.programme(lift).id)
     with clinic.database.read() as session:

@@ -1,4 +1,4 @@
-"""Progress charts: what stands in them, on both databases."""
+"""Content of the progress charts, on both databases."""
 
 from collections.abc import Callable
 from datetime import UTC, date, datetime, timedelta

@@ -1,4 +1,4 @@
-"""Reports: what they say is what the rows say, in both languages, and nothing that was typed in can do anything."""
+"""Reports show the rows in both languages, and typed texts cannot act in them."""
 
 import base64
 import io
@@ -62,7 +62,7 @@ def texts_of(pdf: bytes) -> list[str]:
 
 
 class Parsed(HTMLParser):
-    """What a page consists of. An element that is closed out of order is an error."""
+    """The parts of a page. An element that is closed out of order is an error."""
 
     EMPTY = frozenset({"meta", "img", "br", "line", "polyline", "circle"})
 

@@ -22,7 +22,7 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 
 def test_signing_waits_for_the_result_of_every_run(database: Database) -> None:
-    """A run played while the database was away ends in its journal, which may be imported after the session's end."""
+    """A run played while the database was unavailable ends in its journal, which may be imported after the session's end."""
     given = SessionSign(signed_by="Sato Ken", note="Went well.")
     with database.write() as session:
         session_id = treat(session, signed=False).session_ids[0]

@@ -99,7 +99,7 @@ def test_starting_station_interrupts_no_run_of_another_station(database: Databas
 
 
 def test_interrupted_run_is_completed_by_a_journal_found_later(database: Database, tmp_path: Path) -> None:
-    """As when a session goes on at another station than it began at, and its first one starts anew meanwhile."""
+    """A session continues at another station while its first station restarts."""
     clinic, run_id = _with_a_run(database, tmp_path)
     with database.write() as session:
         assert runs.give_up_unended(session, "Station 2", utc_now()) == 1

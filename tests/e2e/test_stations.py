@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
-from kata.station.fleet import PlaybackProgress, StationReport, encoded
+from kata.station.fleet import PlaybackProgress, StationReport, as_json
 from kata.station.schemas import PatientRef
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.login import signed_in
@@ -53,7 +53,7 @@ class Elsewhere:
     def _speak(self) -> None:
         with psycopg.connect(self._url, autocommit=True) as connection:
             while True:
-                connection.execute("SELECT pg_notify('kata_stations', %s)", (encoded(self._told),))
+                connection.execute("SELECT pg_notify('kata_stations', %s)", (as_json(self._told),))
                 if self._quiet.wait(1.0):
                     return
 

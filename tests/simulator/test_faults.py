@@ -262,7 +262,7 @@ def test_simulation_time_follows_the_caller_even_after_long_gaps() -> None:
     ]
 
 
-def test_the_witness_hears_of_goals_and_torque_with_their_time() -> None:
+def test_goals_and_torque_are_reported_with_their_time() -> None:
     world = World()
     world.now_ns = 1_234_567
     world.write(4, GOAL_POSITION, struct.pack("<i", 2048 + 512))
@@ -277,7 +277,7 @@ def test_the_witness_hears_of_goals_and_torque_with_their_time() -> None:
     ]
 
 
-def test_the_witness_hears_the_same_of_modbus_drives() -> None:
+def test_modbus_drives_report_goals_and_torque_too() -> None:
     noticed: list[tuple[int, int, DriveEvent, float]] = []
     bus = SimulatedModbusBus(SimulatedApparatus(1, now_ns=0, on_drive_event=lambda *one: noticed.append(one)))
     bus.execute(ModbusRequest(4, 0x10, struct.pack(">HHBi", 0x10, 2, 4, 4500)), BAUD, 7_000_000)

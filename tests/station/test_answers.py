@@ -1,4 +1,4 @@
-"""What the apparatus' control program answers, in time, late or never: with a process in its place that only the test speaks for."""
+"""Replies of the device process that come in time, late or never. The test sends them."""
 
 import asyncio
 from uuid import UUID

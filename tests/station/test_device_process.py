@@ -1,4 +1,4 @@
-"""What the service sends to the device process: a Stop never waits for a recording to be sent."""
+"""Messages to the device process: a Stop never waits for a recording."""
 
 import asyncio
 import socket

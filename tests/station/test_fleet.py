@@ -1,4 +1,4 @@
-"""What one station knows of the others: pure, by a clock of the test's own."""
+"""The list of stations with their reports, on a stepped clock."""
 
 import json
 from datetime import UTC, datetime
@@ -7,7 +7,15 @@ from uuid import UUID
 
 import pytest
 
-from kata.station.fleet import LONGEST, SILENT_AFTER_S, PlaybackProgress, Roster, StationReport, StationStatus, encoded
+from kata.station.fleet import (
+    MAX_REPORT_BYTES,
+    SILENT_AFTER_S,
+    PlaybackProgress,
+    Roster,
+    StationReport,
+    StationStatus,
+    as_json,
+)
 from kata.station.lease import Moment
 from kata.station.schemas import PatientRef, StopCauseLive
 
@@ -24,7 +32,7 @@ def state(station: str = "Station 2", service: int = 1, **told: Any) -> StationR
 
 
 def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationStatus:
-    return next(shown for shown in roster.shown(now) if shown.name == name)
+    return next(shown for shown in roster.statuses(now) if shown.name == name)
 
 
 def test_silent_station_is_shown_as_silent_since_its_last_message() -> None:
@@ -44,7 +52,7 @@ def test_silent_station_is_shown_as_silent_since_its_last_message() -> None:
 def test_registered_station_never_heard_is_silent() -> None:
     roster = Roster("Station 2")
     roster.register(["Station 1", "Station 2", "Station 3"])
-    shown = roster.shown(BEGIN)
+    shown = roster.statuses(BEGIN)
     assert [(told.name, told.here, told.silent, told.heard_at) for told in shown] == [
         ("Station 2", True, True, None),
         ("Station 1", False, True, None),
@@ -78,10 +86,10 @@ def test_progress_alone_is_no_news_and_everything_else_is() -> None:
         progress = PlaybackProgress(position_s=position_s, duration_s=9.0, left_s=9.0 - position_s, reversing=False)
         return state(mode="playing", progress=progress, **told)
 
-    assert at(1.0).steady == at(2.0).steady
-    assert state(take_s=1.0).steady == state(take_s=2.0).steady
+    assert at(1.0).without_progress == at(2.0).without_progress
+    assert state(take_s=1.0).without_progress == state(take_s=2.0).without_progress
     for changed in ({"estop": "pressed"}, {"torque": "unknown"}, {"device": "restarting"}, {"operator": "Sato"}):
-        assert at(1.0, **changed).steady != at(1.0).steady
+        assert at(1.0, **changed).without_progress != at(1.0).without_progress
 
 
 @pytest.mark.parametrize("length", [10, 100, 1500, 30_000])
@@ -89,13 +97,13 @@ def test_station_messages_never_exceed_the_database_column(length: int) -> None:
     cause = StopCauseLive(code="bus_lost", category=0, message="線" * length, next_step="n", axis=None, cleared=False)
     patient = PatientRef(id=ID, name="長" * min(length, 200))
     told = state(mode="stopped", causes=[cause] * 5, patient=patient, recording_name="曲" * length)
-    text = encoded(told)
-    assert len(text.encode()) <= LONGEST
+    text = as_json(told)
+    assert len(text.encode()) <= MAX_REPORT_BYTES
     read = StationReport.model_validate_json(text)
     assert (read.mode, read.estop, read.station) == ("stopped", "closed", "Station 2")
     assert length > 100 or read == told
 
 
 def test_unknown_fields_of_a_newer_version_are_ignored() -> None:
-    told = json.loads(encoded(state())) | {"something_new": [1, 2]}
+    told = json.loads(as_json(state())) | {"something_new": [1, 2]}
     assert StationReport.model_validate_json(json.dumps(told)) == state()

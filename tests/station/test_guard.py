@@ -1,4 +1,4 @@
-"""How old the state may be that a command is based on."""
+"""The highest age of the state that a command is based on."""
 
 from datetime import UTC, datetime, timedelta
 

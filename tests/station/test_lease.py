@@ -1,4 +1,4 @@
-"""Who operates, on a clock that only the test moves."""
+"""The lease, on a stepped clock."""
 
 from datetime import UTC, datetime
 from uuid import UUID
@@ -23,9 +23,9 @@ def at(s: float) -> Moment:
 
 @pytest.fixture
 def lease() -> Lease:
-    """Sato's, taken at noon, with a page open."""
+    """Return a lease that Sato took at noon, with a page open."""
     made = Lease()
-    made.came(SATO)
+    made.page_opened(SATO)
     assert made.take(SATO, NOON) is None
     return made
 
@@ -39,7 +39,7 @@ def due(lease: Lease, s: float, mode: Mode, torque: TorqueState | None = None) -
 
 def test_first_to_command_takes_a_free_lease() -> None:
     lease = Lease()
-    assert lease.told(SATO, NOON).holder is None
+    assert lease.live(SATO, NOON).holder is None
     assert lease.refusal(SATO) is None
     assert lease.refusal(KATO) is None
 
@@ -53,7 +53,7 @@ def test_first_to_command_takes_a_free_lease() -> None:
 
 
 def test_each_browser_learns_whether_the_lease_is_its_own(lease: Lease) -> None:
-    mine, watched, neutral = lease.told(SATO, at(5)), lease.told(KATO, at(5)), lease.told(None, at(5))
+    mine, watched, neutral = lease.live(SATO, at(5)), lease.live(KATO, at(5)), lease.live(None, at(5))
     assert (mine.holder, mine.mine, mine.since, mine.unreachable_since) == ("Sato", True, NOON.at, None)
     assert (watched.holder, watched.mine) == ("Sato", False)
     assert (neutral.holder, neutral.mine) == ("Sato", False)
@@ -68,7 +68,7 @@ def test_takeover_must_be_explicit_and_both_users_are_notified(lease: Lease) -> 
     assert lease.take(KATO, at(2), take_over=True) is None
 
     for browser, mine in ((SATO, False), (KATO, True)):
-        told = lease.told(browser, at(2))
+        told = lease.live(browser, at(2))
         assert (told.holder, told.mine, told.taken_from, told.since) == ("Kato", mine, "Sato", at(2).at)
     assert lease.refusal(SATO) is not None
 
@@ -76,12 +76,12 @@ def test_takeover_must_be_explicit_and_both_users_are_notified(lease: Lease) -> 
 def test_same_person_in_another_browser_counts_as_another(lease: Lease) -> None:
     elsewhere = Browser(UUID(int=3), "Sato")
     assert lease.refusal(elsewhere) is not None
-    assert lease.told(elsewhere, NOON).mine is False
+    assert lease.live(elsewhere, NOON).mine is False
 
 
 def test_taking_an_own_lease_changes_nothing(lease: Lease) -> None:
     assert lease.take(SATO, at(9), take_over=True) is None
-    told = lease.told(SATO, at(9))
+    told = lease.live(SATO, at(9))
     assert (told.since, told.taken_from) == (NOON.at, None)
 
 
@@ -98,7 +98,7 @@ def test_lease_is_returned_only_without_torque_and_by_its_holder(lease: Lease) -
     assert lease.holder is None
     assert lease.release(SATO, "off") is None
     assert lease.take(KATO, at(1)) is None
-    assert lease.told(KATO, at(1)).taken_from is None
+    assert lease.live(KATO, at(1)).taken_from is None
 
 
 def test_unknown_torque_keeps_the_lease(lease: Lease) -> None:
@@ -117,14 +117,14 @@ def test_browser_with_its_page_open_may_be_silent_for_hours(lease: Lease) -> Non
 
 
 def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: Lease) -> None:
-    lease.left(SATO, at(10))
+    lease.page_closed(SATO, at(10))
     assert due(lease, 11.99, "playing") is None
     assert due(lease, 12.0, "playing") == "pause"
     # Until it stands, and it is told why.
     assert due(lease, 12.1, "playing") == "pause"
     lease.note_pause()
-    assert lease.told(KATO, at(13)).paused is True
-    assert lease.told(KATO, at(13)).unreachable_since == at(10).at
+    assert lease.live(KATO, at(13)).paused is True
+    assert lease.live(KATO, at(13)).unreachable_since == at(10).at
     assert due(lease, 13.0, "paused") is None
     assert due(lease, 39.99, "paused") is None
     assert due(lease, 40.0, "paused") == "stop"
@@ -137,7 +137,7 @@ def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: L
 
 @pytest.mark.parametrize("mode", ["idle", "offline"])
 def test_unknown_torque_without_motion_is_waited_for(lease: Lease, mode: Mode) -> None:
-    lease.left(SATO, at(10))
+    lease.page_closed(SATO, at(10))
 
     assert due(lease, 40.0, mode, "unknown") is None
     assert lease.holder == SATO
@@ -146,13 +146,13 @@ def test_unknown_torque_without_motion_is_waited_for(lease: Lease, mode: Mode) -
 
 
 def test_unknown_torque_after_a_fault_is_stopped(lease: Lease) -> None:
-    lease.left(SATO, at(10))
+    lease.page_closed(SATO, at(10))
 
     assert due(lease, 40.0, "stopped", "unknown") == "stop"
 
 
 def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease) -> None:
-    lease.left(SATO, at(0))
+    lease.page_closed(SATO, at(0))
     assert due(lease, 3, "returning") is None
     assert due(lease, 60, "returning") is None
     assert lease.holder == SATO
@@ -160,7 +160,7 @@ def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease) -> None:
 
 @pytest.mark.parametrize("mode", ["idle", "teaching", "ready", "stopped", "offline"])
 def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Lease, mode: Mode) -> None:
-    lease.left(SATO, at(0))
+    lease.page_closed(SATO, at(0))
     assert due(lease, 29.9, mode) is None
     assert lease.refusal(KATO) is not None
 
@@ -170,57 +170,57 @@ def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Leas
 
 
 def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease) -> None:
-    lease.left(SATO, at(10))
-    lease.came(SATO)
+    lease.page_closed(SATO, at(10))
+    lease.page_opened(SATO)
     assert due(lease, 100, "playing") is None
-    assert lease.told(SATO, at(100)).unreachable_since is None
+    assert lease.live(SATO, at(100)).unreachable_since is None
 
 
 def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease) -> None:
-    lease.came(SATO)
-    lease.left(SATO, at(10))
+    lease.page_opened(SATO)
+    lease.page_closed(SATO, at(10))
     assert due(lease, 20, "playing") is None
-    lease.left(SATO, at(20))
+    lease.page_closed(SATO, at(20))
     assert due(lease, 22, "playing") == "pause"
 
 
 def test_other_watching_browsers_do_not_count(lease: Lease) -> None:
-    lease.came(KATO)
-    lease.left(SATO, at(10))
+    lease.page_opened(KATO)
+    lease.page_closed(SATO, at(10))
     assert due(lease, 12, "playing") == "pause"
-    lease.left(KATO, at(12))
+    lease.page_closed(KATO, at(12))
 
 
 def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
-    """Kato only ever asks: present for two seconds after each request, and then the same as everybody."""
+    """Kato has no open page: present for two seconds after each request, then absent."""
     assert lease.take(KATO, at(10), take_over=True) is None
     assert due(lease, 13.5, "playing") is None
-    lease.asked(KATO, at(13.5))
+    lease.note_request(KATO, at(13.5))
     assert due(lease, 17.25, "playing") is None
     assert due(lease, 17.5, "playing") == "pause"
     # That Sato's page is open helps nobody.
-    lease.came(KATO)
+    lease.page_opened(KATO)
     assert due(lease, 50, "playing") is None
-    lease.left(KATO, at(50))
+    lease.page_closed(KATO, at(50))
     # It has had a page: from now on asking is a sign of that moment only.
-    lease.asked(KATO, at(51))
+    lease.note_request(KATO, at(51))
     assert due(lease, 52.9, "playing") is None
     assert due(lease, 53, "playing") == "pause"
 
 
 def test_request_alone_takes_nothing_from_the_holder(lease: Lease) -> None:
-    lease.left(SATO, at(10))
-    lease.asked(KATO, at(11.9))
+    lease.page_closed(SATO, at(10))
+    lease.note_request(KATO, at(11.9))
     assert due(lease, 12, "playing") == "pause"
 
 
 def test_pause_is_reported_until_the_holder_commands_again(lease: Lease) -> None:
-    lease.left(SATO, at(0))
+    lease.page_closed(SATO, at(0))
     lease.note_pause()
-    lease.came(SATO)
-    assert lease.told(SATO, at(5)).paused is True
+    lease.page_opened(SATO)
+    assert lease.live(SATO, at(5)).paused is True
     lease.take(SATO, at(6))
-    assert lease.told(SATO, at(6)).paused is False
+    assert lease.live(SATO, at(6)).paused is False
 
 
 def test_unattended_station_actions_are_left_alone() -> None:
@@ -228,4 +228,4 @@ def test_unattended_station_actions_are_left_alone() -> None:
     lease = Lease()
     assert due(lease, 100, "playing") is None
     lease.note_pause()
-    assert lease.told(None, NOON).paused is False
+    assert lease.live(None, NOON).paused is False

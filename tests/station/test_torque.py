@@ -1,4 +1,4 @@
-"""What the service says and allows while torque is on, off or unknown."""
+"""Live state and allowed commands while torque is on, off or unknown."""
 
 import asyncio
 import time

@@ -18,7 +18,7 @@ from uuid import UUID, uuid4
 from pydantic import ValidationError
 
 from kata.database.engine import Database
-from kata.station.fleet import SILENT_AFTER_S, Roster, StationReport, StationStatus, encoded, state_of
+from kata.station.fleet import SILENT_AFTER_S, Roster, StationReport, StationStatus, as_json, state_of
 from kata.station.lease import Moment
 from kata.station.station import Station
 
@@ -54,7 +54,7 @@ class Fleet:
 
     def shown(self) -> list[StationStatus]:
         """Return every station, this one first."""
-        return self._roster.shown(self.now())
+        return self._roster.statuses(self.now())
 
     def register(self, names: list[str]) -> None:
         """Add registered stations."""
@@ -120,7 +120,7 @@ class Fleet:
                 heard.waiting.clear()
                 heard.overflown = False
                 state, now_s = self._own(), time.monotonic()
-                if last is None or now_s >= until_s or state.steady != last.steady:
+                if last is None or now_s >= until_s or state.without_progress != last.without_progress:
                     last, until_s = state, now_s + _AT_LEAST_EVERY_S
                     yield state
                 with suppress(TimeoutError):
@@ -148,7 +148,7 @@ class Fleet:
 
     async def _send(self, connection: Any) -> None:
         async for state in self._news():
-            await _in_time(connection, "SELECT pg_notify(%s, %s)", (_CHANNEL, encoded(state)))
+            await _in_time(connection, "SELECT pg_notify(%s, %s)", (_CHANNEL, as_json(state)))
 
     async def _listen(self, connection: Any) -> None:
         await _in_time(connection, f"LISTEN {_CHANNEL}", ())

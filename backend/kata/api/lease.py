@@ -23,7 +23,7 @@ def browser() -> Browser:
 
 async def _watching(station: TheStation) -> Browser:
     here = browser()
-    station.operating.asked(here)
+    station.operating.note_request(here)
     return here
 
 

@@ -39,7 +39,7 @@ class LiveStateView:
         own: dict[str, Any] = {
             "at": station.clock.now().isoformat().replace("+00:00", "Z"),
             "age_ms": station.age_ms,
-            "lease": station.operating.told(seen_by).model_dump(mode="json"),
+            "lease": station.operating.lease_for(seen_by).model_dump(mode="json"),
             "database": database_status.model_dump(mode="json"),
         }
         elsewhere = station.operating.refusal(seen_by)

@@ -179,13 +179,13 @@ async def take_lease(request: Request, station: TheStation, here: Watching, want
     Others watch, and may stop it. While the operator's browser cannot be reached, playback pauses after 2 s, and the motors release
     the arm after 30 s.
     """
-    before = station.operating.by
+    before = station.operating.holder
     refusal = station.operating.take(here, take_over=wanted.take_over)
     if refusal:
         raise refused(refusal)
     if before and before.id != here.id:
         record_takeover(services_of(request).audit_log, before)
-    return station.operating.told(here)
+    return station.operating.lease_for(here)
 
 
 @router.delete("/lease", responses=PROBLEMS.of(409), summary="Release the lease of the apparatus")
@@ -194,7 +194,7 @@ async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
     refusal = station.operating.release(here, station.torque)
     if refusal:
         raise refused(refusal)
-    return station.operating.told(here)
+    return station.operating.lease_for(here)
 
 
 @router.post("/side", responses=PROBLEMS.of(409, 422), summary="Set the side of the apparatus")
@@ -431,7 +431,7 @@ def _written(
 
 
 def _run_request(wanted: LoadRequest) -> runs.RunRequest:
-    settings = runs.asked_of(wanted)
+    settings = runs.settings_of(wanted)
     position = wanted.programme_position
     return runs.RunRequest(wanted.session_id, wanted.recording_id, wanted.load_level, settings, wanted.method, position)
 

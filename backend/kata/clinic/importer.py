@@ -117,7 +117,7 @@ class Importer:
     def run_at_start(self) -> None:
         """Import all journals after the last device process has ended, and close runs that lost their journal.
 
-        :raises FolderInUseError: when one goes on, so that another service must be there.
+        :raises FolderInUseError: when a device process runs, because another service must have started it.
         """
         with journal.claimed(self._folder, _LAST_DEVICE_S):
             self.run()

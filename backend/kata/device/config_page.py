@@ -54,13 +54,13 @@ lost port mode, a short circuit or a welded contact is noticed only when the two
 """
 
 
-def _row(one: Range) -> str:
-    field = f"`{one.field}`" + (f" ({one.protocol})" if one.protocol else "")
-    return f"| {field} | {_default(one)} | {one.shown} | {one.reason} |"
+def _row(accepted: Range) -> str:
+    field = f"`{accepted.field}`" + (f" ({accepted.protocol})" if accepted.protocol else "")
+    return f"| {field} | {_default(accepted)} | {accepted.shown} | {accepted.reason} |"
 
 
-def _default(one: Range) -> str:
-    holder, _, name = one.field.rpartition(".")
+def _default(accepted: Range) -> str:
+    holder, _, name = accepted.field.rpartition(".")
     if holder.startswith("axes["):
         axis = StationConfig().axes[int(holder[len("axes[") : -1]) - 1]
         return f"{getattr(axis, name):g}"

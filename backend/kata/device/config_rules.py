@@ -618,7 +618,7 @@ _LONGEST_NAME: Final = 100
 
 
 def problems(config: "StationConfig") -> list[str]:
-    """Say what is wrong with a configuration, one message each: field, value, range, reason. Empty: it is accepted."""
+    """Return the errors of a configuration as texts: field, value, range, reason. Empty: it is accepted."""
     found = [*_texts(config), *_outside(config)]
     # Rules may divide by any number, so they are asked only when all numbers are in range.
     return found or [message for rule in RULES for message in rule.broken(config)]
@@ -635,12 +635,12 @@ def _texts(config: "StationConfig") -> Iterator[str]:
 
 
 def _outside(config: "StationConfig") -> Iterator[str]:
-    for one in RANGES:
-        if one.protocol not in (None, config.protocol):
+    for accepted in RANGES:
+        if accepted.protocol not in (None, config.protocol):
             continue
-        for field, value in _values(config, one.field):
-            if value is not None and not one.accepts(value):
-                yield f"{field}: {value:.10g} is not within {one.shown} ({one.reason})"
+        for field, value in _values(config, accepted.field):
+            if value is not None and not accepted.accepts(value):
+                yield f"{field}: {value:.10g} is not within {accepted.shown} ({accepted.reason})"
 
 
 def _values(config: "StationConfig", field: str) -> Iterator[tuple[str, float | None]]:

@@ -56,7 +56,7 @@ class JournalSet:
                 self._failed(writer, error)
 
     def sync(self) -> list[Path]:
-        """Sync what is written. Return the journals that are finished, complete on the disk, and closed."""
+        """Sync the written files. Return the journals that are finished, complete on the disk, and closed."""
         closed = []
         for writer in list(self._open):
             try:

@@ -118,7 +118,7 @@ def no_torque_found(state: CycleState) -> Refusal | None:
 
 
 def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
-    """Refuse what is for the other shoulder: motors 3 and 4 turn the other way there, so a lift would become a pull
+    """Refuse a motion of the other shoulder: motors 3 and 4 turn the other way there, so a lift would become a pull
     downwards.
     """
     if wanted == stands_for:

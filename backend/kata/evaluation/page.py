@@ -30,7 +30,7 @@ def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
     """Return the whole report."""
     where = "Simulated" if simulated else "Measured on the apparatus"
     shown = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
-    parts = [_table(one, where) for one in shown if one.rows]
+    parts = [_table(table, where) for table in shown if table.rows]
     parts.append(f"<h2>Teaching, playback and error ({where.lower()})</h2>")
     with_script = True
     for title, figure in _figures(tables.last_plays(outcomes), where.lower()):
@@ -39,9 +39,9 @@ def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
         with_script = False
     parts.append(_table(tables.by_motor(outcomes), where))
     parts += [
-        f"<p>{escape(f'{one.case.name}, {one.case.side}, {one.method}, play {one.repetition}: {one.problem}')}</p>"
-        for one in outcomes
-        if one.problem
+        f"<p>{escape(f'{outcome.case.name}, {outcome.case.side}, {outcome.method}, play {outcome.repetition}: {outcome.problem}')}</p>"
+        for outcome in outcomes
+        if outcome.problem
     ]
     title = "Teaching and playback compared, after Section 4 of Sun et al. 2025"
     return (
@@ -69,22 +69,26 @@ def _figures(last: Sequence[Outcome], where: str) -> list[tuple[str, go.Figure]]
     """Return the paper's figures of the first seed: both sides of a motion in one figure; of the arbitrary motion, one figure a side."""
     seed = last[0].seed if last else None
     found = []
-    for _, group in groupby((one for one in last if one.seed == seed), key=_figure_of):
+    for _, group in groupby((outcome for outcome in last if outcome.seed == seed), key=_figure_of):
         same = list(group)
         number = _number(same[0])
         title = f"Figure {number}: {same[0].case.name}" if number else same[0].case.name
-        sides = sorted({one.case.side for one in same})
+        sides = sorted({outcome.case.side for outcome in same})
         found.append((f"{title}, {' and '.join(sides)}, {where}", _figure(same, sides)))
     return found
 
 
-def _figure_of(one: Outcome) -> tuple[str, int | None]:
-    return one.case.name, _number(one)
+def _figure_of(outcome: Outcome) -> tuple[str, int | None]:
+    return outcome.case.name, _number(outcome)
 
 
-def _number(one: Outcome) -> int | None:
+def _number(outcome: Outcome) -> int | None:
     return next(
-        (error.figure for error in ERRORS if error.motion == one.case.number and error.side in (None, one.case.side)),
+        (
+            error.figure
+            for error in ERRORS
+            if error.motion == outcome.case.number and error.side in (None, outcome.case.side)
+        ),
         None,
     )
 
@@ -109,7 +113,7 @@ def _figure(outcomes: Sequence[Outcome], sides: Sequence[str]) -> go.Figure:
                 figure.add_trace(trace, **cell, secondary_y=on_the_right)
                 trace_methods.append(outcome.method)
             _label_axes(figure, cell, last_row=row == len(motors), limit_deg=_error_limit_deg(outcomes, motor))
-    plays = {method: max(one.repetition for one in outcomes if one.method == method) for method in methods}
+    plays = {method: max(outcome.repetition for outcome in outcomes if outcome.method == method) for method in methods}
     buttons = [
         {
             "label": f"{method}, play {plays[method]}",
@@ -166,7 +170,7 @@ def _label_axes(figure: go.Figure, cell: dict[str, int], *, last_row: bool, limi
 
 def _error_limit_deg(outcomes: Sequence[Outcome], motor: int) -> float:
     """Return the limit of the error axis, the same for every method and side, so that they can be compared."""
-    errors = [one.comparison.error_deg[:, motor - 1] for one in outcomes if one.comparison]
+    errors = [outcome.comparison.error_deg[:, motor - 1] for outcome in outcomes if outcome.comparison]
     return 1.1 * max(float(np.abs(error).max()) for error in errors)
 
 

@@ -187,9 +187,9 @@ def repeated(
             texts.REPETITIONS_TOO_LONG(repetitions=repetitions, duration_s=motion.duration_s, pause_s=pause_s)
         )
     line = MotionBuilder(join_speed_deg_s)
-    one = eased(motion)
+    repetition = eased(motion)
     for _ in range(repetitions):
-        line.join(one, pause_s)
+        line.join(repetition, pause_s)
     if pause_s:
         return line.motion((*motion.done, texts.DONE_REPETITIONS_WITH_PAUSE(repetitions=repetitions, pause_s=pause_s)))
     return line.motion((*motion.done, texts.DONE_REPETITIONS(repetitions=repetitions)))

@@ -1,6 +1,6 @@
 """Kinematics of the scapula's parallel links (Section 3.2, Eqs. 1-20, two misprints mended).
 
-The printed Eqs. (1) and (2) contradict the paper's own Eqs. (15)-(20); what is built here is the reading that
+The printed Eqs. (1) and (2) contradict the paper's own Eqs. (15)-(20); this module uses the reading that
 agrees with the latter, for each of the two legs i = 1, 2:
 
     OQi  = |OQi| (sin(psi+wi) cos phi, sin(psi+wi) sin phi, cos(psi+wi))
@@ -10,8 +10,8 @@ agrees with the latter, for each of the two legs i = 1, 2:
 *Inverse*: with V = OOi - OQi this is ``A sin t + B cos t + C = 0`` (Eqs. 13-20), closed by
 ``t = atan2(A, B) + acos(-C / hypot(A, B))``. The + branch is the assembled one.
 
-*Forward*: t2 says where P2 is, and leg 2 then gives psi for each phi in one line, of the same form. What is left is how
-far leg 1 stays open, a function of phi alone, which scipy's bracketing root finder brings to zero for all rows at once.
+*Forward*: t2 determines P2, and leg 2 then gives psi for each phi in one line, of the same form. The remaining
+opening of leg 1 is a function of phi alone, which scipy's bracketing root finder brings to zero for all rows at once.
 
 Within +-45 deg of phi and psi, wherever the links close, det d(theta)/d(phi, psi) > 0: the assembled linkage meets no
 singularity, no two poses share their motor angles there, and a path of motor angles has one pose path, without jumps.

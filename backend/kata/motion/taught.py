@@ -25,7 +25,7 @@ POSE_LAYOUT: Final = ("time_s", *POSE_COLUMNS)
 
 
 class TaughtError(TableError):
-    """The motion cannot be used; the message says in one sentence what is wrong and where."""
+    """The motion cannot be used; the message names the error and its place in one sentence."""
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def _wrong_png(image: bytes) -> str:
 
 
 def _wrong_svg(image: bytes) -> str:
-    """Return what is wrong with an SVG. An image element runs no scripts and fetches nothing; an SVG that tries to is refused all the same."""
+    """Return the errors of an SVG. An image element runs no scripts and fetches nothing; an SVG that tries to is refused nevertheless."""
     wrong: list[str] = []
     names: list[str] = []
 

@@ -1,4 +1,4 @@
-"""Starts the device process, watches it, and starts a new one when it has ended. A new one resumes nothing."""
+"""Start the device process, watch it, and start a new one when it has ended. A new process resumes nothing."""
 
 import asyncio
 import contextlib
@@ -18,9 +18,9 @@ log = logging.getLogger(__name__)
 
 _HEARTBEAT_S: Final = 0.05
 _RESTART_S: Final = (0.5, 1.0, 2.0, 5.0)
-"""Pauses before starting anew; the last one again and again."""
+"""Pauses before the first, second, third restart and all later ones."""
 _STEADY_S: Final = 30.0
-"""A process that lived this long counts as good again."""
+"""After a process has lived this long, the pauses begin with the first again."""
 _END_LIMIT_S: Final = 5.0
 
 
@@ -42,7 +42,7 @@ class DeviceLaunch:
 class DeviceProcess:
     """The child process and the socket to it.
 
-    Heartbeats come from the service's own event loop, and not from a thread: when the loop hangs, the device is to know.
+    The service's event loop sends the heartbeats, not a thread: they must stop when the loop hangs.
     """
 
     def __init__(
@@ -59,23 +59,23 @@ class DeviceProcess:
         self._occupation_id = occupation_id
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
-        self._keeper: asyncio.Task[None] | None = None
+        self._supervisor: asyncio.Task[None] | None = None
         self._sending: dict[int, asyncio.Task[None]] = {}
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
 
     @property
     def running(self) -> bool:
-        """Whether there is one to talk to."""
+        """True if a process is connected."""
         return self._writer is not None
 
     def start(self) -> None:
-        """Begin to keep one running."""
-        self._keeper = asyncio.create_task(self._keep(), name="device process")
+        """Start a process, and a new one whenever it ends."""
+        self._supervisor = asyncio.create_task(self._supervise(), name="device process")
 
     def send(self, message: ToDevice) -> None:
-        """Queue a message; it is lost when no process runs, and its reply then never comes.
+        """Queue a message. It is lost when no process runs, and then has no reply.
 
-        Of a Load the parts follow as the socket takes them, until it is answered: what is sent meanwhile goes between them.
+        The parts of a Load follow as the socket accepts them, until the Load is answered. Other messages go between the parts.
         """
         if self._writer is not None and not self._writer.is_closing():
             parts = frames_of(message)
@@ -86,21 +86,21 @@ class DeviceProcess:
                 )
 
     def beat(self) -> None:
-        """Say that the service is alive, and which run or teaching it believes in."""
+        """Send a heartbeat with the id of the run or teaching that the service expects."""
         self.send(Heartbeat(run_id=self._occupation_id()))
 
     async def close(self) -> None:
-        """Hang up, and wait until it has stopped, kept its journal and ended."""
-        if self._keeper:
-            self._keeper.cancel()
-            await asyncio.gather(self._keeper, return_exceptions=True)
+        """Close the socket, and wait until the process has stopped the arm, saved its journal and ended."""
+        if self._supervisor:
+            self._supervisor.cancel()
+            await asyncio.gather(self._supervisor, return_exceptions=True)
         if self._writer:
             self._writer.close()
             self._writer = None
         if self._child:
             await self._wait_for_end(self._child)
 
-    async def _keep(self) -> None:
+    async def _supervise(self) -> None:
         failures = 0
         loop = asyncio.get_running_loop()
         while True:
@@ -133,7 +133,7 @@ class DeviceProcess:
         try:
             await self._listen(reader)
         except ValueError as error:
-            log.error("the device process said something that cannot be understood: %s", error)
+            log.error("a message of the device process cannot be decoded: %s", error)
         finally:
             for sending in (beating, *self._sending.values()):
                 sending.cancel()
@@ -167,7 +167,7 @@ class DeviceProcess:
 
     @staticmethod
     async def _send_parts(writer: asyncio.StreamWriter, parts: Iterator[bytes]) -> None:
-        with contextlib.suppress(ConnectionError):  # the process has ended; so the load's reply never comes
+        with contextlib.suppress(ConnectionError):  # The process has ended.
             for part in parts:
                 writer.write(part)
                 await writer.drain()
@@ -178,6 +178,6 @@ class DeviceProcess:
             async with asyncio.timeout(_END_LIMIT_S):
                 await child.wait()
         except TimeoutError:
-            log.error("the device process did not end by itself and is killed; the drives' watchdog stops them")
+            log.error("the device process did not end and is killed; the drives' watchdog stops them")
             child.kill()
             await child.wait()

@@ -1,7 +1,7 @@
-"""The clinic's stations as one of them knows the others. Pure: it is told what came, and the time.
+"""The clinic's stations as one of them knows the others. Pure: the caller gives the reports and the time.
 
-What another station says counts from the moment it arrived here, by this computer's clock: nobody's clocks need to agree. One that has
-not been heard for a while is silent; what it said last is told no more, because it may have changed.
+A report is dated when it arrives, by this computer's clock, so the stations' clocks need not agree. A station without recent reports is
+silent. Its last report is hidden then, because its state may have changed.
 """
 
 from dataclasses import dataclass
@@ -16,42 +16,42 @@ from kata.station.lease import Moment
 from kata.station.schemas import DeviceState, Live, PatientRef, StationInfo, StopCauseLive, _Schema
 
 SILENT_AFTER_S: Final = 3.0
-"""Each station speaks at least every second: one word may be lost, and another be late."""
-LONGEST: Final = 7900
-"""Bytes of what a station says at once; PostgreSQL takes fewer than 8000."""
-_CAUSES: Final = 5
+"""A station is silent after this time. It reports at least every second; one report may be lost and one late."""
+MAX_REPORT_BYTES: Final = 7900
+"""Largest report in bytes. PostgreSQL accepts fewer than 8000."""
+_MAX_CAUSES: Final = 5
 
 
 class PlaybackProgress(_Schema):
-    """How far a playback is."""
+    """Progress of a playback."""
 
-    position_s: float = Field(ge=0, description="Place on the recording, seconds.")
-    duration_s: float = Field(ge=0, description="Its length as it is played, seconds.")
-    left_s: float = Field(description="Of the approach or return while those go on, else of the recording; seconds.")
-    reversing: bool = Field(description="The arm is being taken back from resistance.")
+    position_s: float = Field(ge=0, description="Position in the recording, seconds.")
+    duration_s: float = Field(ge=0, description="Length of the playback, seconds.")
+    left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
+    reversing: bool = Field(description="The arm moves back from resistance.")
 
 
 class StationReport(_Schema):
-    """What a station says of itself to all the others."""
+    """A station's report of its state to the other stations."""
 
     station: str = Field(max_length=100, examples=["Station 1"])
-    service: UUID = Field(description="Of this start of its service.")
+    service: UUID = Field(description="Id of this start of its service.")
     simulated: bool
     device: DeviceState
     mode: Mode
     torque: TorqueState
     estop: EstopState
-    causes: list[StopCauseLive] = Field(description="Of the stop that is latched, the first one first.")
+    causes: list[StopCauseLive] = Field(description="Causes of the latched stop, the first one first.")
     arm_held: bool
-    operator: str | None = Field(description="Who operates it.")
-    patient: PatientRef | None = Field(description="Null too where the record is not for whoever asks.")
+    operator: str | None = Field(description="Name of the operator.")
+    patient: PatientRef | None = Field(description="Null also if the user may not see the record.")
     recording_name: str | None
     progress: PlaybackProgress | None
     take_s: float | None = Field(description="While teaching: length of the present or last take, seconds.")
 
     @property
-    def steady(self) -> "StationReport":
-        """Without what moves on all the time: another one is worth telling at once."""
+    def without_progress(self) -> "StationReport":
+        """Return the report without progress. If it changes, the report is sent at once."""
         progress = (
             PlaybackProgress(position_s=0, duration_s=0, left_s=0, reversing=self.progress.reversing)
             if self.progress
@@ -61,19 +61,19 @@ class StationReport(_Schema):
 
 
 class StationStatus(_Schema):
-    """One station, as far as it is known here."""
+    """A station as this service knows it."""
 
     name: str
-    here: bool = Field(description="It is the one that this service belongs to.")
-    heard_at: datetime | None = Field(description="When it last said anything; null: not since this service began.")
-    silent: bool = Field(description="It has said nothing for seconds: what it does is not known.")
-    doubled: bool = Field(description="Two services call themselves so: one of them has to be given another name.")
+    here: bool = Field(description="The station of this service.")
+    heard_at: datetime | None = Field(description="Time of the last report; null: none since this service started.")
+    silent: bool = Field(description="No report for seconds: its state is unknown.")
+    doubled: bool = Field(description="Two services use this name: one of them needs another name.")
     state: StationReport | None = Field(description="Null while it is silent.")
 
 
 def state_of(info: StationInfo, live: Live, service: UUID) -> StationReport:
-    """What a station has to say."""
-    going_on = live.run or live.teaching
+    """Return a station's report."""
+    active = live.run or live.teaching
     return StationReport(
         station=info.name,
         service=service,
@@ -82,21 +82,25 @@ def state_of(info: StationInfo, live: Live, service: UUID) -> StationReport:
         mode=live.mode,
         torque=live.torque,
         estop=live.estop,
-        causes=live.stop.causes[:_CAUSES] if live.stop else [],
+        causes=live.stop.causes[:_MAX_CAUSES] if live.stop else [],
         arm_held=live.stop is not None and live.stop.arm_held,
         operator=live.lease.holder,
-        patient=going_on.patient if going_on else None,
+        patient=active.patient if active else None,
         recording_name=live.run.recording_name if live.run else None,
         progress=PlaybackProgress.model_validate(live.run, from_attributes=True) if live.run else None,
         take_s=live.teaching.take_s if live.teaching else None,
     )
 
 
-def encoded(state: StationReport) -> str:
-    """As JSON, short enough: causes after the first, and what names only, go before it would be too long."""
-    for told in (state, state.model_copy(update={"causes": state.causes[:1]}), state.model_copy(update={"causes": []})):
-        text = told.model_dump_json()
-        if len(text.encode()) <= LONGEST:
+def as_json(state: StationReport) -> str:
+    """Return the report as JSON. If it is too long, leave out causes, then names."""
+    for shortened in (
+        state,
+        state.model_copy(update={"causes": state.causes[:1]}),
+        state.model_copy(update={"causes": []}),
+    ):
+        text = shortened.model_dump_json()
+        if len(text.encode()) <= MAX_REPORT_BYTES:
             return text
     return state.model_copy(update={"causes": [], "recording_name": None, "patient": None}).model_dump_json()
 
@@ -106,26 +110,26 @@ class _Heard:
     state: StationReport
     at: Moment
     before: UUID | None = None
-    """The service of the same name that spoke before this one."""
+    """The previous service of the same name."""
     doubled_s: float | None = None
-    """When one spoke that had spoken before the last: two take turns. A service that was started anew does not come back."""
+    """Time of a report from the previous service: two services report in turn. After a restart the previous one stays silent."""
 
 
 class Roster:
-    """Who is there, and what they said last."""
+    """All stations with their last reports."""
 
     def __init__(self, here: str) -> None:
-        """``here``: the name of the station whose service this is."""
+        """``here``: the name of this service's station."""
         self._here = here
         self._heard: dict[str, _Heard | None] = {here: None}
 
     def register(self, names: list[str]) -> None:
-        """There are these stations, whether they are heard or not."""
+        """Add stations, also before their first report."""
         for name in names:
             self._heard.setdefault(name, None)
 
     def take(self, state: StationReport, now: Moment) -> None:
-        """A station has said this, and it has arrived now."""
+        """Store a report that has just arrived."""
         before = self._heard.get(state.station)
         heard = self._heard[state.station] = _Heard(state, now)
         if before:
@@ -135,12 +139,12 @@ class Roster:
                 if state.service == before.before:
                     heard.doubled_s = now.s
 
-    def shown(self, now: Moment) -> list[StationStatus]:
-        """All of them, by name; this one first."""
+    def statuses(self, now: Moment) -> list[StationStatus]:
+        """Return all stations by name, this service's own first."""
         names = sorted(self._heard, key=lambda name: (name != self._here, name))
-        return [self._shown(name, now) for name in names]
+        return [self._status(name, now) for name in names]
 
-    def _shown(self, name: str, now: Moment) -> StationStatus:
+    def _status(self, name: str, now: Moment) -> StationStatus:
         heard = self._heard[name]
         silent = heard is None or now.s - heard.at.s > SILENT_AFTER_S
         return StationStatus(

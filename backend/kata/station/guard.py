@@ -1,4 +1,4 @@
-"""Guard of a command that can start motion, release an arm or reset a stop: which state its sender saw, and until when it counts."""
+"""Guard of a command that can start motion, release an arm or reset a stop: the state that its sender saw, and its expiry."""
 
 import time
 from collections.abc import Callable
@@ -29,7 +29,7 @@ _IN_FUTURE: Final = Refusal.of(
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """What a guarded command carries to the device."""
+    """The fields of a guarded command."""
 
     stops: int
     """The stop counter of the state that the sender saw."""

@@ -1,6 +1,6 @@
-"""The lease: one person at one browser operates the apparatus, others watch. Pure: it is told the time.
+"""The lease: one browser operates the apparatus, others watch. Pure: the caller gives the time.
 
-Stop needs no lease. Why it is so, and what is done without the holder's browser: docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
+Stop needs no lease. Reasons, and actions without the holder's browser: docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
 """
 
 from collections import Counter
@@ -13,20 +13,20 @@ from kata.device.messages import Mode, Refusal, TorqueState
 from kata.station import texts
 from kata.station.schemas import LeaseLive
 
-GRACE_S: Final = 2.0
-"""A page is loaded anew, and a weak network comes back, within this time."""
-GIVEN_UP_S: Final = 30.0
-"""Nobody comes back to that browser any more: the arm is no longer held, and the apparatus is free."""
+PAUSE_AFTER_S: Final = 2.0
+"""Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
+RELEASE_AFTER_S: Final = 30.0
+"""Longest absence of the holder's browser. Afterwards the motors release the arm, and the lease is free."""
 NOT_OPERATING: Final = "not_operating"
-"""Code of the refusal of whoever does not hold the lease."""
+"""Code of the refusal of a command from a browser without the lease."""
 
 Due = Literal["pause", "stop"]
 _NOTHING_TO_STOP: Final[tuple[Mode, ...]] = ("idle", "offline", "returning")
-"""Returning ends by itself with torque off, where the arm came from."""
+"""A return ends with torque off at the place where the arm came from."""
 
 
 class Moment(NamedTuple):
-    """A time by the clock that never jumps, and the one that people read."""
+    """A time on the monotonic clock and on the wall clock."""
 
     s: float
     """Seconds of a monotonic clock."""
@@ -34,18 +34,18 @@ class Moment(NamedTuple):
     """UTC."""
 
     def later(self, s: float) -> "Moment":
-        """So many seconds after it."""
+        """Return the moment ``s`` seconds later."""
         return Moment(self.s + s, self.at + timedelta(seconds=s))
 
 
 @dataclass(frozen=True, slots=True)
 class Browser:
-    """Where somebody is signed in."""
+    """A browser with a login session."""
 
     id: UUID
-    """The sign-in's: the pages of one browser are one."""
+    """Id of the login session. All pages of one browser share it."""
     name: str
-    """Of the person, as others are shown it."""
+    """Name of the user, as other users see it."""
 
 
 @dataclass(slots=True)
@@ -54,44 +54,44 @@ class _Held:
     since: datetime
     taken_from: str | None
     seen: Moment
-    """The last sign of life. While it has a page open that listens, it needs none."""
+    """Time of the last sign of life. Not used while a page of the browser listens."""
     listened: bool = False
-    """It has had such a page: without one, it is not there. One that only ever asks is, for a while after each request."""
+    """True if a page of the browser has listened. A browser that only sends requests is present for a while after each request."""
     paused: bool = False
 
 
 class Lease:
-    """Who operates one apparatus."""
+    """The lease of one apparatus."""
 
     def __init__(self) -> None:
         self._held: _Held | None = None
         self._listening: Counter[UUID] = Counter()
 
-    # -- who is there ---------------------------------------------------------------------------------------------
+    # -- presence ------------------------------------------------------------------------------------------------
 
-    def came(self, browser: Browser) -> None:
-        """A page of that browser begins to listen."""
+    def page_opened(self, browser: Browser) -> None:
+        """Note that a page of the browser begins to listen."""
         self._listening[browser.id] += 1
         if held := self._of(browser):
             held.listened = True
 
-    def left(self, browser: Browser, now: Moment) -> None:
-        """A page of that browser listens no more."""
+    def page_closed(self, browser: Browser, now: Moment) -> None:
+        """Note that a page of the browser has stopped listening."""
         self._listening[browser.id] -= 1
         if self._listening[browser.id] <= 0:
             del self._listening[browser.id]
             if held := self._of(browser):
                 held.seen = max(held.seen, now)
 
-    def asked(self, browser: Browser, now: Moment) -> None:
-        """That browser has asked for something: it is there, at this moment."""
+    def note_request(self, browser: Browser, now: Moment) -> None:
+        """Note a request of the browser: it is present now."""
         if held := self._of(browser):
-            held.seen = max(held.seen, now if held.listened else now.later(GRACE_S))
+            held.seen = max(held.seen, now if held.listened else now.later(PAUSE_AFTER_S))
 
-    # -- who operates ---------------------------------------------------------------------------------------------
+    # -- the holder ----------------------------------------------------------------------------------------------
 
     def refusal(self, browser: Browser) -> Refusal | None:
-        """Why that browser may not command; None when it holds the lease, or nobody does."""
+        """Return why the browser may not command; None if it holds the lease or the lease is free."""
         if self._held is None or self._of(browser):
             return None
         name = self._held.browser.name
@@ -102,7 +102,7 @@ class Lease:
         )
 
     def take(self, browser: Browser, now: Moment, *, take_over: bool = False) -> Refusal | None:
-        """From now on that browser operates; from another who holds it, only by taking over."""
+        """Give the lease to the browser. Refused while another browser holds it, unless this one takes over."""
         if held := self._of(browser):
             held.paused = False
         else:
@@ -111,11 +111,11 @@ class Lease:
                 return refusal
             taken_from = self._held.browser.name if self._held else None
             self._held = _Held(browser, now.at, taken_from, now, listened=self._listening[browser.id] > 0)
-        self.asked(browser, now)
+        self.note_request(browser, now)
         return None
 
     def release(self, browser: Browser, torque: TorqueState) -> Refusal | None:
-        """That browser operates no more; refused while the motors move or hold the arm, or may do so."""
+        """Free the lease of the browser. Refused while the motors move or hold the arm, or may do so."""
         if self._held is None:
             return None
         refusal = self.refusal(browser)
@@ -137,34 +137,34 @@ class Lease:
 
     @property
     def holder(self) -> Browser | None:
-        """Who operates."""
+        """Return the browser that holds the lease, None if it is free."""
         return self._held.browser if self._held else None
 
-    # -- without its browser --------------------------------------------------------------------------------------
+    # -- the holder's absence --------------------------------------------------------------------------------------
 
     def due(self, now: Moment, mode: Mode, torque: TorqueState) -> Due | None:
-        """What has to be done for want of the holder's browser; asked again and again until it is done.
+        """Return the action that is due because the holder's browser is absent. Call it repeatedly until the action is done.
 
-        Of a lease that nobody holds nothing is: a motion begins with a lease, and it is given back only without torque. In idle and
-        offline a Stop changes nothing: with unknown torque the lease waits there until it is known.
+        Nothing is due without a holder: a motion begins with a lease, and the lease is released only without torque. In idle and
+        offline a Stop changes nothing; with unknown torque the lease waits there until the torque is known.
         """
-        away_s = self._away_s(now)
-        if away_s < GRACE_S:
+        absent_s = self._absent_s(now)
+        if absent_s < PAUSE_AFTER_S:
             return None
-        if away_s >= GIVEN_UP_S and torque == "off":
+        if absent_s >= RELEASE_AFTER_S and torque == "off":
             self._held = None
             return None
-        if away_s >= GIVEN_UP_S and mode not in _NOTHING_TO_STOP:
+        if absent_s >= RELEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
             return "stop"
         return "pause" if mode == "playing" else None
 
     def note_pause(self) -> None:
-        """The playback has been paused for want of the holder's browser; told until the holder commands again."""
+        """Note that the playback was paused because the holder's browser is absent. Shown until the holder commands again."""
         if self._held:
             self._held.paused = True
 
-    def told(self, browser: Browser | None, now: Moment) -> LeaseLive:
-        """As one browser sees it; None: as nobody in particular does."""
+    def live(self, browser: Browser | None, now: Moment) -> LeaseLive:
+        """Return the lease as one browser sees it; None: without a viewer."""
         held = self._held
         if held is None:
             return LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)
@@ -173,14 +173,14 @@ class Lease:
             mine=browser is not None and held.browser.id == browser.id,
             since=held.since,
             taken_from=held.taken_from,
-            unreachable_since=held.seen.at if self._away_s(now) > 0 else None,
+            unreachable_since=held.seen.at if self._absent_s(now) > 0 else None,
             paused=held.paused,
         )
 
     def _of(self, browser: Browser) -> _Held | None:
         return self._held if self._held and self._held.browser.id == browser.id else None
 
-    def _away_s(self, now: Moment) -> float:
+    def _absent_s(self, now: Moment) -> float:
         held = self._held
         if held is None or self._listening[held.browser.id] > 0:
             return 0.0

@@ -1,4 +1,4 @@
-"""The lease of a running station: whose it is by now, and what is done when the browser that holds it is gone."""
+"""The lease of a running station. Pauses or stops the arm when the holder's browser is absent."""
 
 import asyncio
 import logging
@@ -19,7 +19,7 @@ def _now() -> Moment:
 
 
 class Operating:
-    """Lives in the service's event loop, as its station does."""
+    """The lease of one station and its automatic actions. Use it in the service's event loop only."""
 
     def __init__(
         self,
@@ -28,72 +28,72 @@ class Operating:
         on_due: Callable[[Browser, Due], None],
         now: Callable[[], Moment] = _now,
     ) -> None:
-        """``command`` asks the device; ``changed`` is called when somebody else operates, or has come or gone; ``on_due`` after
-        a pause or stop for want of the browser that operates.
+        """``command`` sends a command to the device. ``changed`` is called when the holder or its presence changes. ``on_due`` is
+        called after a pause or stop because the holder's browser is absent.
         """
         self._command = command
         self._changed = changed
         self._on_due = on_due
         self._now = now
         self._lease = Lease()
-        self._doing: asyncio.Task[None] | None = None
+        self._action: asyncio.Task[None] | None = None
 
     @property
-    def by(self) -> Browser | None:
-        """Who operates; None: nobody."""
+    def holder(self) -> Browser | None:
+        """Return the browser that holds the lease, None if it is free."""
         return self._lease.holder
 
     def refusal(self, browser: Browser) -> Refusal | None:
-        """Why that browser's commands would be refused, whatever the device says; None when they would not."""
+        """Return why the lease refuses the browser's commands; None if it does not."""
         return self._lease.refusal(browser)
 
     def take(self, browser: Browser, *, take_over: bool = False) -> Refusal | None:
-        """That browser is to operate; refused while another does, unless it takes over."""
-        before = self.told(browser)
+        """Give the lease to the browser. Refused while another browser holds it, unless this one takes over."""
+        before = self.lease_for(browser)
         refusal = self._lease.take(browser, self._now(), take_over=take_over)
-        if self.told(browser) != before:
+        if self.lease_for(browser) != before:
             self._changed()
         return refusal
 
     def release(self, browser: Browser, torque: TorqueState) -> Refusal | None:
-        """That browser operates no more; refused unless torque is known to be off."""
+        """Free the lease of the browser. Refused unless torque is known to be off."""
         refusal = self._lease.release(browser, torque)
         self._changed()
         return refusal
 
-    def told(self, browser: Browser | None) -> LeaseLive:
-        """As that browser sees it; None: as nobody in particular does."""
-        return self._lease.told(browser, self._now())
+    def lease_for(self, browser: Browser | None) -> LeaseLive:
+        """Return the lease as the browser sees it; None: without a viewer."""
+        return self._lease.live(browser, self._now())
 
-    def asked(self, browser: Browser) -> None:
-        """That browser has asked for something: it is there."""
-        self._lease.asked(browser, self._now())
+    def note_request(self, browser: Browser) -> None:
+        """Note a request of the browser: it is present now."""
+        self._lease.note_request(browser, self._now())
 
     @contextmanager
     def listening(self, browser: Browser) -> Iterator[None]:
-        """A page of that browser is there for as long as the context lasts."""
-        self._lease.came(browser)
+        """Count the browser as present during the block: one of its pages listens."""
+        self._lease.page_opened(browser)
         self._changed()
         try:
             yield
         finally:
-            self._lease.left(browser, self._now())
+            self._lease.page_closed(browser, self._now())
             self._changed()
 
-    def look(self, snapshot: Snapshot) -> None:
-        """Do what is due for want of the browser that operates; to be called with every snapshot."""
+    def act_if_due(self, snapshot: Snapshot) -> None:
+        """Pause or stop if that is due because the holder's browser is absent. Call it with every snapshot."""
         holder = self._lease.holder
         due = self._lease.due(self._now(), snapshot.mode, snapshot.torque)
-        if holder is None or due is None or (self._doing and not self._doing.done()):
+        if holder is None or due is None or (self._action and not self._action.done()):
             return
-        # Both take their time: once is enough, until it turns out that it was not.
+        # Both take time. Send the command once, and again only if it had no effect.
         if "pause" in snapshot.refusals if due == "pause" else _ends_with_torque_off(snapshot):
             return
-        self._doing = asyncio.create_task(self._do(due, holder), name=f"{due} without a browser")
+        self._action = asyncio.create_task(self._act(due, holder), name=f"{due} without a browser")
 
-    async def _do(self, due: Due, holder: Browser) -> None:
+    async def _act(self, due: Due, holder: Browser) -> None:
         refusal = await self._command(Pause() if due == "pause" else Stop(because="browser_lost"))
-        log.warning("%s's browser is gone: %s %s", holder.name, due, refusal.code if refusal else "done")
+        log.warning("%s's browser is absent: %s %s", holder.name, due, refusal.code if refusal else "done")
         if refusal is None:
             if due == "pause":
                 self._lease.note_pause()

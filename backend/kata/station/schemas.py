@@ -1,4 +1,4 @@
-"""Live state as it goes to the browser: the device's snapshot, and how far it can be believed."""
+"""The live state that the browser receives: the device's snapshot and its age."""
 
 from datetime import datetime
 from typing import Annotated, Any, Literal
@@ -17,7 +17,7 @@ LoadLevel = Annotated[
     Field(
         ge=1,
         le=LOAD_LEVELS,
-        description="Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.",
+        description="Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.",
         examples=[8],
     ),
 ]
@@ -28,10 +28,10 @@ class _Schema(BaseModel):
 
 
 class NestedText(_Schema):
-    """A text within another one."""
+    """A text within another text."""
 
-    code: str = Field(description="Empty: the text has no code, and is not translated.")
-    params: dict[str, Any] = Field(description="As those of the text around it.")
+    code: str = Field(description="Empty: the text has no code and is not translated.")
+    params: dict[str, Any] = Field(description="Parameters, like those of the outer text.")
     text: str = Field(description="In English.")
 
 
@@ -52,33 +52,31 @@ class TextKey(_Schema):
 
 
 OptionalKey = Annotated[
-    TextKey | None, Field(description="Code and parameters of the English text beside it; null: it has none.")
+    TextKey | None, Field(description="Code and parameters of the English text; null: it has none.")
 ]
 
 
 class AxisInfo(_Schema):
-    """What one motor may do."""
+    """Limits of one motor."""
 
     motor: Motor
-    min_deg: float = Field(description="Lower end of its range, degrees.", examples=[-20.0])
-    max_deg: float = Field(description="Upper end of its range, degrees.", examples=[190.0])
-    max_speed_deg_s: float = Field(gt=0, description="Fastest it may be moved, degrees a second.", examples=[150.0])
+    min_deg: float = Field(description="Lowest angle, degrees.", examples=[-20.0])
+    max_deg: float = Field(description="Highest angle, degrees.", examples=[190.0])
+    max_speed_deg_s: float = Field(gt=0, description="Highest speed, degrees a second.", examples=[150.0])
 
 
 class StationInfo(_Schema):
-    """What does not change while the service runs."""
+    """Properties that do not change while the service runs."""
 
     name: str = Field(examples=["Station 1"])
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.", examples=[100])
     cycle_hz: int = Field(ge=20, le=500, description="Bus cycles a second.", examples=[100])
-    simulated: bool = Field(
-        description="The apparatus is a simulated one; /api/simulator moves its hand, pedal and switch."
-    )
+    simulated: bool = Field(description="The apparatus is simulated; /api/simulator moves its hand, pedal and switch.")
     axes: list[AxisInfo] = Field(min_length=5, max_length=5, description="Axis order 1-5.")
 
 
 class AxisLive(_Schema):
-    """One axis now."""
+    """State of one axis."""
 
     motor: Motor
     setpoint_deg: float | None = Field(
@@ -88,24 +86,26 @@ class AxisLive(_Schema):
     speed_deg_s: float = Field(description="Degrees a second.")
     torque_nm: float = Field(description="Newton metres, from the drive's current.")
     torque: TorqueState = Field(description="unknown: the drive may hold the arm.")
-    age_ms: float | None = Field(ge=0, description="Since the drive last answered, when the snapshot was made.")
+    age_ms: float | None = Field(ge=0, description="Time from the drive's last answer to the snapshot, milliseconds.")
 
 
 class StopCauseLive(_Schema):
-    """Why the apparatus has stopped."""
+    """A cause of the stop."""
 
     code: str = Field(examples=["estop_pressed"])
     category: Literal[0, 1, 2] = Field(description="0: torque off at once. 1: ramped down, then torque off. 2: held.")
     message: str = Field(examples=["The emergency stop was pressed."])
     next_step: str = Field(examples=["Look after the patient, release the switch, then acknowledge."])
-    axis: int | None = Field(ge=1, le=5, description="Motor number, where it belongs to one.")
-    cleared: bool = Field(description="Its condition no longer holds; acknowledging needs every cause cleared.")
+    axis: int | None = Field(ge=1, le=5, description="Motor number, if the cause belongs to a motor.")
+    cleared: bool = Field(
+        description="The condition has ended. A stop can be acknowledged when every cause is cleared."
+    )
     message_key: OptionalKey = None
     next_step_key: OptionalKey = None
 
 
 class StopLive(_Schema):
-    """A latched stop, first cause first."""
+    """A latched stop with its causes, the first one first."""
 
     causes: list[StopCauseLive] = Field(min_length=1)
     arm_held: bool = Field(
@@ -114,56 +114,54 @@ class StopLive(_Schema):
 
 
 class PatientRef(_Schema):
-    """Who is on the apparatus."""
+    """The patient on the apparatus."""
 
     id: UUID
     name: str = Field(examples=["Yamada Hanako"])
 
 
 class RunLive(_Schema):
-    """The loaded recording and how far along it the arm is."""
+    """The loaded recording and the arm's position in it."""
 
     run_id: UUID
     recording_id: UUID
     session_id: UUID | None
     recording_name: str | None
     changes: list[str] = Field(
-        description="What was done to the recording for this run, in words.", examples=[["at 50 % speed"]]
+        description="Changes of the recording for this run, as texts.", examples=[["at 50 % speed"]]
     )
     changes_keys: list[OptionalKey] = Field([], description="Code and parameters of each of `changes`.")
     patient: PatientRef | None
-    position_s: float = Field(ge=0, description="Place on the recording, seconds.")
-    duration_s: float = Field(ge=0, description="Length of the recording as it is played in this run, seconds.")
-    left_s: float = Field(
-        description="Seconds left of the approach or return while those go on, else of the recording."
-    )
+    position_s: float = Field(ge=0, description="Position in the recording, seconds.")
+    duration_s: float = Field(ge=0, description="Length of the playback in this run, seconds.")
+    left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
     at_start: bool = Field(description="Held at the recording's start: ready to play.")
     load_level: LoadLevel
-    reversals: int = Field(ge=0, description="How often the arm met resistance and was taken back.")
-    reversing: bool = Field(description="It is being taken back just now, or waits where it was taken.")
+    reversals: int = Field(ge=0, description="Number of times that the arm met resistance and moved back.")
+    reversing: bool = Field(description="The arm moves back from resistance, or waits after it.")
     range_percent: float = Field(
-        ge=0, le=100, description="How much of its range is played: below 100 after somebody has asked for less."
+        ge=0, le=100, description="Share of the range that is played: below 100 after a request to reduce it."
     )
     resistance: str | None = Field(
-        description="What was met when the arm was last taken back; null when it never was.",
+        description="Description of the last resistance; null: none.",
         examples=["Motor 3 met resistance at 12.3 s; the arm is taken back."],
     )
     resistance_key: OptionalKey = None
 
 
 class TeachingLive(_Schema):
-    """The teaching that goes on."""
+    """The running teaching."""
 
     teaching_id: UUID
     patient: PatientRef | None
-    takes: int = Field(ge=0, description="Takes begun.")
-    recording: bool = Field(description="The pedal is down and samples are kept.")
+    takes: int = Field(ge=0, description="Number of takes so far.")
+    recording: bool = Field(description="The pedal is down and samples are recorded.")
     take_s: float = Field(ge=0, description="Length of the present or last take, seconds.")
-    samples: int = Field(ge=0, description="Samples kept in all takes.")
+    samples: int = Field(ge=0, description="Samples recorded in all takes.")
 
 
 class RefusalLive(_Schema):
-    """Why a command would not be accepted now."""
+    """Reason why a command is refused now."""
 
     code: str = Field(examples=["is_idle"])
     message: str = Field(examples=["No recording is loaded."])
@@ -178,62 +176,62 @@ class LoopLive(_Schema):
     cycle_hz: int = Field(ge=20, le=500, description="Bus cycles a second.")
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.")
     cycles: int = Field(ge=0)
-    overruns: int = Field(ge=0, description="Cycles missed because the one before ended late.")
+    overruns: int = Field(ge=0, description="Cycles missed because the previous cycle ended late.")
     lateness_p50_ms: float = Field(ge=0, description="Half of the cycles began no later than this, milliseconds.")
     lateness_p99_ms: float = Field(ge=0, description="99 % of the cycles began no later than this, milliseconds.")
     lateness_p999_ms: float = Field(ge=0, description="99.9 % of the cycles began no later than this, milliseconds.")
     lateness_max_ms: float = Field(ge=0, description="Latest start of a cycle, milliseconds.")
-    bus_errors: int = Field(ge=0, description="Replies that stayed away or came damaged.")
+    bus_errors: int = Field(ge=0, description="Replies that were missing or damaged.")
     drive_errors: list[int] = Field(
-        min_length=5, max_length=5, description="Axis order: cycles in which no sound answer of the drive came."
+        min_length=5, max_length=5, description="Axis order: cycles without a valid answer of the drive."
     )
     telemetry_dropped: int = Field(ge=0, description="Snapshots that never reached the service.")
     real_time: bool = Field(description="SCHED_FIFO was granted.")
-    memory_locked: bool = Field(
-        description="The control program's memory is locked, so that it never waits for a disk."
-    )
+    memory_locked: bool = Field(description="The control program's memory is locked, so it never waits for a disk.")
 
 
 class LeaseLive(_Schema):
-    """Who operates the apparatus; everybody else watches, and may stop it."""
+    """The lease of the apparatus. Its holder operates; other users watch and may stop the apparatus."""
 
     holder: str | None = Field(
-        description="Name of whoever operates; null: nobody does, and the first command takes the lease.",
+        description="Name of the operator; null: the lease is free, and the first command takes it.",
         examples=["Sato"],
     )
-    mine: bool = Field(description="It is the browser that this is told to.")
+    mine: bool = Field(description="The receiving browser holds the lease.")
     since: datetime | None
-    taken_from: str | None = Field(description="From whom it was taken over; null when it was free.", examples=["Kato"])
-    unreachable_since: datetime | None = Field(
-        description="Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later "
-        "the motors let go of the arm. Null while it is there."
+    taken_from: str | None = Field(
+        description="Previous operator, if this one took over; else null.", examples=["Kato"]
     )
-    paused: bool = Field(description="The playback was paused for want of the holder's browser.")
+    unreachable_since: datetime | None = Field(
+        description="Since then the holder's browser is unreachable: playback pauses after 2 s, and the motors release the arm "
+        "after 30 s. Null while it is reachable."
+    )
+    paused: bool = Field(description="The playback was paused because the holder's browser was unreachable.")
 
 
 class DatabaseStatus(_Schema):
-    """What happens at the station while the database does not answer: kept on this computer, and written there when it does."""
+    """The database as the station sees it. While it is unavailable, records are spooled on this computer."""
 
     unavailable_since: datetime | None = Field(
-        None, description="Since then the database does not answer; null while it does."
+        None, description="Since then the database is unavailable; null while it is available."
     )
-    waiting: int = Field(0, ge=0, description="How much of what happened is kept here and not yet written there.")
+    waiting: int = Field(0, ge=0, description="Number of spooled records that are not in the database yet.")
     spool_full_since: datetime | None = Field(
-        None, description="Since then this computer's disk takes nothing either; null while it does."
+        None, description="Since then this computer's disk cannot store records either; null while it can."
     )
 
 
 class Live(_Schema):
-    """The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``."""
+    """The newest state of the station. Without a running device process it is old: see ``age_ms``."""
 
     device: DeviceState
     at: datetime = Field(
-        description="When the service made this state, UTC. Commands that can start motion carry it as `seen_at`."
+        description="Time at which the service made this state, UTC. Commands that can start motion carry it as `seen_at`."
     )
     age_ms: float | None = Field(
-        ge=0, description="Since the device process last said anything; null when it never has."
+        ge=0, description="Age of the device process's last snapshot, milliseconds; null: none yet."
     )
-    side: Side = Field(description="The shoulder that the apparatus stands for.")
+    side: Side = Field(description="The shoulder that the apparatus is set to.")
     mode: Mode
     torque: TorqueState = Field(
         description="Of all drives together: on if one has torque, else unknown if one may have."
@@ -243,8 +241,8 @@ class Live(_Schema):
         description="Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.",
     )
     verified_since: datetime | None = Field(
-        description="Since then the apparatus has been connected, and every drive configured, without a break; null while it is "
-        "not so. An emergency stop test from before does not count."
+        description="Since then the apparatus is connected and every drive configured, without a break; null while not. "
+        "An earlier emergency-stop test does not count."
     )
     estop: EstopState
     pedal: PedalState
@@ -253,7 +251,7 @@ class Live(_Schema):
     run: RunLive | None
     teaching: TeachingLive | None
     refusals: dict[CommandName, RefusalLive] = Field(
-        description="Commands not allowed now, and why; others are allowed."
+        description="Commands that are refused now, with the reasons. Other commands are allowed."
     )
     lease: LeaseLive
     loop: LoopLive | None
@@ -261,9 +259,9 @@ class Live(_Schema):
 
 
 class EventLive(_Schema):
-    """Something that happened on the apparatus."""
+    """An event of the apparatus."""
 
-    number: int = Field(ge=1, description="Without gaps since the device process started.")
+    number: int = Field(ge=1, description="Consecutive since the device process started.")
     code: str = Field(examples=["take_started"])
     message: str = Field(examples=["Take 1 is being recorded."])
     message_key: OptionalKey = None

@@ -229,7 +229,7 @@ class Station:
     @property
     def operator_under_torque(self) -> UUID | None:
         """Return the operator's login session while a motor has torque or may have it, else None. Callable from any thread."""
-        snapshot, holder = self._tracker.snapshot, self.operating.by
+        snapshot, holder = self._tracker.snapshot, self.operating.holder
         return holder.id if snapshot and holder and snapshot.torque != "off" else None
 
     @property
@@ -255,7 +255,7 @@ class Station:
             "age_ms": tracker.age_ms,
             "side": self.config.side,
             "verified_since": tracker.verified_since if device == "running" else None,
-            "lease": self.operating.told(None),
+            "lease": self.operating.lease_for(None),
         }
         return Live.model_validate(state | around)
 
@@ -281,7 +281,7 @@ class Station:
             case Snapshot():
                 self._tracker.take(message)
                 self._subscriptions.note_change()
-                self.operating.look(message)
+                self.operating.act_if_due(message)
             case Event():
                 self._take_event(message)
             case JournalClosed():

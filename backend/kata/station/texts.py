@@ -13,10 +13,10 @@ OPERATOR_NEEDED_UNKNOWN: Final = message(
     "operator_needed_unknown", "It is unknown whether the motors hold the arm: the apparatus needs an operator."
 )
 CHECK_ARM_OR_HAND_OVER: Final = message(
-    "check_arm_or_hand_over", "Look after the arm and the connection to the apparatus, or let somebody else take over."
+    "check_arm_or_hand_over", "Look after the arm and the connection to the apparatus, or let another user take over."
 )
 MOVE_BACK_OR_HAND_OVER: Final = message(
-    "move_back_or_hand_over", "Move back or stop first, or let somebody else take over."
+    "move_back_or_hand_over", "Move back or stop first, or let another user take over."
 )
 MAY_HOLD_ARM: Final = message("may_hold_arm", "The motors hold an arm, or may hold one.")
 SUPPORT_UNTIL_TORQUE_OFF: Final = message(
@@ -32,7 +32,7 @@ COMMAND_IN_FUTURE: Final = message(
 RELOAD_AND_TRY_AGAIN: Final = message("reload_and_try_again", "Reload the page, then try again.")
 TURN_ONLY_WHEN_IDLE: Final = message("turn_only_when_idle", "The apparatus is turned only while nothing is going on.")
 END_OR_ACKNOWLEDGE_FIRST: Final = message(
-    "end_or_acknowledge_first", "End what is going on, or acknowledge the stop, first."
+    "end_or_acknowledge_first", "End the teaching or playback, or acknowledge the stop, first."
 )
 DEVICE_OFFLINE: Final = message("device_offline", "The apparatus' control program is not running.")
 WAIT_FOR_RESTART: Final = message("wait_for_restart", "It restarts automatically; wait a moment.")

@@ -61,7 +61,7 @@ class Observer:
         return [self._new_event(event.at, "event", event.code, _text(event.message, event.message_key))]
 
     def observe_state(self, live: Live, occupation: Occupation | None) -> list[NewDeviceEvent | AlarmsEnded]:
-        """Return the rows for what is new in the state. Call it with every state."""
+        """Return the rows for new alarms and tests in the state. Call it with every state."""
         if live.device != "running":
             # The alarms ended with their control program. The next control program reports its own.
             self._pressed = False

@@ -27,8 +27,8 @@ async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnde
         while subscription.waiting:
             event = subscription.waiting.popleft()
             if isinstance(event, EventLive):
-                for happening in observer.observe_event(event):
-                    put(happening)
+                for row in observer.observe_event(event):
+                    put(row)
 
     async def listen(subscription: Subscription) -> None:
         while True:

@@ -146,7 +146,7 @@ def get_adherence(
 
 
 def _durations(worker: FigureWorker, found: CheckData, items: Sequence[ItemWanted], station: Station) -> list[float]:
-    """:raises ProblemError: what is wrong with the first item that cannot be played."""
+    """:raises ProblemError: names the first item that cannot be played, with the reason."""
     durations_s = []
     for checked in checks.check(worker, found, items, station.config):
         if isinstance(checked, ProblemError):

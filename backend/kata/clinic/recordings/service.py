@@ -192,7 +192,7 @@ def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> Rec
 def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | None:
     """Store a teaching's journal as recordings, one per take. Existing recordings are not touched.
 
-    :returns: what is new; None if this teaching is unknown.
+    :returns: the new recordings; None if this teaching is unknown.
     """
     teaching = session.get(TeachingRow, UUID(journal.id))
     if teaching is None:

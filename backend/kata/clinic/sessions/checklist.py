@@ -1,7 +1,7 @@
 """The checklist before a patient's arm is taught or played a motion. Pure functions.
 
 An answer is valid for the side and the fixtures that it was given for. If the next motion needs others, only that check is asked again,
-also when it returns to the first ones, because somebody changed the apparatus in between. Side, pin and belt are the same in teaching and
+also when it returns to the first ones, because the apparatus was changed in between. Side, pin and belt are the same in teaching and
 playback, and so is arm fixer 1. The elbow's fixture differs.
 """
 
@@ -58,7 +58,7 @@ class CheckState:
 def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fixture, ...]:
     """Return the fixtures for playback: the arm fixer of the teaching, or the one for the motion if it is unknown.
 
-    In teaching the therapist holds the elbow (elbow fixer 1), in playback nobody does (elbow fixer 2).
+    In teaching the therapist holds the elbow (elbow fixer 1), in playback elbow fixer 2 does.
     """
     said = {fixer for fixer in taught_with if fixer.startswith("arm_fixer")}
     second = "arm_fixer_2" in said if said else rotates

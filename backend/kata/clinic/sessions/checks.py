@@ -125,7 +125,7 @@ def require_teaching(
 ) -> None:
     """Check that the motion may be taught. The answers are stored with the patient's open session, if there is one.
 
-    :raises ProblemError: 409 naming what is open.
+    :raises ProblemError: 409 naming the open checks.
     """
     now = utc_now()
     confirmed = [
@@ -184,7 +184,7 @@ def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
 def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, apparatus: ApparatusState) -> None:
     """Check that the recording may be played. The answers of the apparatus are stored with the session.
 
-    :raises ProblemError: 409 naming what is open.
+    :raises ProblemError: 409 naming the open checks.
     """
     checks = checklist(session, session_id, recording_id, apparatus)
     require_all(checks)
@@ -194,7 +194,7 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, appa
 def require_all(checks: Sequence[CheckState]) -> None:
     """Check that every check is answered.
 
-    :raises ProblemError: 409 naming what is open.
+    :raises ProblemError: 409 naming the open checks.
     """
     still_open = [check.need.sentence for check in checks if check.answer is None]
     if still_open:

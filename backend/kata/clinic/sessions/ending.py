@@ -1,4 +1,4 @@
-"""Rules of a session's end: when it may end, what is refused afterwards, and the suggested reason. Pure functions."""
+"""Rules of a session's end: when it may end, which changes are refused afterwards, and the suggested reason. Pure functions."""
 
 from collections.abc import Iterable, Sequence
 from datetime import datetime

@@ -184,7 +184,7 @@ def _playables(
     learned: dict[UUID, set[edit.PlaybackSettings]] = {}
     for item in items:
         if item.method == "learned":
-            learned.setdefault(item.recording_id, set()).add(runs.asked_of(item))
+            learned.setdefault(item.recording_id, set()).add(runs.settings_of(item))
     found: dict[UUID, CachedRecording] = {}
     for recording_id in needed:
         had = before.recordings.get(recording_id) if before else None

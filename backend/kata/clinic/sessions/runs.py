@@ -64,7 +64,7 @@ def get(session: DatabaseSession, run_id: UUID) -> RunRow:
 
 @dataclass(frozen=True)
 class RunRequest:
-    """A run as requested: what is played, how, and by which item of the session's programme."""
+    """A requested run: recording, settings and item of the session's programme."""
 
     session_id: UUID
     recording_id: UUID
@@ -161,17 +161,17 @@ class RunMotions:
 
         :raises ProblemError: as ``taught``; 422 when it cannot be played like that.
         """
-        return with_settings(self.taught, asked_of(self._row))
+        return with_settings(self.taught, settings_of(self._row))
 
 
 def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
     """Return the motion that a run requests of the motors: its recording with the run's settings.
 
-    :param once: one repetition of it, however many are asked for.
+    :param once: only one repetition.
     :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played like that.
     """
-    asked = replace(asked_of(row), repetitions=1) if once else asked_of(row)
-    return with_settings(taught(session, row.recording_id), asked)
+    settings = settings_of(row)
+    return with_settings(taught(session, row.recording_id), replace(settings, repetitions=1) if once else settings)
 
 
 def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
@@ -183,20 +183,20 @@ def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
     return edit.Motion(samples.times_s, samples.angles_deg)
 
 
-def with_settings(taught: edit.Motion, asked: edit.PlaybackSettings) -> edit.Motion:
+def with_settings(taught: edit.Motion, settings: edit.PlaybackSettings) -> edit.Motion:
     """Return a recording with a run's settings. Takes seconds for a recording of an hour.
 
     :raises ProblemError: 422 when it cannot be played like that.
     """
     try:
-        return edit.with_settings(taught, asked)
+        return edit.with_settings(taught, settings)
     except edit.EditError as error:
         raise ProblemError(
             422, "unplayable", texts.RUN_NOT_PLAYABLE(reason=text_of(error)), texts.CHOOSE_OTHER_SETTINGS()
         ) from error
 
 
-def asked_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
+def settings_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
     """Return the settings of a run."""
     return edit.PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
 
@@ -350,13 +350,13 @@ def figure_samples(session: DatabaseSession, run_id: UUID, window: Window | None
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
     seen = None if window else SAMPLES.read_overview(session, run_id)
     if seen is not None:
-        return RunFigureSamples(None, None, asked_of(row), seen, None)
+        return RunFigureSamples(None, None, settings_of(row), seen, None)
     taught = recordings.stored_samples(session, row.recording_id)
     if window:
         return RunFigureSamples(
-            taught, SAMPLES.read_within(session, run_id, "path_s", *window), asked_of(row), None, window
+            taught, SAMPLES.read_within(session, run_id, "path_s", *window), settings_of(row), None, window
         )
-    return RunFigureSamples(taught, SAMPLES.read(session, run_id), asked_of(row), None, None)
+    return RunFigureSamples(taught, SAMPLES.read(session, run_id), settings_of(row), None, None)
 
 
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
@@ -385,7 +385,7 @@ def as_run(row: RunRow, recording_name: str | None = None) -> Run:
         rate_hz=row.rate_hz,
         method=row.method,
         load_level=row.load_level,
-        **asdict(asked_of(row)),
+        **asdict(settings_of(row)),
         programme_position=row.programme_position,
         repetitions_done=row.repetitions_done,
         reversals=row.reversals,

@@ -2839,7 +2839,7 @@ export interface components {
         };
         /**
          * AxisInfo
-         * @description What one motor may do.
+         * @description Limits of one motor.
          */
         AxisInfo: {
             /**
@@ -2850,26 +2850,26 @@ export interface components {
             motor: number;
             /**
              * Min Deg
-             * @description Lower end of its range, degrees.
+             * @description Lowest angle, degrees.
              * @example -20
              */
             min_deg: number;
             /**
              * Max Deg
-             * @description Upper end of its range, degrees.
+             * @description Highest angle, degrees.
              * @example 190
              */
             max_deg: number;
             /**
              * Max Speed Deg S
-             * @description Fastest it may be moved, degrees a second.
+             * @description Highest speed, degrees a second.
              * @example 150
              */
             max_speed_deg_s: number;
         };
         /**
          * AxisLive
-         * @description One axis now.
+         * @description State of one axis.
          */
         AxisLive: {
             /**
@@ -2906,7 +2906,7 @@ export interface components {
             torque: "on" | "off" | "unknown";
             /**
              * Age Ms
-             * @description Since the drive last answered, when the snapshot was made.
+             * @description Time from the drive's last answer to the snapshot, milliseconds.
              */
             age_ms: number | null;
         };
@@ -3234,23 +3234,23 @@ export interface components {
         };
         /**
          * DatabaseStatus
-         * @description What happens at the station while the database does not answer: kept on this computer, and written there when it does.
+         * @description The database as the station sees it. While it is unavailable, records are spooled on this computer.
          */
         DatabaseStatus: {
             /**
              * Unavailable Since
-             * @description Since then the database does not answer; null while it does.
+             * @description Since then the database is unavailable; null while it is available.
              */
             unavailable_since?: string | null;
             /**
              * Waiting
-             * @description How much of what happened is kept here and not yet written there.
+             * @description Number of spooled records that are not in the database yet.
              * @default 0
              */
             waiting: number;
             /**
              * Spool Full Since
-             * @description Since then this computer's disk takes nothing either; null while it does.
+             * @description Since then this computer's disk cannot store records either; null while it can.
              */
             spool_full_since?: string | null;
         };
@@ -3291,7 +3291,7 @@ export interface components {
              * @example The emergency stop was pressed.
              */
             message: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             message_key?: components["schemas"]["TextKey"] | null;
             /**
              * Category
@@ -3626,12 +3626,12 @@ export interface components {
         };
         /**
          * EventLive
-         * @description Something that happened on the apparatus.
+         * @description An event of the apparatus.
          */
         EventLive: {
             /**
              * Number
-             * @description Without gaps since the device process started.
+             * @description Consecutive since the device process started.
              */
             number: number;
             /**
@@ -3644,7 +3644,7 @@ export interface components {
              * @example Take 1 is being recorded.
              */
             message: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             message_key?: components["schemas"]["TextKey"] | null;
             /**
              * At
@@ -3741,7 +3741,7 @@ export interface components {
             id: string;
             /** Name */
             name: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Source
@@ -3873,7 +3873,7 @@ export interface components {
             recording_id: string;
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
              * @example 8
              */
             load_level: number;
@@ -3938,7 +3938,7 @@ export interface components {
              * @description Reason, as a sentence.
              */
             problem: string | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             problem_key?: components["schemas"]["TextKey"] | null;
         };
         /**
@@ -3981,7 +3981,7 @@ export interface components {
             recording_id: string;
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
              * @example 8
              */
             load_level: number;
@@ -3994,36 +3994,36 @@ export interface components {
         };
         /**
          * LeaseLive
-         * @description Who operates the apparatus; everybody else watches, and may stop it.
+         * @description The lease of the apparatus. Its holder operates; other users watch and may stop the apparatus.
          */
         LeaseLive: {
             /**
              * Holder
-             * @description Name of whoever operates; null: nobody does, and the first command takes the lease.
+             * @description Name of the operator; null: the lease is free, and the first command takes it.
              * @example Sato
              */
             holder: string | null;
             /**
              * Mine
-             * @description It is the browser that this is told to.
+             * @description The receiving browser holds the lease.
              */
             mine: boolean;
             /** Since */
             since: string | null;
             /**
              * Taken From
-             * @description From whom it was taken over; null when it was free.
+             * @description Previous operator, if this one took over; else null.
              * @example Kato
              */
             taken_from: string | null;
             /**
              * Unreachable Since
-             * @description Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later the motors let go of the arm. Null while it is there.
+             * @description Since then the holder's browser is unreachable: playback pauses after 2 s, and the motors release the arm after 30 s. Null while it is reachable.
              */
             unreachable_since: string | null;
             /**
              * Paused
-             * @description The playback was paused for want of the holder's browser.
+             * @description The playback was paused because the holder's browser was unreachable.
              */
             paused: boolean;
         };
@@ -4052,7 +4052,7 @@ export interface components {
         };
         /**
          * Live
-         * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
+         * @description The newest state of the station. Without a running device process it is old: see ``age_ms``.
          */
         Live: {
             /**
@@ -4063,17 +4063,17 @@ export interface components {
             /**
              * At
              * Format: date-time
-             * @description When the service made this state, UTC. Commands that can start motion carry it as `seen_at`.
+             * @description Time at which the service made this state, UTC. Commands that can start motion carry it as `seen_at`.
              */
             at: string;
             /**
              * Age Ms
-             * @description Since the device process last said anything; null when it never has.
+             * @description Age of the device process's last snapshot, milliseconds; null: none yet.
              */
             age_ms: number | null;
             /**
              * Side
-             * @description The shoulder that the apparatus stands for.
+             * @description The shoulder that the apparatus is set to.
              * @enum {string}
              */
             side: "left" | "right";
@@ -4095,7 +4095,7 @@ export interface components {
             stops: number;
             /**
              * Verified Since
-             * @description Since then the apparatus has been connected, and every drive configured, without a break; null while it is not so. An emergency stop test from before does not count.
+             * @description Since then the apparatus is connected and every drive configured, without a break; null while not. An earlier emergency-stop test does not count.
              */
             verified_since: string | null;
             /**
@@ -4115,7 +4115,7 @@ export interface components {
             teaching: components["schemas"]["TeachingLive"] | null;
             /**
              * Refusals
-             * @description Commands not allowed now, and why; others are allowed.
+             * @description Commands that are refused now, with the reasons. Other commands are allowed.
              */
             refusals: {
                 [key: string]: components["schemas"]["RefusalLive"];
@@ -4179,7 +4179,7 @@ export interface components {
             programme_position?: number | null;
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
              * @example 8
              */
             load_level: number;
@@ -4223,7 +4223,7 @@ export interface components {
             cycles: number;
             /**
              * Overruns
-             * @description Cycles missed because the one before ended late.
+             * @description Cycles missed because the previous cycle ended late.
              */
             overruns: number;
             /**
@@ -4248,12 +4248,12 @@ export interface components {
             lateness_max_ms: number;
             /**
              * Bus Errors
-             * @description Replies that stayed away or came damaged.
+             * @description Replies that were missing or damaged.
              */
             bus_errors: number;
             /**
              * Drive Errors
-             * @description Axis order: cycles in which no sound answer of the drive came.
+             * @description Axis order: cycles without a valid answer of the drive.
              */
             drive_errors: number[];
             /**
@@ -4268,7 +4268,7 @@ export interface components {
             real_time: boolean;
             /**
              * Memory Locked
-             * @description The control program's memory is locked, so that it never waits for a disk.
+             * @description The control program's memory is locked, so it never waits for a disk.
              */
             memory_locked: boolean;
         };
@@ -4486,7 +4486,7 @@ export interface components {
              * @example Abduction / adduction of the shoulder
              */
             name: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Apparatus Min Deg
@@ -4626,17 +4626,17 @@ export interface components {
         };
         /**
          * NestedText
-         * @description A text within another one.
+         * @description A text within another text.
          */
         NestedText: {
             /**
              * Code
-             * @description Empty: the text has no code, and is not translated.
+             * @description Empty: the text has no code and is not translated.
              */
             code: string;
             /**
              * Params
-             * @description As those of the text around it.
+             * @description Parameters, like those of the outer text.
              */
             params: {
                 [key: string]: unknown;
@@ -5004,7 +5004,7 @@ export interface components {
         };
         /**
          * PatientRef
-         * @description Who is on the apparatus.
+         * @description The patient on the apparatus.
          */
         PatientRef: {
             /**
@@ -5213,27 +5213,27 @@ export interface components {
         };
         /**
          * PlaybackProgress
-         * @description How far a playback is.
+         * @description Progress of a playback.
          */
         PlaybackProgress: {
             /**
              * Position S
-             * @description Place on the recording, seconds.
+             * @description Position in the recording, seconds.
              */
             position_s: number;
             /**
              * Duration S
-             * @description Its length as it is played, seconds.
+             * @description Length of the playback, seconds.
              */
             duration_s: number;
             /**
              * Left S
-             * @description Of the approach or return while those go on, else of the recording; seconds.
+             * @description Remaining time of approach or return, else of the recording, seconds.
              */
             left_s: number;
             /**
              * Reversing
-             * @description The arm is being taken back from resistance.
+             * @description The arm moves back from resistance.
              */
             reversing: boolean;
         };
@@ -5425,7 +5425,7 @@ export interface components {
             recording_id: string;
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
              * @example 8
              */
             load_level: number;
@@ -5933,7 +5933,7 @@ export interface components {
         };
         /**
          * RefusalLive
-         * @description Why a command would not be accepted now.
+         * @description Reason why a command is refused now.
          */
         RefusalLive: {
             /**
@@ -5951,9 +5951,9 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             message_key?: components["schemas"]["TextKey"] | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
@@ -6170,7 +6170,7 @@ export interface components {
         };
         /**
          * RunLive
-         * @description The loaded recording and how far along it the arm is.
+         * @description The loaded recording and the arm's position in it.
          */
         RunLive: {
             /**
@@ -6189,7 +6189,7 @@ export interface components {
             recording_name: string | null;
             /**
              * Changes
-             * @description What was done to the recording for this run, in words.
+             * @description Changes of the recording for this run, as texts.
              * @example [
              *       "at 50 % speed"
              *     ]
@@ -6204,17 +6204,17 @@ export interface components {
             patient: components["schemas"]["PatientRef"] | null;
             /**
              * Position S
-             * @description Place on the recording, seconds.
+             * @description Position in the recording, seconds.
              */
             position_s: number;
             /**
              * Duration S
-             * @description Length of the recording as it is played in this run, seconds.
+             * @description Length of the playback in this run, seconds.
              */
             duration_s: number;
             /**
              * Left S
-             * @description Seconds left of the approach or return while those go on, else of the recording.
+             * @description Remaining time of approach or return, else of the recording, seconds.
              */
             left_s: number;
             /**
@@ -6224,32 +6224,32 @@ export interface components {
             at_start: boolean;
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
              * @example 8
              */
             load_level: number;
             /**
              * Reversals
-             * @description How often the arm met resistance and was taken back.
+             * @description Number of times that the arm met resistance and moved back.
              */
             reversals: number;
             /**
              * Reversing
-             * @description It is being taken back just now, or waits where it was taken.
+             * @description The arm moves back from resistance, or waits after it.
              */
             reversing: boolean;
             /**
              * Range Percent
-             * @description How much of its range is played: below 100 after somebody has asked for less.
+             * @description Share of the range that is played: below 100 after a request to reduce it.
              */
             range_percent: number;
             /**
              * Resistance
-             * @description What was met when the arm was last taken back; null when it never was.
+             * @description Description of the last resistance; null: none.
              * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
              */
             resistance: string | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             resistance_key?: components["schemas"]["TextKey"] | null;
         };
         /**
@@ -6267,7 +6267,7 @@ export interface components {
              * @example The emergency stop was pressed.
              */
             message: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             message_key?: components["schemas"]["TextKey"] | null;
         };
         /**
@@ -6475,7 +6475,7 @@ export interface components {
              * @example The belt holds the patient in the seat.
              */
             sentence: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             sentence_key?: components["schemas"]["TextKey"] | null;
             /**
              * Detected
@@ -6588,7 +6588,7 @@ export interface components {
             recording_name: string;
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
              * @example 8
              */
             load_level: number;
@@ -7006,7 +7006,7 @@ export interface components {
         };
         /**
          * StationInfo
-         * @description What does not change while the service runs.
+         * @description Properties that do not change while the service runs.
          */
         StationInfo: {
             /**
@@ -7028,7 +7028,7 @@ export interface components {
             cycle_hz: number;
             /**
              * Simulated
-             * @description The apparatus is a simulated one; /api/simulator moves its hand, pedal and switch.
+             * @description The apparatus is simulated; /api/simulator moves its hand, pedal and switch.
              */
             simulated: boolean;
             /**
@@ -7039,7 +7039,7 @@ export interface components {
         };
         /**
          * StationReport
-         * @description What a station says of itself to all the others.
+         * @description A station's report of its state to the other stations.
          */
         StationReport: {
             /**
@@ -7050,7 +7050,7 @@ export interface components {
             /**
              * Service
              * Format: uuid
-             * @description Of this start of its service.
+             * @description Id of this start of its service.
              */
             service: string;
             /** Simulated */
@@ -7077,17 +7077,17 @@ export interface components {
             estop: "closed" | "pressed" | "released" | "unknown";
             /**
              * Causes
-             * @description Of the stop that is latched, the first one first.
+             * @description Causes of the latched stop, the first one first.
              */
             causes: components["schemas"]["StopCauseLive"][];
             /** Arm Held */
             arm_held: boolean;
             /**
              * Operator
-             * @description Who operates it.
+             * @description Name of the operator.
              */
             operator: string | null;
-            /** @description Null too where the record is not for whoever asks. */
+            /** @description Null also if the user may not see the record. */
             patient: components["schemas"]["PatientRef"] | null;
             /** Recording Name */
             recording_name: string | null;
@@ -7108,29 +7108,29 @@ export interface components {
         };
         /**
          * StationStatus
-         * @description One station, as far as it is known here.
+         * @description A station as this service knows it.
          */
         StationStatus: {
             /** Name */
             name: string;
             /**
              * Here
-             * @description It is the one that this service belongs to.
+             * @description The station of this service.
              */
             here: boolean;
             /**
              * Heard At
-             * @description When it last said anything; null: not since this service began.
+             * @description Time of the last report; null: none since this service started.
              */
             heard_at: string | null;
             /**
              * Silent
-             * @description It has said nothing for seconds: what it does is not known.
+             * @description No report for seconds: its state is unknown.
              */
             silent: boolean;
             /**
              * Doubled
-             * @description Two services call themselves so: one of them has to be given another name.
+             * @description Two services use this name: one of them needs another name.
              */
             doubled: boolean;
             /** @description Null while it is silent. */
@@ -7220,7 +7220,7 @@ export interface components {
         };
         /**
          * StopCauseLive
-         * @description Why the apparatus has stopped.
+         * @description A cause of the stop.
          */
         StopCauseLive: {
             /**
@@ -7246,22 +7246,22 @@ export interface components {
             next_step: string;
             /**
              * Axis
-             * @description Motor number, where it belongs to one.
+             * @description Motor number, if the cause belongs to a motor.
              */
             axis: number | null;
             /**
              * Cleared
-             * @description Its condition no longer holds; acknowledging needs every cause cleared.
+             * @description The condition has ended. A stop can be acknowledged when every cause is cleared.
              */
             cleared: boolean;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             message_key?: components["schemas"]["TextKey"] | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
+            /** @description Code and parameters of the English text; null: it has none. */
             next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * StopLive
-         * @description A latched stop, first cause first.
+         * @description A latched stop with its causes, the first one first.
          */
         StopLive: {
             /** Causes */
@@ -7387,7 +7387,7 @@ export interface components {
         };
         /**
          * TeachingLive
-         * @description The teaching that goes on.
+         * @description The running teaching.
          */
         TeachingLive: {
             /**
@@ -7398,12 +7398,12 @@ export interface components {
             patient: components["schemas"]["PatientRef"] | null;
             /**
              * Takes
-             * @description Takes begun.
+             * @description Number of takes so far.
              */
             takes: number;
             /**
              * Recording
-             * @description The pedal is down and samples are kept.
+             * @description The pedal is down and samples are recorded.
              */
             recording: boolean;
             /**
@@ -7413,7 +7413,7 @@ export interface components {
             take_s: number;
             /**
              * Samples
-             * @description Samples kept in all takes.
+             * @description Samples recorded in all takes.
              */
             samples: number;
         };
@@ -7655,12 +7655,12 @@ export interface components {
              */
             detail: string;
             /**
-             * @description Code and parameters of the English text beside it; null: it has none.
+             * @description Code and parameters of the English text; null: it has none.
              * @default null
              */
             field_key: components["schemas"]["TextKey"] | null;
             /**
-             * @description Code and parameters of the English text beside it; null: it has none.
+             * @description Code and parameters of the English text; null: it has none.
              * @default null
              */
             detail_key: components["schemas"]["TextKey"] | null;
@@ -7707,12 +7707,12 @@ export interface components {
              */
             next_step: string;
             /**
-             * @description Code and parameters of the English text beside it; null: it has none.
+             * @description Code and parameters of the English text; null: it has none.
              * @default null
              */
             detail_key: components["schemas"]["TextKey"] | null;
             /**
-             * @description Code and parameters of the English text beside it; null: it has none.
+             * @description Code and parameters of the English text; null: it has none.
              * @default null
              */
             next_step_key: components["schemas"]["TextKey"] | null;

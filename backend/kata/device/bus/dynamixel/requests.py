@@ -166,7 +166,11 @@ class DynamixelRequests:
                 break
             t_ns = transport.now_ns()
             # Too early, or of another length: the answer to an earlier request.
-            found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & ~ALERT)]
+            found = [
+                reply
+                for reply in parser.feed(data)
+                if reply[0] in asked and (len(reply[2]) == length or reply[1] & ~ALERT)
+            ]
             if t_ns < first_ns:
                 continue
             # One chunk may contain several answers. Each left the wire before the next by the length of the next. No
