@@ -1,0 +1,33 @@
+import { client, startAfter, unwrap } from "./request";
+import type { AuditQuery, Schemas } from "./types";
+
+/** Accounts, audit trail, backups, and access to restricted records. */
+export const administrationApi = {
+  accounts: () => unwrap(client.GET("/api/accounts")),
+  createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
+  updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
+    unwrap(client.PATCH("/api/accounts/{account_id}", { params: { path: { account_id } }, body })),
+  resetAccount: (account_id: string, body: Schemas["Reset"]) =>
+    unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
+  audit: (query: AuditQuery, after: string | null = null) =>
+    unwrap(client.GET("/api/audit", { params: { query: { ...query, ...startAfter(after) } } })),
+  stationVersions: (station: string) =>
+    unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
+  backups: () => unwrap(client.GET("/api/backups")),
+  makeBackup: () => unwrap(client.POST("/api/backups")),
+  recordAccess: (patient_id: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/access", { params: { path: { patient_id } } })),
+  changeRecordAccess: (patient_id: string, body: Schemas["RecordAccessChange"]) =>
+    unwrap(client.PUT("/api/patients/{patient_id}/access", { params: { path: { patient_id } }, body })),
+  breakGlass: (patient_id: string, body: Schemas["BreakGlass"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/break-glass-accesses", {
+        params: { path: { patient_id } },
+        body,
+      }),
+    ),
+  breakGlassAccesses: (after: string | null = null) =>
+    unwrap(client.GET("/api/break-glass-accesses", { params: { query: startAfter(after) } })),
+  reviewBreakGlassAccess: (glass_id: string) =>
+    unwrap(client.POST("/api/break-glass-accesses/{glass_id}/review", { params: { path: { glass_id } } })),
+};
