@@ -1,4 +1,4 @@
-import { speak } from "../lib/language";
+import { switchLanguage } from "../lib/language";
 import "@mantine/core/styles.css";
 import "./page.css";
 import { MantineProvider } from "@mantine/core";
@@ -22,7 +22,7 @@ if (!root) throw new Error("index.html has no root");
 
 const activity = new ActivityTracker();
 client.use(authMiddleware(authStore, activity));
-startSessionGuard(authStore, activity, queries, store, speak);
+startSessionGuard(authStore, activity, queries, store, switchLanguage);
 // Mantine's dialogs add a style element that stops the page behind them from scrolling. It needs the CSP
 // nonce.
 setNonce(nonce);

@@ -1,8 +1,8 @@
 import i18next from "i18next";
 import { LANGUAGE } from "./language";
 
-// Modules use texts while they are loaded, so that they wait for the catalogue here. A catalogue imports no module of the
-// page: the import would wait for itself.
+// Modules use texts while they load, so they wait for the catalogue here. A catalogue must not import a module of the page:
+// the import would wait for itself.
 const catalogue = LANGUAGE === "ja" ? await import("../locales/ja") : await import("../locales/en");
 
 await i18next.init({

@@ -47,10 +47,10 @@ const stubReload = () => {
 test("reloads the page only for another supported language", async () => {
   setBrowserLanguage("en-GB");
   const reload = stubReload();
-  const { speak } = await import("./language");
-  for (const language of ["en", "", "klingon"]) speak(language);
+  const { switchLanguage } = await import("./language");
+  for (const language of ["en", "", "klingon"]) switchLanguage(language);
   expect(reload).not.toHaveBeenCalled();
-  speak("ja");
+  switchLanguage("ja");
   expect(reload).toHaveBeenCalledOnce();
   expect(localStorage.getItem("kata.language")).toBe("ja");
 });
@@ -65,8 +65,8 @@ test.each(["throws", "forgets"])("does not reload if the storage %s", async (beh
   vi.spyOn(Storage.prototype, "setItem").mockImplementation(() => {
     if (behaviour === "throws") throw new DOMException("denied", "SecurityError");
   });
-  const { LANGUAGE, speak } = await import("./language");
+  const { LANGUAGE, switchLanguage } = await import("./language");
   expect(LANGUAGE).toBe("en");
-  speak("ja");
+  switchLanguage("ja");
   expect(reload).not.toHaveBeenCalled();
 });

@@ -1,57 +1,56 @@
 /**
- * In which language the page speaks, from its loading to its leaving: what whoever is signed in has chosen, else what it last
- * spoke at this browser, else the browser's own. A change loads the page anew, so that every text, date and figure on it
- * is in one language, also those that are no component's. To be imported before any other.
+ * The page's language: the signed-in user's choice, else the language last used in this browser, else the browser's own.
+ * A change reloads the page, so that every text, date and figure is in one language. Import this module before any other.
  */
 export type Language = "en" | "ja";
 
-/** What each language calls itself. */
+/** The name of each language in that language. */
 export const LANGUAGES: Record<Language, string> = { en: "English", ja: "日本語" };
 
-const KEPT = "kata.language";
+const STORAGE_KEY = "kata.language";
 
-// Chromium started without a language (LANG=C) calls its own "en-US@posix", which Intl then refuses: a library that hands
-// it on as it loads would leave the page white.
+// Without a language (LANG=C), Chromium reports "en-US@posix", which Intl refuses. A library that passes it on while loading
+// would leave the page empty.
 try {
   Intl.getCanonicalLocales(navigator.language);
 } catch {
   Object.defineProperty(navigator, "language", { value: "en-US", configurable: true });
 }
 
-const isLanguage = (told: string | null): told is Language => told !== null && told in LANGUAGES;
+const isLanguage = (value: string | null): value is Language => value !== null && value in LANGUAGES;
 
-/** What was last spoken here; null where nothing was, or the browser keeps nothing. */
-function remembered(): string | null {
+/** Return the stored language, or null if none is stored or storage is unavailable. */
+function readStored(): string | null {
   try {
-    return localStorage.getItem(KEPT);
+    return localStorage.getItem(STORAGE_KEY);
   } catch {
     return null;
   }
 }
 
-function chosen(): Language {
-  const kept = remembered();
-  if (isLanguage(kept)) return kept;
+function initialLanguage(): Language {
+  const stored = readStored();
+  if (isLanguage(stored)) return stored;
   return navigator.language.startsWith("ja") ? "ja" : "en";
 }
 
-export const LANGUAGE: Language = chosen();
+export const LANGUAGE: Language = initialLanguage();
 
-/** How dates and numbers are written: as the browser's region has it, where that speaks the page's language. */
+/** The locale of dates and numbers: the browser's region if its language is the page's. */
 export const LOCALE = navigator.language.startsWith(LANGUAGE) ? navigator.language : LANGUAGE;
 
 document.documentElement.lang = LANGUAGE;
 
 /**
- * From now on the page speaks this: it is loaded anew where it spoke another. Of anything else than a language, nothing; and
- * nothing where the browser keeps nothing, since the page would be loaded again and again.
+ * Store the language and reload the page if it differs. Do nothing if storage is unavailable: the page would reload
+ * again and again.
  */
-export function speak(told: string): void {
-  if (!isLanguage(told) || told === LANGUAGE) return;
+export function switchLanguage(language: string): void {
+  if (!isLanguage(language) || language === LANGUAGE) return;
   try {
-    localStorage.setItem(KEPT, told);
+    localStorage.setItem(STORAGE_KEY, language);
   } catch {
     return;
   }
-  if (remembered() === told) location.reload();
+  if (readStored() === language) location.reload();
 }

@@ -14,7 +14,7 @@ import { OneTimeCode } from "./OneTimeCode";
 export function AccountsPage() {
   useTitle(t("administration:accounts.title"));
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
-  const [creating, setMaking] = useState(false);
+  const [creating, setCreating] = useState(false);
   const [oneTimeCode, setOneTimeCode] = useState<Schemas["OneTimeCode"] | null>(null);
   const items = accounts.data?.items ?? [];
   return (
@@ -23,7 +23,7 @@ export function AccountsPage() {
         <Title order={2} size="h3">
           {t("administration:accounts.title")}
         </Title>
-        <Button leftSection={<IconUserPlus size={20} />} onClick={() => setMaking(true)}>
+        <Button leftSection={<IconUserPlus size={20} />} onClick={() => setCreating(true)}>
           {t("administration:accounts.add")}
         </Button>
       </Group>
@@ -53,13 +53,13 @@ export function AccountsPage() {
       )}
       <Modal
         opened={creating}
-        onClose={() => setMaking(false)}
+        onClose={() => setCreating(false)}
         title={t("administration:accounts.add")}
         size="lg"
       >
         <AccountForm
           onDone={(code) => {
-            setMaking(false);
+            setCreating(false);
             setOneTimeCode(code);
           }}
         />
@@ -77,24 +77,15 @@ export function AccountsPage() {
   );
 }
 
-function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["OneTimeCode"]) => void }) {
+function Row({ account, onCode }: { account: Account; onCode: (code: Schemas["OneTimeCode"]) => void }) {
   const me = useMe();
   const queries = useQueryClient();
   const [changing, setChanging] = useState(false);
   const [resetting, setResetting] = useState(false);
-  const [factorLost, setLost] = useState(false);
   const disable = useMutation({
     // Without `updated_at`: disabling applies even if the account was changed meanwhile.
     mutationFn: (disabled: boolean) => api.updateAccount(account.id, { disabled }),
     onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
-  });
-  const reset = useMutation({
-    mutationFn: () => api.resetAccount(account.id, { second_factor: factorLost }),
-    onSuccess: (code) => {
-      setResetting(false);
-      onCode(code);
-      void queries.invalidateQueries({ queryKey: ["accounts"] });
-    },
   });
   const isOwn = account.id === me?.account_id;
   return (
@@ -151,34 +142,62 @@ function Row({ account, onCode }: { account: Account; onCode: (given: Schemas["O
         <Modal opened={changing} onClose={() => setChanging(false)} title={account.name} size="lg">
           <AccountForm account={account} onDone={() => setChanging(false)} />
         </Modal>
-        <Modal
+        <ResetDialog
+          account={account}
           opened={resetting}
           onClose={() => setResetting(false)}
-          title={t("administration:accounts.newCodeFor", { name: account.name })}
-        >
-          <Stack>
-            <Text>{t("administration:accounts.resetHint", { name: account.name })}</Text>
-            {account.second_factor && (
-              <Switch
-                size="md"
-                label={t("administration:accounts.factorLost")}
-                checked={factorLost}
-                onChange={(event) => setLost(event.currentTarget.checked)}
-              />
-            )}
-            <ProblemNote error={reset.error} />
-            <Group justify="end">
-              <Button variant="default" onClick={() => setResetting(false)}>
-                {t("administration:accounts.cancel")}
-              </Button>
-              <Button loading={reset.isPending} onClick={() => reset.mutate()}>
-                {t("administration:accounts.reset")}
-              </Button>
-            </Group>
-          </Stack>
-        </Modal>
+          onCode={onCode}
+        />
       </Table.Td>
     </Table.Tr>
+  );
+}
+
+/** Resets the account: its owner gets a one-time code. */
+function ResetDialog(props: {
+  account: Account;
+  opened: boolean;
+  onClose: () => void;
+  onCode: (code: Schemas["OneTimeCode"]) => void;
+}) {
+  const { account, opened, onClose } = props;
+  const queries = useQueryClient();
+  const [factorLost, setFactorLost] = useState(false);
+  const reset = useMutation({
+    mutationFn: () => api.resetAccount(account.id, { second_factor: factorLost }),
+    onSuccess: (code) => {
+      onClose();
+      props.onCode(code);
+      void queries.invalidateQueries({ queryKey: ["accounts"] });
+    },
+  });
+  return (
+    <Modal
+      opened={opened}
+      onClose={onClose}
+      title={t("administration:accounts.newCodeFor", { name: account.name })}
+    >
+      <Stack>
+        <Text>{t("administration:accounts.resetHint", { name: account.name })}</Text>
+        {account.second_factor && (
+          <Switch
+            size="md"
+            label={t("administration:accounts.factorLost")}
+            checked={factorLost}
+            onChange={(event) => setFactorLost(event.currentTarget.checked)}
+          />
+        )}
+        <ProblemNote error={reset.error} />
+        <Group justify="end">
+          <Button variant="default" onClick={onClose}>
+            {t("administration:accounts.cancel")}
+          </Button>
+          <Button loading={reset.isPending} onClick={() => reset.mutate()}>
+            {t("administration:accounts.reset")}
+          </Button>
+        </Group>
+      </Stack>
+    </Modal>
   );
 }
 

@@ -1,8 +1,8 @@
 import type { operations } from "../../lib/api/schema";
 import { t } from "../../lib/i18n";
 
-/** What the service can be asked for; what is said over a WebSocket is described as a post, and is none of its own. */
-type Asked = Exclude<keyof operations, `${string}_post` | Renamed>;
+/** Operations of the API. Messages of a WebSocket are described as posts, and are no operations. */
+type Operation = Exclude<keyof operations, `${string}_post` | Renamed>;
 
 /** Operations that were renamed: the audit trail stores their former names. */
 type Renamed =
@@ -22,8 +22,8 @@ type Renamed =
   | "review_break_glass_access"
   | "get_note_draft";
 
-/** What the audit trail tells besides; a test of the service's own holds this list. */
-type BesidesAsked =
+/** Other actions in the audit trail. A test of the service checks this list. */
+type OtherAction =
   | "note_erasure"
   | "erase_patient"
   | "get_session_page"
@@ -67,7 +67,7 @@ type BesidesAsked =
   | "begun_without_database"
   | "ticked_without_database";
 
-/** What was done, in words, by its code. An operation without words does not compile. */
-export const ACTIONS: Readonly<Record<Asked | BesidesAsked, string>> = t("administration:actions", {
+/** The texts of actions by code. An operation without a text does not compile. */
+export const ACTIONS: Readonly<Record<Operation | OtherAction, string>> = t("administration:actions", {
   returnObjects: true,
 });

@@ -6,7 +6,7 @@ import { forgetDrafts, useDraft } from "../../lib/draft";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useUserName } from "../auth/hooks";
-import { angleProblem, emptyDraft, PAIN_NAMES, type Side, toDraft, toRequest } from "./draft";
+import { angleProblem, type Draft, emptyDraft, PAIN_NAMES, type Side, toDraft, toRequest } from "./draft";
 import { NumberPicker } from "./NumberPicker";
 import { RomGrid } from "./RomGrid";
 import { SpadiFields } from "./SpadiFields";
@@ -29,7 +29,7 @@ export function AssessmentForm(props: {
   const [draft, setDraft] = useDraft(key, () =>
     assessment ? toDraft(assessment) : emptyDraft(new Date(), userName),
   );
-  const change = (part: Partial<typeof draft>) => setDraft((before) => ({ ...before, ...part }));
+  const change = (part: Partial<Draft>) => setDraft((before) => ({ ...before, ...part }));
   const save = useMutation({
     mutationFn: () => {
       const body = toRequest(draft, form.rom);
@@ -56,8 +56,8 @@ export function AssessmentForm(props: {
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const implausible = form.rom.some((measure) =>
     Object.entries(draft.rom).some(
-      ([key, typed]) =>
-        key.includes(` ${measure.motion} ${measure.position} `) && angleProblem(measure, typed),
+      ([angle, typed]) =>
+        angle.includes(` ${measure.motion} ${measure.position} `) && angleProblem(measure, typed),
     ),
   );
   const submit = (event: FormEvent) => {
@@ -93,46 +93,13 @@ export function AssessmentForm(props: {
               onChange={(event) => change({ by: event.currentTarget.value })}
             />
           </Group>
-          <Tabs defaultValue="rom" keepMounted={false}>
-            <Tabs.List mb="md">
-              {(
-                [
-                  ["rom", t("assessments:form.rom")],
-                  ["pain", t("assessments:form.pain")],
-                  ["spadi", t("assessments:form.spadi")],
-                ] as const
-              ).map(([value, label]) => (
-                <Tabs.Tab key={value} value={value} h={48} fz="md">
-                  {label}
-                </Tabs.Tab>
-              ))}
-            </Tabs.List>
-            <Tabs.Panel value="rom">
-              <RomGrid
-                measures={form.rom}
-                affected={props.affected}
-                typed={draft.rom}
-                last={props.last}
-                onChange={(rom) => change({ rom })}
-              />
-            </Tabs.Panel>
-            <Tabs.Panel value="pain">
-              <Stack>
-                <Text size="sm">{t("assessments:form.painScale")}</Text>
-                {PAIN_NAMES.map((name) => (
-                  <NumberPicker
-                    key={name}
-                    label={t(`assessments:pains.${name}`)}
-                    value={draft.pains[name]}
-                    onChange={(pain) => change({ pains: { ...draft.pains, [name]: pain } })}
-                  />
-                ))}
-              </Stack>
-            </Tabs.Panel>
-            <Tabs.Panel value="spadi">
-              <SpadiFields items={form.spadi} answers={draft.spadi} onChange={(spadi) => change({ spadi })} />
-            </Tabs.Panel>
-          </Tabs>
+          <FindingsTabs
+            form={form}
+            affected={props.affected}
+            last={props.last}
+            draft={draft}
+            onChange={change}
+          />
           <Textarea
             label={t("assessments:form.note")}
             autosize
@@ -153,5 +120,58 @@ export function AssessmentForm(props: {
         </Stack>
       </form>
     </Paper>
+  );
+}
+
+/** The range of motion, the pain and the SPADI. */
+function FindingsTabs(props: {
+  form: Schemas["AssessmentForm"];
+  affected: Side;
+  last: Assessment | null;
+  draft: Draft;
+  onChange: (part: Partial<Draft>) => void;
+}) {
+  const { form, affected, last, draft, onChange } = props;
+  return (
+    <Tabs defaultValue="rom" keepMounted={false}>
+      <Tabs.List mb="md">
+        {(
+          [
+            ["rom", t("assessments:form.rom")],
+            ["pain", t("assessments:form.pain")],
+            ["spadi", t("assessments:form.spadi")],
+          ] as const
+        ).map(([value, label]) => (
+          <Tabs.Tab key={value} value={value} h={48} fz="md">
+            {label}
+          </Tabs.Tab>
+        ))}
+      </Tabs.List>
+      <Tabs.Panel value="rom">
+        <RomGrid
+          measures={form.rom}
+          affected={affected}
+          typed={draft.rom}
+          last={last}
+          onChange={(rom) => onChange({ rom })}
+        />
+      </Tabs.Panel>
+      <Tabs.Panel value="pain">
+        <Stack>
+          <Text size="sm">{t("assessments:form.painScale")}</Text>
+          {PAIN_NAMES.map((name) => (
+            <NumberPicker
+              key={name}
+              label={t(`assessments:pains.${name}`)}
+              value={draft.pains[name]}
+              onChange={(pain) => onChange({ pains: { ...draft.pains, [name]: pain } })}
+            />
+          ))}
+        </Stack>
+      </Tabs.Panel>
+      <Tabs.Panel value="spadi">
+        <SpadiFields items={form.spadi} answers={draft.spadi} onChange={(spadi) => onChange({ spadi })} />
+      </Tabs.Panel>
+    </Tabs>
   );
 }

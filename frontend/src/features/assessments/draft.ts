@@ -17,7 +17,7 @@ export type Draft = {
   /** Local time in the format of the datetime-local field. */
   at: string;
   by: string;
-  /** Typed angles, by `cell`. */
+  /** Typed angles, by `angleKey`. */
   rom: Record<string, string>;
   pains: Record<Pain, number | null>;
   spadi: Answers;

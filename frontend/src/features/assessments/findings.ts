@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES } from "./draft";
 import { formatScore, measureName } from "./messages";
 
-/** 3 as "3 more", -3 as "3 less"; empty without a baseline. */
+/** 3 as "+3", -3 as "−3"; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined): string {
   if (first === null || first === undefined) return "";
   const change = Math.round(value - first);

@@ -28,9 +28,9 @@ export function AccountPage() {
         <Text>{t(`auth:account.who.${me.role}`, { username: me.username })}</Text>
         {me.stations.length > 0 && <Text>{t("auth:account.worksAt", { stations: me.stations })}</Text>}
       </div>
-      <Card withBorder component="section" aria-label={t("auth:languageWords.language")}>
+      <Card withBorder component="section" aria-label={t("auth:language.label")}>
         <Title order={2} size="h3" mb="md">
-          {t("auth:languageWords.language")}
+          {t("auth:language.label")}
         </Title>
         <LanguageChoice own />
       </Card>

@@ -9,7 +9,7 @@ import { LanguageChoice } from "./LanguageChoice";
 export function AuthLayout({ title, children }: { title: string; children: ReactNode }) {
   const signedOut = useAuthState().is === "out";
   return (
-    <Box className={classes.door ?? ""} component="main">
+    <Box className={classes.layout ?? ""} component="main">
       <Text fw={700} fz={28} c="var(--kata-brand)" mb="lg">
         <Brand />
       </Text>

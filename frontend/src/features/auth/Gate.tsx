@@ -47,8 +47,8 @@ function DeferredPage({ children }: { children: ReactNode }) {
 
 function Waiting() {
   return (
-    <AuthLayout title={t("auth:door.checkingTitle")}>
-      <Text role="status">{t("auth:door.checking")}</Text>
+    <AuthLayout title={t("auth:gate.checkingTitle")}>
+      <Text role="status">{t("auth:gate.checking")}</Text>
     </AuthLayout>
   );
 }

@@ -4,12 +4,15 @@ import { cleanup, render, screen } from "@testing-library/react";
 import userEvent from "@testing-library/user-event";
 import { afterEach, expect, it, vi } from "vitest";
 import { api } from "../../lib/api/client";
-import { speak } from "../../lib/language";
+import { switchLanguage } from "../../lib/language";
 import { store } from "../../lib/live/store";
 import { ME } from "./examples";
 import { LanguageChoice } from "./LanguageChoice";
 
-vi.mock("../../lib/language", async (original) => ({ ...(await original<object>()), speak: vi.fn() }));
+vi.mock("../../lib/language", async (original) => ({
+  ...(await original<object>()),
+  switchLanguage: vi.fn(),
+}));
 
 const show = (own: boolean) =>
   render(
@@ -23,7 +26,7 @@ const show = (own: boolean) =>
 afterEach(() => {
   cleanup();
   vi.restoreAllMocks();
-  vi.mocked(speak).mockReset();
+  vi.mocked(switchLanguage).mockReset();
 });
 
 it("saves a user's language, then applies it", async () => {
@@ -31,14 +34,14 @@ it("saves a user's language, then applies it", async () => {
   show(true);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
   expect(chooseLanguage.mock.calls[0]?.[0]).toBe("ja");
-  expect(speak).toHaveBeenCalledWith("ja");
+  expect(switchLanguage).toHaveBeenCalledWith("ja");
 });
 
 it("does not apply a language that the service refuses", async () => {
   vi.spyOn(api, "chooseLanguage").mockRejectedValue(new Error("no"));
   show(true);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
-  expect(speak).not.toHaveBeenCalled();
+  expect(switchLanguage).not.toHaveBeenCalled();
   expect(await screen.findByRole("alert")).toBeTruthy();
 });
 
@@ -46,7 +49,7 @@ it("stores the language in this browser before sign-in", async () => {
   const chooseLanguage = vi.spyOn(api, "chooseLanguage");
   show(false);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
-  expect(speak).toHaveBeenCalledWith("ja");
+  expect(switchLanguage).toHaveBeenCalledWith("ja");
   expect(chooseLanguage).not.toHaveBeenCalled();
 });
 

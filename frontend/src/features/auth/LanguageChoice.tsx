@@ -2,7 +2,7 @@ import { SegmentedControl, Stack, Text } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
-import { LANGUAGE, LANGUAGES, type Language, speak } from "../../lib/language";
+import { LANGUAGE, LANGUAGES, type Language, switchLanguage } from "../../lib/language";
 import { useLive } from "../../lib/live/hooks";
 import { isMoving } from "../../safety/modes";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -20,24 +20,20 @@ export function LanguageChoice({ own = false }: { own?: boolean }) {
   const choose = useMutation({
     mutationFn: async (language: Language) => {
       if (own) await api.chooseLanguage(language);
-      speak(language);
+      switchLanguage(language);
     },
   });
   return (
     <Stack gap="xs">
       <SegmentedControl
         size="md"
-        aria-label={t("auth:languageWords.language")}
+        aria-label={t("auth:language.label")}
         data={CHOICES}
         value={LANGUAGE}
         disabled={moving || choose.isPending}
         onChange={(chosen) => choose.mutate(chosen as Language)}
       />
-      {own && (
-        <Text size="sm">
-          {moving ? t("auth:languageWords.notWhileMoving") : t("auth:languageWords.hint")}
-        </Text>
-      )}
+      {own && <Text size="sm">{moving ? t("auth:language.notWhileMoving") : t("auth:language.hint")}</Text>}
       <ProblemNote error={choose.error} />
     </Stack>
   );

@@ -11,10 +11,10 @@ export function OpenIdReauthentication({ name, nextStep }: { name: string; nextS
   return (
     <Stack gap={4}>
       <Anchor href={openIdAddress("")} target="_blank" rel="noopener" size="lg">
-        {t("auth:again.openId", { provider: name })}
+        {t("auth:reauthentication.openId", { provider: name })}
         <IconExternalLink size={18} />
       </Anchor>
-      <Text size="sm">{t("auth:again.newTab", { nextStep })}</Text>
+      <Text size="sm">{t("auth:reauthentication.newTab", { nextStep })}</Text>
     </Stack>
   );
 }

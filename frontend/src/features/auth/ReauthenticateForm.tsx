@@ -43,14 +43,16 @@ export function ReauthenticateForm<Result>(
       <Stack>
         {passwordNeeded && (
           <PasswordInput
-            label={t("auth:again.password")}
+            label={t("auth:reauthentication.password")}
             autoComplete="current-password"
             autoFocus
             value={password}
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
         )}
-        {atProvider && <OpenIdReauthentication name={atProvider} nextStep={t("auth:again.pressAgain")} />}
+        {atProvider && (
+          <OpenIdReauthentication name={atProvider} nextStep={t("auth:reauthentication.pressAgain")} />
+        )}
         {!notYetGiven && !atProvider && <ProblemNote error={mutation.error} />}
         <Group>
           <Button

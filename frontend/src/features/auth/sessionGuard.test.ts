@@ -75,7 +75,7 @@ describe("a request", () => {
 describe("the guard", () => {
   const sockets: { close: () => void; onclose: (() => void) | null }[] = [];
   const queries = new QueryClient();
-  const speak = vi.fn();
+  const switchLanguage = vi.fn();
   const settle = () => vi.advanceTimersByTimeAsync(0);
   let stop: () => void;
   let now: number;
@@ -91,8 +91,8 @@ describe("the guard", () => {
       sockets.push(socket);
       return socket as unknown as WebSocket;
     });
-    speak.mockReset();
-    stop = startSessionGuard(auth, activity, queries, store, speak);
+    switchLanguage.mockReset();
+    stop = startSessionGuard(auth, activity, queries, store, switchLanguage);
     await settle();
   });
   afterEach(() => stop());
@@ -126,24 +126,24 @@ describe("the guard", () => {
   });
 
   it("applies the user's language only at sign-in", async () => {
-    expect(speak).toHaveBeenCalledExactlyOnceWith(ME.language);
+    expect(switchLanguage).toHaveBeenCalledExactlyOnceWith(ME.language);
     me.mockResolvedValue({ ...ME, language: "ja" });
     await auth.refresh();
     await auth.lock();
     auth.signedIn({ ...ME, language: "ja" });
-    expect(speak, "chosen at another browser").toHaveBeenCalledTimes(1);
+    expect(switchLanguage, "chosen at another browser").toHaveBeenCalledTimes(1);
     auth.signedIn({ ...VIEWER, language: "ja" });
-    expect(speak).toHaveBeenLastCalledWith("ja");
+    expect(switchLanguage).toHaveBeenLastCalledWith("ja");
     auth.signedOut();
     auth.signedIn({ ...VIEWER, language: "en" });
-    expect(speak).toHaveBeenLastCalledWith("en");
+    expect(switchLanguage).toHaveBeenLastCalledWith("en");
   });
 
   it("does not reload the page while motors are powered", async () => {
-    speak.mockReset();
+    switchLanguage.mockReset();
     vi.spyOn(store, "get").mockReturnValue({ ...store.get(), live: { mode: "playing" } as never });
     auth.signedIn({ ...VIEWER, language: "ja" });
-    expect(speak).not.toHaveBeenCalled();
+    expect(switchLanguage).not.toHaveBeenCalled();
   });
 
   it("checks the login when the connection ends", async () => {

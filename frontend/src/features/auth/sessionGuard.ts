@@ -63,7 +63,7 @@ export function startSessionGuard(
   activity: ActivityTracker,
   queries: QueryClient,
   store: LiveStore,
-  speak: (language: string) => void,
+  switchLanguage: (language: string) => void,
 ): () => void {
   const otherTabs = new BroadcastChannel(CHANNEL);
   otherTabs.onmessage = () => void auth.refresh();
@@ -93,7 +93,7 @@ export function startSessionGuard(
     if (is === "in" && languageOf !== state.me.account_id) {
       languageOf = state.me.account_id;
       const mode = store.get().live?.mode;
-      if (mode === undefined || !isMoving(mode)) speak(state.me.language);
+      if (mode === undefined || !isMoving(mode)) switchLanguage(state.me.language);
     }
   };
   const subscriptions = [

@@ -7,8 +7,8 @@ import { t } from "../../lib/i18n";
 import { LOAD_LEVELS } from "../station/loadLevels";
 import { MOTIONS, minus, type Side } from "./messages";
 
-type Ends = { lowest: number | null; highest: number | null };
-const FREE: Ends = { lowest: null, highest: null };
+type Limits = { lowest: number | null; highest: number | null };
+const NO_LIMITS: Limits = { lowest: null, highest: null };
 
 /** A form to open or change an episode of care: the diagnosis, its start and the doctor's limits. */
 export function EpisodeForm(props: {
@@ -58,22 +58,6 @@ export function EpisodeForm(props: {
     event.preventDefault();
     save.mutate();
   };
-  const end = (motion: number, name: keyof Ends, label: string) => (
-    <NumberInput
-      size="md"
-      hideControls
-      suffix={t("episodes:form.deg")}
-      placeholder={t("episodes:form.noLimit")}
-      aria-label={label}
-      value={limits[motion]?.[name] ?? ""}
-      onChange={(given) =>
-        setLimits({
-          ...limits,
-          [motion]: { ...(limits[motion] ?? FREE), [name]: typeof given === "number" ? given : null },
-        })
-      }
-    />
-  );
   return (
     <form onSubmit={submit} noValidate>
       <Stack>
@@ -101,51 +85,29 @@ export function EpisodeForm(props: {
         />
         <Text fw={500}>{t("episodes:form.limits")}</Text>
         <Text size="sm">{t("episodes:form.limitsHint")}</Text>
-        <Table verticalSpacing="xs">
-          <Table.Thead>
-            <Table.Tr>
-              <Table.Th>{t("episodes:form.motion")}</Table.Th>
-              <Table.Th>{t("episodes:form.lowest")}</Table.Th>
-              <Table.Th>{t("episodes:form.highest")}</Table.Th>
-            </Table.Tr>
-          </Table.Thead>
-          <Table.Tbody>
-            {MOTIONS.map(({ motion, name, from, to }) => (
-              <Table.Tr key={motion}>
-                <Table.Td>
-                  {`${motion}. ${name}`}
-                  <Text size="sm" c="dimmed">
-                    {t("episodes:form.fromTo", { lowest: minus(from), highest: minus(to) })}
-                  </Text>
-                </Table.Td>
-                <Table.Td>{end(motion, "lowest", t("episodes:form.lowestOf", { motion: name }))}</Table.Td>
-                <Table.Td>{end(motion, "highest", t("episodes:form.highestOf", { motion: name }))}</Table.Td>
-              </Table.Tr>
-            ))}
-          </Table.Tbody>
-        </Table>
+        <LimitTable limits={limits} onChange={setLimits} />
         <Group grow align="start">
           <NumberInput
             size="md"
             label={t("episodes:form.level")}
-            placeholder={t("episodes:form.anySpeed")}
+            placeholder={t("episodes:form.noLimit")}
             min={1}
             max={LOAD_LEVELS}
             allowDecimal={false}
             value={level ?? ""}
             error={fields.max_load_level}
-            onChange={(given) => setLevel(typeof given === "number" ? given : null)}
+            onChange={(value) => setLevel(typeof value === "number" ? value : null)}
           />
           <NumberInput
             size="md"
             hideControls
             label={t("episodes:form.speed")}
             description={t("episodes:form.speedHint")}
-            placeholder={t("episodes:form.anySpeed")}
+            placeholder={t("episodes:form.noLimit")}
             suffix={t("episodes:form.degPerSecond")}
             value={speed ?? ""}
             error={fields.max_speed_deg_s}
-            onChange={(given) => setSpeed(typeof given === "number" ? given : null)}
+            onChange={(value) => setSpeed(typeof value === "number" ? value : null)}
           />
           <TextInput
             label={t("episodes:form.doctor")}
@@ -171,7 +133,56 @@ export function EpisodeForm(props: {
   );
 }
 
-function byMotion(episode: Episode | undefined): Record<number, Ends> {
+/** The doctor's limits of each motion, beside the apparatus' own range. */
+function LimitTable(props: {
+  limits: Record<number, Limits>;
+  onChange: (limits: Record<number, Limits>) => void;
+}) {
+  const { limits, onChange } = props;
+  const field = (motion: number, name: keyof Limits, label: string) => (
+    <NumberInput
+      size="md"
+      hideControls
+      suffix={t("episodes:form.deg")}
+      placeholder={t("episodes:form.noLimit")}
+      aria-label={label}
+      value={limits[motion]?.[name] ?? ""}
+      onChange={(value) =>
+        onChange({
+          ...limits,
+          [motion]: { ...(limits[motion] ?? NO_LIMITS), [name]: typeof value === "number" ? value : null },
+        })
+      }
+    />
+  );
+  return (
+    <Table verticalSpacing="xs">
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>{t("episodes:form.motion")}</Table.Th>
+          <Table.Th>{t("episodes:form.lowest")}</Table.Th>
+          <Table.Th>{t("episodes:form.highest")}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {MOTIONS.map(({ motion, name, from, to }) => (
+          <Table.Tr key={motion}>
+            <Table.Td>
+              {`${motion}. ${name}`}
+              <Text size="sm" c="dimmed">
+                {t("episodes:form.fromTo", { lowest: minus(from), highest: minus(to) })}
+              </Text>
+            </Table.Td>
+            <Table.Td>{field(motion, "lowest", t("episodes:form.lowestOf", { motion: name }))}</Table.Td>
+            <Table.Td>{field(motion, "highest", t("episodes:form.highestOf", { motion: name }))}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}
+
+function byMotion(episode: Episode | undefined): Record<number, Limits> {
   return Object.fromEntries(
     (episode?.limits ?? []).map((limit) => [
       limit.motion,
@@ -180,12 +191,12 @@ function byMotion(episode: Episode | undefined): Record<number, Ends> {
   );
 }
 
-function asLimits(limits: Record<number, Ends>): Episode["limits"] {
+function asLimits(limits: Record<number, Limits>): Episode["limits"] {
   return Object.entries(limits)
-    .filter(([, ends]) => ends.lowest !== null || ends.highest !== null)
-    .map(([motion, ends]) => ({
+    .filter(([, { lowest, highest }]) => lowest !== null || highest !== null)
+    .map(([motion, { lowest, highest }]) => ({
       motion: Number(motion),
-      lowest_deg: ends.lowest,
-      highest_deg: ends.highest,
+      lowest_deg: lowest,
+      highest_deg: highest,
     }));
 }

@@ -26,9 +26,11 @@ export function Episodes({ patient }: { patient: Patient }) {
     void queries.invalidateQueries({ queryKey: ["patients"] });
   };
   const items = episodes.data?.items ?? [];
-  const goingOn = items.filter((one) => !one.closed_at);
-  const past = items.filter((one) => one.closed_at);
-  const free = (["left", "right"] as const).filter((side) => !goingOn.some((one) => one.side === side));
+  const open = items.filter((episode) => !episode.closed_at);
+  const past = items.filter((episode) => episode.closed_at);
+  const withoutOpen = (["left", "right"] as const).filter(
+    (side) => !open.some((episode) => episode.side === side),
+  );
   return (
     <Stack gap="xs">
       <Group justify="space-between">
@@ -37,7 +39,7 @@ export function Episodes({ patient }: { patient: Patient }) {
         </Title>
         {writes && episodes.data && !patient.archived_at && (
           <Group>
-            {free.map((side) => (
+            {withoutOpen.map((side) => (
               <Button key={side} variant="default" onClick={() => setOpening(side)}>
                 {t(`episodes:care.open.${side}`)}
               </Button>
@@ -46,17 +48,22 @@ export function Episodes({ patient }: { patient: Patient }) {
         )}
       </Group>
       <ProblemNote error={episodes.error} />
-      {episodes.data && goingOn.length === 0 && <Text>{t("episodes:care.none")}</Text>}
-      {goingOn.map((one) => (
-        <EpisodeCard key={one.id} episode={one} onSaved={saved} />
+      {episodes.data && open.length === 0 && <Text>{t("episodes:care.none")}</Text>}
+      {open.map((episode) => (
+        <EpisodeCard key={episode.id} episode={episode} onSaved={saved} />
       ))}
       {past.length > 0 && (
         <Title order={3} size="h4">
           {t("episodes:care.past")}
         </Title>
       )}
-      {past.map((one) => (
-        <EpisodeCard key={one.id} episode={one} onSaved={saved} archived={patient.archived_at !== null} />
+      {past.map((episode) => (
+        <EpisodeCard
+          key={episode.id}
+          episode={episode}
+          onSaved={saved}
+          archived={patient.archived_at !== null}
+        />
       ))}
       <Modal
         opened={opening !== null}
@@ -74,10 +81,10 @@ export function Episodes({ patient }: { patient: Patient }) {
 export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSaved: () => void }) {
   const { episode, onSaved } = props;
   const writes = useHasPermission("write_records");
-  const [doing, setDoing] = useState<"edit" | "close" | null>(null);
+  const [dialog, setDialog] = useState<"edit" | "close" | null>(null);
   const reopen = useMutation({ mutationFn: () => api.reopenEpisode(episode.id), onSuccess: onSaved });
   const done = () => {
-    setDoing(null);
+    setDialog(null);
     onSaved();
   };
   const { stage } = episode;
@@ -94,28 +101,20 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
             </Text>
             {episode.closed_at && <Badge color="gray">{t("episodes:care.closed")}</Badge>}
           </Group>
-          {episode.closed_at
-            ? writes &&
-              !props.archived && (
-                <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
-                  {t("episodes:care.reopen")}
-                </Button>
-              )
-            : writes && (
-                <Group>
-                  <Button variant="default" onClick={() => setDoing("edit")}>
-                    {t("episodes:care.change")}
-                  </Button>
-                  <Button variant="default" onClick={() => setDoing("close")}>
-                    {t("episodes:care.close")}
-                  </Button>
-                </Group>
-              )}
+          {writes && (
+            <EpisodeActions
+              episode={episode}
+              archived={props.archived ?? false}
+              reopening={reopen.isPending}
+              onReopen={() => reopen.mutate()}
+              onDialog={setDialog}
+            />
+          )}
         </Group>
         <Group gap="lg">
           <Text>
             {stage
-              ? t(`episodes:noted.since.${stage.stage}`, { day: formatDay(stage.since) })
+              ? t(`episodes:stageList.since.${stage.stage}`, { day: formatDay(stage.since) })
               : t("episodes:care.noStage")}
           </Text>
           {episode.onset_on && <Text>{t("episodes:care.onset", { day: formatDay(episode.onset_on) })}</Text>}
@@ -133,20 +132,7 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
             {t("episodes:care.contraindications", { contraindications: episode.contraindications })}
           </Text>
         )}
-        {episode.limits_by && (
-          <div data-testid="limits">
-            <Text fw={500}>{t("episodes:care.allowedBy", { doctor: episode.limits_by })}</Text>
-            {episode.limits.map((limit) => (
-              <Text key={limit.motion}>{limitWords(limit)}</Text>
-            ))}
-            {episode.max_load_level !== null && (
-              <Text>{t("episodes:care.levelAtMost", { level: episode.max_load_level })}</Text>
-            )}
-            {episode.max_speed_deg_s !== null && (
-              <Text>{t("episodes:care.speedAtMost", { degPerSecond: episode.max_speed_deg_s })}</Text>
-            )}
-          </div>
-        )}
+        {episode.limits_by && <DoctorsLimits episode={episode} />}
         {episode.closing_note && (
           <Text style={{ whiteSpace: "pre-wrap" }}>
             {t("episodes:care.closingNote", { note: episode.closing_note })}
@@ -156,17 +142,59 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
         <ReportLinks of="episodes" id={episode.id} />
         <ProblemNote error={reopen.error} />
       </Stack>
-      <Modal opened={doing === "edit"} onClose={() => setDoing(null)} title={name} size="xl">
+      <Modal opened={dialog === "edit"} onClose={() => setDialog(null)} title={name} size="xl">
         <EpisodeForm patientId={episode.patient_id} side={episode.side} episode={episode} onDone={done} />
       </Modal>
       <Modal
-        opened={doing === "close"}
-        onClose={() => setDoing(null)}
+        opened={dialog === "close"}
+        onClose={() => setDialog(null)}
         title={t("episodes:care.closing", { shoulder: name })}
       >
         <CloseForm episode={episode} onDone={done} />
       </Modal>
     </Card>
+  );
+}
+
+function EpisodeActions(props: {
+  episode: Episode;
+  archived: boolean;
+  reopening: boolean;
+  onReopen: () => void;
+  onDialog: (dialog: "edit" | "close") => void;
+}) {
+  if (props.episode.closed_at)
+    return props.archived ? null : (
+      <Button variant="default" loading={props.reopening} onClick={props.onReopen}>
+        {t("episodes:care.reopen")}
+      </Button>
+    );
+  return (
+    <Group>
+      <Button variant="default" onClick={() => props.onDialog("edit")}>
+        {t("episodes:care.change")}
+      </Button>
+      <Button variant="default" onClick={() => props.onDialog("close")}>
+        {t("episodes:care.close")}
+      </Button>
+    </Group>
+  );
+}
+
+function DoctorsLimits({ episode }: { episode: Episode }) {
+  return (
+    <div data-testid="limits">
+      <Text fw={500}>{t("episodes:care.allowedBy", { doctor: episode.limits_by })}</Text>
+      {episode.limits.map((limit) => (
+        <Text key={limit.motion}>{limitWords(limit)}</Text>
+      ))}
+      {episode.max_load_level !== null && (
+        <Text>{t("episodes:care.levelAtMost", { level: episode.max_load_level })}</Text>
+      )}
+      {episode.max_speed_deg_s !== null && (
+        <Text>{t("episodes:care.speedAtMost", { degPerSecond: episode.max_speed_deg_s })}</Text>
+      )}
+    </div>
   );
 }
 

@@ -14,13 +14,13 @@ const CHOICES = Object.entries(t("episodes:stages", { returnObjects: true })).ma
   label,
 }));
 
-/** The recorded stages with their dates, and actions to add one or remove a wrong one. */
+/** The recorded stages with their dates, and actions to add one or remove a wrong recorded. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
   const changeable = useHasPermission("write_records") && !episode.closed_at;
   const [stage, setStage] = useState<StageName | null>(null);
   const [since, setSince] = useState(today());
   const add = useMutation({
-    mutationFn: (wanted: StageName) => api.addStage(episode.id, { stage: wanted, since }),
+    mutationFn: (added: StageName) => api.addStage(episode.id, { stage: added, since }),
     onSuccess: (saved) => {
       setStage(null);
       onSaved(saved);
@@ -36,19 +36,23 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
   };
   return (
     <Stack gap="xs">
-      <Text fw={500}>{t("episodes:noted.title")}</Text>
-      {episode.stages.length === 0 && <Text>{t("episodes:noted.none")}</Text>}
+      <Text fw={500}>{t("episodes:stageList.title")}</Text>
+      {episode.stages.length === 0 && <Text>{t("episodes:stageList.none")}</Text>}
       <List listStyleType="none">
-        {episode.stages.map((one) => (
-          <List.Item key={one.id}>
+        {episode.stages.map((recorded) => (
+          <List.Item key={recorded.id}>
             <Group gap="xs">
-              <Text>{t(`episodes:noted.since.${one.stage}`, { day: formatDay(one.since) })}</Text>
+              <Text>
+                {t(`episodes:stageList.since.${recorded.stage}`, { day: formatDay(recorded.since) })}
+              </Text>
               {changeable && (
                 <ActionIcon
                   variant="subtle"
                   size={44}
-                  aria-label={t(`episodes:noted.remove.${one.stage}`, { day: formatDay(one.since) })}
-                  onClick={() => remove.mutate(one.id)}
+                  aria-label={t(`episodes:stageList.remove.${recorded.stage}`, {
+                    day: formatDay(recorded.since),
+                  })}
+                  onClick={() => remove.mutate(recorded.id)}
                 >
                   <IconTrash size={20} />
                 </ActionIcon>
@@ -61,20 +65,20 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
         <form onSubmit={submit}>
           <Group align="end">
             <Select
-              label={t("episodes:noted.newStage")}
+              label={t("episodes:stageList.newStage")}
               data={CHOICES}
               value={stage}
-              onChange={(given) => setStage(given as StageName | null)}
+              onChange={(value) => setStage(value as StageName | null)}
             />
             <TextInput
               type="date"
-              label={t("episodes:noted.day")}
+              label={t("episodes:stageList.day")}
               value={since}
               max={today()}
               onChange={(event) => setSince(event.currentTarget.value)}
             />
             <Button type="submit" variant="default" disabled={!stage || !since} loading={add.isPending}>
-              {t("episodes:noted.add")}
+              {t("episodes:stageList.add")}
             </Button>
           </Group>
         </form>

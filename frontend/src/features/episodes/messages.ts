@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 export type Side = Episode["side"];
 const MOTION_NAMES = t("episodes:motionNames", { returnObjects: true });
 
-/** Table 2: the six basic motions, and how far the apparatus takes each of them. */
+/** The six basic motions (table 2) and the apparatus' range of each. */
 export const MOTIONS = [
   { motion: 1, name: MOTION_NAMES[0], from: -20, to: 20 },
   { motion: 2, name: MOTION_NAMES[1], from: -20, to: 20 },
@@ -22,7 +22,7 @@ export const minus = (value: number) => String(value).replace("-", "−");
 /** "Abduction / adduction of the shoulder: 0 to 90 deg", or only one end of it. */
 export function limitWords({ motion, lowest_deg, highest_deg }: Episode["limits"][number]): string {
   const name =
-    MOTIONS.find((one) => one.motion === motion)?.name ?? t("episodes:limits.unknownMotion", { motion });
+    MOTIONS.find((known) => known.motion === motion)?.name ?? t("episodes:limits.unknownMotion", { motion });
   if (lowest_deg === null || lowest_deg === undefined)
     return t("episodes:limits.atMost", { motion: name, highest: minus(highest_deg ?? 0) });
   if (highest_deg === null || highest_deg === undefined)

@@ -30,10 +30,10 @@ export function StationsPage() {
         </>
       )}
       <SimpleGrid cols={{ base: 1, sm: 2, lg: 3 }}>
-        {known.stations?.map((one) => (
-          <StationTile key={one.name} station={one}>
+        {known.stations?.map((station) => (
+          <StationTile key={station.name} station={station}>
             <RequirePermission permission="see_operation">
-              <Versions station={one.name} />
+              <Versions station={station.name} />
             </RequirePermission>
           </StationTile>
         ))}
@@ -54,11 +54,11 @@ function Versions({ station }: { station: string }) {
     <details onToggle={(event) => setOpen(event.currentTarget.open)}>
       <summary>{t("fleet:stations.configuration")}</summary>
       <ProblemNote error={versions.error} />
-      {versions.data?.items.map((one) => (
-        <div key={one.number}>
-          <Text size="sm">{versionWords(one)}</Text>
+      {versions.data?.items.map((version) => (
+        <div key={version.number}>
+          <Text size="sm">{versionWords(version)}</Text>
           <Code block mah={240} style={{ overflow: "auto" }}>
-            {one.config}
+            {version.config}
           </Code>
         </div>
       ))}

@@ -18,12 +18,12 @@ export function doingWords(state: State): string {
   return describeMode({ mode: state.mode, stop, run });
 }
 
-/** How far a playback or a take is; nothing where neither goes on. */
+/** The progress of a playback or a take, or an empty text. */
 export function progressWords(state: State): string {
   if (state.progress) return t("fleet:stations.left", { span: formatSpan(state.progress.left_s) });
   return state.take_s === null ? "" : t("fleet:stations.take", { span: formatSpan(state.take_s) });
 }
 
 export const operatedBy = (name: string) => t("fleet:stations.operatedBy", { name });
-export const versionWords = (one: Schemas["StationVersion"]) =>
-  t("fleet:stations.version", { number: one.number, since: formatMoment(one.since), software: one.software });
+export const versionWords = ({ number, since, software }: Schemas["StationVersion"]) =>
+  t("fleet:stations.version", { number, since: formatMoment(since), software });

@@ -54,7 +54,7 @@ export function DataSection({ patientId }: { patientId: string }) {
         <ImportMotion
           patientId={patientId}
           side={who.affected_side}
-          onKept={(recordingId) => {
+          onSaved={(recordingId) => {
             dialog.close();
             void navigate({ to: "/recordings/$recordingId", params: { recordingId } });
           }}

@@ -14,7 +14,7 @@ type Erasure = Schemas["Erasure"];
 export function ErasureRequests({ patient }: { patient: Patient }) {
   const writes = useHasPermission("write_records");
   const decides = useHasPermission("administer");
-  const [asking, dialog] = useDisclosure(false);
+  const [requesting, dialog] = useDisclosure(false);
   const [deciding, decision] = useDisclosure(false);
   const requests = useQuery({
     queryKey: ["erasures", patient.id],
@@ -27,7 +27,7 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
       <ProblemNote error={requests.error} />
       {items.map((request) => (
         <Text key={request.id} data-testid="erasure">
-          {words(request)}
+          {describeRequest(request)}
         </Text>
       ))}
       <Group>
@@ -39,29 +39,29 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
           </Button>
         )}
       </Group>
-      <Modal opened={asking} onClose={dialog.close} title={t("import-export:erasure.adding")} size="lg">
-        <Ask patient={patient} onDone={dialog.close} />
+      <Modal opened={requesting} onClose={dialog.close} title={t("import-export:erasure.adding")} size="lg">
+        <RequestForm patient={patient} onDone={dialog.close} />
       </Modal>
       <Modal opened={deciding} onClose={decision.close} title={t("import-export:erasure.decide")} size="lg">
-        {open && <Decide patient={patient} request={open} onDone={decision.close} />}
+        {open && <DecisionForm patient={patient} request={open} onDone={decision.close} />}
       </Modal>
     </Stack>
   );
 }
 
-function words(request: Erasure): string {
+function describeRequest(request: Erasure): string {
   const { decision, decided_by: by, explanation, reason } = request;
   const of = { moment: formatMoment(request.asked_at), by: request.noted_by };
-  const asked = reason
+  const requested = reason
     ? t("import-export:erasure.requestBecause", { ...of, reason })
     : t("import-export:erasure.request", of);
-  if (decision === null) return asked;
+  if (decision === null) return requested;
   return explanation
-    ? t(`import-export:erasure.${decision}Because`, { request: asked, by, explanation })
-    : t(`import-export:erasure.${decision}`, { request: asked, by });
+    ? t(`import-export:erasure.${decision}Because`, { request: requested, by, explanation })
+    : t(`import-export:erasure.${decision}`, { request: requested, by });
 }
 
-function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
+function RequestForm({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   const queries = useQueryClient();
   const name = useUserName();
   const [reason, setReason] = useState("");
@@ -94,7 +94,15 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   );
 }
 
-function Decide({ patient, request, onDone }: { patient: Patient; request: Erasure; onDone: () => void }) {
+function DecisionForm({
+  patient,
+  request,
+  onDone,
+}: {
+  patient: Patient;
+  request: Erasure;
+  onDone: () => void;
+}) {
   const queries = useQueryClient();
   const name = useUserName();
   const [explanation, setExplanation] = useState("");
@@ -111,7 +119,7 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
   });
   return (
     <Stack>
-      <Text>{words(request)}</Text>
+      <Text>{describeRequest(request)}</Text>
       <Textarea
         label={t("import-export:erasure.explanation")}
         description={t("import-export:erasure.explanationHint")}

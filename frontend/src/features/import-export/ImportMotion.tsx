@@ -15,35 +15,35 @@ type Side = "left" | "right";
 export function ImportMotion({
   patientId,
   side: affected,
-  onKept,
+  onSaved,
 }: {
   patientId: string;
   side: Side | null;
-  onKept: (recordingId: string) => void;
+  onSaved: (recordingId: string) => void;
 }) {
   const queries = useQueryClient();
-  const who = useUserName();
+  const userName = useUserName();
   const [file, setFile] = useState<File | null>(null);
   const [name, setName] = useState("");
   const [side, setSide] = useState<Side>(affected ?? "right");
-  const look = useMutation({
+  const preview = useMutation({
     mutationFn: ({ csv, side }: { csv: File; side: Side }) => api.previewMotion(patientId, side, csv),
   });
-  const keep = useMutation({
-    mutationFn: (csv: File) => api.importMotion(patientId, { name, side, taught_by: who }, csv),
+  const save = useMutation({
+    mutationFn: (csv: File) => api.importMotion(patientId, { name, side, taught_by: userName }, csv),
     onSuccess: ({ recording }) => {
       void queries.invalidateQueries({ queryKey: ["recordings"] });
-      onKept(recording.id);
+      onSaved(recording.id);
     },
   });
   const choose = (chosen: File | null, forSide: Side) => {
     setFile(chosen);
     setSide(forSide);
-    keep.reset();
+    save.reset();
     if (chosen) {
       setName((before) => before || chosen.name.replace(/\.csv$/i, ""));
-      look.mutate({ csv: chosen, side: forSide });
-    } else look.reset();
+      preview.mutate({ csv: chosen, side: forSide });
+    } else preview.reset();
   };
   return (
     <Stack>
@@ -67,8 +67,8 @@ export function ImportMotion({
         value={file}
         onChange={(chosen) => choose(chosen, side)}
       />
-      <Refused error={keep.error ?? look.error} />
-      {file && look.data && <Understood motion={look.data} />}
+      <Refused error={save.error ?? preview.error} />
+      {file && preview.data && <MotionSummary motion={preview.data} />}
       <TextInput
         label={t("import-export:motion.name")}
         size="md"
@@ -78,9 +78,9 @@ export function ImportMotion({
       />
       <Group justify="end">
         <Button
-          disabled={!file || !look.data || name.trim() === ""}
-          loading={keep.isPending || look.isPending}
-          onClick={() => file && keep.mutate(file)}
+          disabled={!file || !preview.data || name.trim() === ""}
+          loading={save.isPending || preview.isPending}
+          onClick={() => file && save.mutate(file)}
         >
           {t("import-export:motion.save")}
         </Button>
@@ -90,7 +90,7 @@ export function ImportMotion({
 }
 
 /** The motion as the service read it, for comparison with the intention. */
-function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
+function MotionSummary({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
   return (
     <Stack gap="xs" data-testid="understood">
       <Text>

@@ -69,23 +69,23 @@ it("offers measurements as CSV and as Parquet", () => {
 describe("a motion from a CSV file", () => {
   it("is previewed before it is saved", async () => {
     const preview = vi.spyOn(api, "previewMotion").mockResolvedValue(UNDERSTOOD);
-    const keep = vi.spyOn(api, "importMotion").mockResolvedValue({
+    const save = vi.spyOn(api, "importMotion").mockResolvedValue({
       recording: { id: "new" } as Schemas["RecordingDetail"],
       understood: UNDERSTOOD,
     });
-    const onKept = vi.fn();
-    show(<ImportMotion patientId="p" side="left" onKept={onKept} />);
+    const onSaved = vi.fn();
+    show(<ImportMotion patientId="p" side="left" onSaved={onSaved} />);
     expect(enabled("Save as a recording")).toBe(false);
     give("lift.csv");
-    const told = await screen.findByTestId("understood");
-    expect(told.textContent).toContain(
+    const text = await screen.findByTestId("understood");
+    expect(text.textContent).toContain(
       "Angles of the arm, 401 rows at 100 Hz, 0:04 long, for the left shoulder.",
     );
-    expect(told.textContent).toContain("Ignored columns: remark.");
+    expect(text.textContent).toContain("Ignored columns: remark.");
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));
     press("Save as a recording");
-    await waitFor(() => expect(onKept).toHaveBeenCalledWith("new"));
-    expect(keep).toHaveBeenCalledWith(
+    await waitFor(() => expect(onSaved).toHaveBeenCalledWith("new"));
+    expect(save).toHaveBeenCalledWith(
       "p",
       { name: "lift", side: "left", taught_by: "Ito Mai" },
       expect.any(File),
@@ -114,7 +114,7 @@ describe("a motion from a CSV file", () => {
         ],
       }),
     );
-    show(<ImportMotion patientId="p" side="left" onKept={vi.fn()} />);
+    show(<ImportMotion patientId="p" side="left" onSaved={vi.fn()} />);
     give("lift.csv");
     const places = await screen.findByTestId("places");
     expect(places.textContent).toBe(
@@ -138,9 +138,9 @@ it("imports patients after file and shoulder are chosen", async () => {
   expect(button().disabled).toBe(true);
   fireEvent.click(screen.getByLabelText("Left shoulder is treated"));
   fireEvent.click(button());
-  const told = await screen.findByTestId("imported");
-  expect(told.textContent).toContain("Yamada Hanako, K-7");
-  expect(told.textContent).toContain("Not imported: Patient.telecom.");
+  const text = await screen.findByTestId("imported");
+  expect(text.textContent).toContain("Yamada Hanako, K-7");
+  expect(text.textContent).toContain("Not imported: Patient.telecom.");
   expect(bring).toHaveBeenCalledWith("left", expect.any(File));
 });
 
@@ -157,7 +157,10 @@ describe("erasure", () => {
   });
 
   it("is decided by administrators", async () => {
-    authStore.signedIn({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
+    authStore.signedIn({
+      ...ME,
+      permissions: ME.permissions.filter((permission) => permission !== "administer"),
+    });
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST], next: null });
     show(<ErasureRequests patient={PATIENT} />);
     expect(await screen.findByText("An administrator decides.")).toBeTruthy();

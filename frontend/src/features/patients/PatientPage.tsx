@@ -4,7 +4,7 @@ import { IconArchive, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
-import { api, ProblemError, type Recording } from "../../lib/api/client";
+import { api, type Patient, ProblemError, type Recording } from "../../lib/api/client";
 import { formatDay, formatMoment, formatSpan, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
@@ -28,84 +28,25 @@ import { PatientForm } from "./PatientForm";
 /** One patient: the record, the recordings and the sessions. */
 export function PatientPage() {
   const { patientId } = useParams({ from: "/patients/$patientId" });
-  const writes = useHasPermission("write_records");
-  const operates = useHasPermission("operate");
-  const queries = useQueryClient();
   const [editing, form] = useDisclosure(false);
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   const recordings = useRecordings(patientId);
   const sessions = usePagedQuery(["sessions", "of", patientId], (after) =>
     api.patientSessions(patientId, after),
   );
-  const archive = useMutation({
-    mutationFn: (archived: boolean) =>
-      api.updatePatient(patientId, { archived, updated_at: patient.data?.updated_at ?? null }),
-    onSuccess: (saved) => {
-      replaceData(queries, ["patient", patientId], saved);
-      void queries.invalidateQueries({ queryKey: ["patients"] });
-    },
-  });
   useTitle(patient.data?.name ?? t("patients:patient.title"));
   if (patient.error instanceof ProblemError && patient.error.code === "restricted") {
     return <BreakGlass patientId={patientId} />;
   }
   if (patient.error) return <ProblemNote error={patient.error} />;
   if (!patient.data) return <Skeleton h={300} />;
-  const who = patient.data;
+  const record = patient.data;
   return (
     <RevealWhenLoaded>
       <Stack gap="xl">
-        {who.restricted && <GlassBanner patientId={patientId} />}
-        <Stack gap="xs">
-          <Group justify="space-between" align="start">
-            <div>
-              <Title order={1} size="h2">
-                {who.name}
-              </Title>
-              {who.kana && (
-                <Text c="dimmed" lang="ja">
-                  {who.kana}
-                </Text>
-              )}
-            </div>
-            <Group>
-              {operates && !who.archived_at && (
-                <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
-                  {t("patients:patient.toStation")}
-                </ButtonLink>
-              )}
-              {writes && !who.erased_at && (
-                <>
-                  <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
-                    {t("patients:patient.edit")}
-                  </Button>
-                  <Button
-                    variant="default"
-                    leftSection={<IconArchive size={20} />}
-                    loading={archive.isPending}
-                    onClick={() => archive.mutate(!who.archived_at)}
-                  >
-                    {who.archived_at ? t("patients:patient.restore") : t("patients:patient.archive")}
-                  </Button>
-                </>
-              )}
-            </Group>
-          </Group>
-          <Group gap="lg">
-            <Text>{t("patients:patient.number", { number: who.clinic_number })}</Text>
-            {who.dominant_side && <Text>{t(`patients:patient.handed.${who.dominant_side}`)}</Text>}
-            {who.birth_date && <Text>{t("patients:patient.born", { day: formatDay(who.birth_date) })}</Text>}
-            {who.archived_at && (
-              <Badge color="gray">
-                {who.erased_at ? t("patients:patient.erased") : t("patients:patient.archived")}
-              </Badge>
-            )}
-          </Group>
-          {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
-          <RecordAccess patientId={patientId} />
-          <ProblemNote error={archive.error} />
-        </Stack>
-        <Episodes patient={who} />
+        {record.restricted && <GlassBanner patientId={patientId} />}
+        <Header patient={record} onEdit={form.open} />
+        <Episodes patient={record} />
         <AssessmentsSection patientId={patientId} />
         <Stack gap="xs">
           <Title order={2} size="h3">
@@ -125,10 +66,79 @@ export function PatientPage() {
         </Stack>
         <DataSection patientId={patientId} />
         <Modal opened={editing} onClose={form.close} title={t("patients:patient.editing")} size="lg">
-          <PatientForm patient={who} onDone={form.close} />
+          <PatientForm patient={record} onDone={form.close} />
         </Modal>
       </Stack>
     </RevealWhenLoaded>
+  );
+}
+
+/** The patient's data and the actions on the record. */
+function Header(props: { patient: Patient; onEdit: () => void }) {
+  const { patient } = props;
+  const writes = useHasPermission("write_records");
+  const operates = useHasPermission("operate");
+  const queries = useQueryClient();
+  const archive = useMutation({
+    mutationFn: (archived: boolean) =>
+      api.updatePatient(patient.id, { archived, updated_at: patient.updated_at }),
+    onSuccess: (saved) => {
+      replaceData(queries, ["patient", patient.id], saved);
+      void queries.invalidateQueries({ queryKey: ["patients"] });
+    },
+  });
+  return (
+    <Stack gap="xs">
+      <Group justify="space-between" align="start">
+        <div>
+          <Title order={1} size="h2">
+            {patient.name}
+          </Title>
+          {patient.kana && (
+            <Text c="dimmed" lang="ja">
+              {patient.kana}
+            </Text>
+          )}
+        </div>
+        <Group>
+          {operates && !patient.archived_at && (
+            <ButtonLink to="/" search={{ patient: patient.id }} leftSection={<IconPlayerPlay size={20} />}>
+              {t("patients:patient.toStation")}
+            </ButtonLink>
+          )}
+          {writes && !patient.erased_at && (
+            <>
+              <Button variant="default" leftSection={<IconPencil size={20} />} onClick={props.onEdit}>
+                {t("patients:patient.edit")}
+              </Button>
+              <Button
+                variant="default"
+                leftSection={<IconArchive size={20} />}
+                loading={archive.isPending}
+                onClick={() => archive.mutate(!patient.archived_at)}
+              >
+                {patient.archived_at ? t("patients:patient.restore") : t("patients:patient.archive")}
+              </Button>
+            </>
+          )}
+        </Group>
+      </Group>
+      <Group gap="lg">
+        <Text>{t("patients:patient.number", { number: patient.clinic_number })}</Text>
+        {patient.dominant_side && <Text>{t(`patients:patient.handed.${patient.dominant_side}`)}</Text>}
+        {patient.birth_date && (
+          <Text>{t("patients:patient.born", { day: formatDay(patient.birth_date) })}</Text>
+        )}
+        {patient.archived_at && (
+          <Badge color="gray">
+            {patient.erased_at ? t("patients:patient.erased") : t("patients:patient.archived")}
+          </Badge>
+        )}
+      </Group>
+      {patient.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{patient.notes}</Text>}
+      <RecordAccess patientId={patient.id} />
+      <ProblemNote error={archive.error} />
+    </Stack>
   );
 }
 

@@ -6,11 +6,11 @@ import { api, type Patient } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 
-const label = (one: Patient) =>
-  t("patients:choice.nameAndNumber", { name: one.name, number: one.clinic_number });
+const label = ({ name, clinic_number }: Patient) =>
+  t("patients:choice.nameAndNumber", { name, number: clinic_number });
 
 /** Query the first patients that match; an empty text matches all. */
-export function useFound(words: string) {
+export function useMatchingPatients(words: string) {
   return useQuery({
     queryKey: ["patients", words, false, "first"],
     queryFn: () => api.patients(words, false),
@@ -27,11 +27,11 @@ export function PatientSelect(props: {
   const { chosen } = props;
   const [search, setSearch] = useState("");
   const [words] = useDebouncedValue(search, 200);
-  // The text of a chosen patient is no search.
-  const wanted = chosen && words === label(chosen) ? "" : words;
-  const found = useFound(wanted);
-  const items = found.data?.items ?? [];
-  const all = chosen && !items.some((one) => one.id === chosen.id) ? [...items, chosen] : items;
+  // The label of the chosen patient is not a search.
+  const query = chosen && words === label(chosen) ? "" : words;
+  const matches = useMatchingPatients(query);
+  const items = matches.data?.items ?? [];
+  const all = chosen && !items.some((patient) => patient.id === chosen.id) ? [...items, chosen] : items;
   return (
     <>
       <Select
@@ -42,13 +42,13 @@ export function PatientSelect(props: {
         // The service already filtered, also by kana and numbers that the label does not show.
         filter={({ options }) => options}
         nothingFoundMessage={t("patients:choice.noMatch")}
-        data={all.map((one) => ({ value: one.id, label: label(one) }))}
+        data={all.map((patient) => ({ value: patient.id, label: label(patient) }))}
         value={chosen?.id ?? null}
         disabled={props.disabled ?? false}
         onSearchChange={setSearch}
         onChange={props.onChange}
       />
-      <ProblemNote error={found.error} />
+      <ProblemNote error={matches.error} />
     </>
   );
 }

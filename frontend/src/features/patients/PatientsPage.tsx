@@ -4,7 +4,7 @@ import { IconSearch, IconUserPlus } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
-import { api } from "../../lib/api/client";
+import { api, type Patient } from "../../lib/api/client";
 import { formatDay, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
@@ -22,9 +22,11 @@ export function PatientsPage() {
   const [search, setSearch] = useState("");
   const [archived, setArchived] = useState(false);
   const [words] = useDebouncedValue(search, 200);
-  const [signingUp, form] = useDisclosure(false);
-  const found = usePagedQuery(["patients", words, archived], (after) => api.patients(words, archived, after));
-  const { items } = found;
+  const [registering, form] = useDisclosure(false);
+  const patients = usePagedQuery(["patients", words, archived], (after) =>
+    api.patients(words, archived, after),
+  );
+  const { items } = patients;
   return (
     <Stack>
       <Group justify="space-between">
@@ -60,44 +62,14 @@ export function PatientsPage() {
           onChange={(event) => setArchived(event.currentTarget.checked)}
         />
       </Group>
-      <ProblemNote error={found.error} />
-      {found.isPending && <Skeleton h={200} />}
+      <ProblemNote error={patients.error} />
+      {patients.isPending && <Skeleton h={200} />}
       {items?.length === 0 && (
         <Text>{words || archived ? t("patients:patients.noMatch") : t("patients:patients.none")}</Text>
       )}
-      {items && items.length > 0 && (
-        <Table verticalSpacing="md" highlightOnHover>
-          <Table.Thead>
-            <Table.Tr>
-              <Table.Th>{t("patients:patients.name")}</Table.Th>
-              <Table.Th>{t("patients:patients.number")}</Table.Th>
-              <Table.Th>{t("patients:patients.born")}</Table.Th>
-              <Table.Th>{t("patients:patients.shoulder")}</Table.Th>
-            </Table.Tr>
-          </Table.Thead>
-          <Table.Tbody>
-            {items.map((patient) => (
-              <Table.Tr key={patient.id}>
-                <Table.Td>
-                  <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
-                    {patient.name}
-                  </PageLink>
-                  {patient.kana && (
-                    <Text size="sm" c="dimmed" lang="ja">
-                      {patient.kana}
-                    </Text>
-                  )}
-                </Table.Td>
-                <Table.Td>{patient.clinic_number}</Table.Td>
-                <Table.Td>{patient.birth_date ? formatDay(patient.birth_date) : "–"}</Table.Td>
-                <Table.Td>{sideWord(patient.affected_side)}</Table.Td>
-              </Table.Tr>
-            ))}
-          </Table.Tbody>
-        </Table>
-      )}
-      <LoadMoreButton list={found} />
-      <Modal opened={signingUp} onClose={form.close} title={t("patients:patients.add")} size="lg">
+      {items && items.length > 0 && <PatientTable items={items} />}
+      <LoadMoreButton list={patients} />
+      <Modal opened={registering} onClose={form.close} title={t("patients:patients.add")} size="lg">
         <PatientForm
           onDone={(saved) => {
             form.close();
@@ -106,5 +78,39 @@ export function PatientsPage() {
         />
       </Modal>
     </Stack>
+  );
+}
+
+function PatientTable({ items }: { items: Patient[] }) {
+  return (
+    <Table verticalSpacing="md" highlightOnHover>
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>{t("patients:patients.name")}</Table.Th>
+          <Table.Th>{t("patients:patients.number")}</Table.Th>
+          <Table.Th>{t("patients:patients.born")}</Table.Th>
+          <Table.Th>{t("patients:patients.shoulder")}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {items.map((patient) => (
+          <Table.Tr key={patient.id}>
+            <Table.Td>
+              <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+                {patient.name}
+              </PageLink>
+              {patient.kana && (
+                <Text size="sm" c="dimmed" lang="ja">
+                  {patient.kana}
+                </Text>
+              )}
+            </Table.Td>
+            <Table.Td>{patient.clinic_number}</Table.Td>
+            <Table.Td>{patient.birth_date ? formatDay(patient.birth_date) : "–"}</Table.Td>
+            <Table.Td>{sideWord(patient.affected_side)}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
   );
 }

@@ -35,7 +35,7 @@ export function ProgressPage() {
 /** Empty if the address names another patient than the episode's. */
 export function Whose({ patientId, episodeId }: { patientId: string; episodeId: string }) {
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
-  const episode = useEpisodes(patientId).data?.items.find((one) => one.id === episodeId);
+  const episode = useEpisodes(patientId).data?.items.find((candidate) => candidate.id === episodeId);
   if (!patient.data || !episode) return null;
   return (
     <Group gap="lg">
@@ -56,7 +56,7 @@ function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }
     queryFn: () => api.progress(episodeId, chart),
     select: ({ figure, table }) => ({ figure: withLocalDays(figure), table }),
   });
-  const found = progress.data;
+  const chartData = progress.data;
   return (
     <Stack gap="xs" component="section" aria-label={title}>
       <Title order={2} size="h3">
@@ -64,12 +64,12 @@ function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }
       </Title>
       <ProblemNote error={progress.error} />
       {progress.isPending && <Skeleton h={340} />}
-      {found && found.table.rows.length === 0 && <Text>{nothing}</Text>}
-      {found && found.table.rows.length > 0 && (
+      {chartData && chartData.table.rows.length === 0 && <Text>{nothing}</Text>}
+      {chartData && chartData.table.rows.length > 0 && (
         <>
           <Text size="sm">{shows}</Text>
-          <Plot figure={found.figure} label={t("progress:progress.figure", { title, shows })} />
-          <NumbersTable title={title} table={found.table} />
+          <Plot figure={chartData.figure} label={t("progress:progress.figure", { title, shows })} />
+          <NumbersTable title={title} table={chartData.table} />
         </>
       )}
     </Stack>

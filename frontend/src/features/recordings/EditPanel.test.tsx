@@ -43,7 +43,7 @@ const MADE = {
 
 const preview = vi.spyOn(api, "previewDerived");
 const derive = vi.spyOn(api, "derive");
-const onKept = vi.fn();
+const onSaved = vi.fn();
 
 beforeEach(() => {
   vi.resetAllMocks();
@@ -52,7 +52,7 @@ beforeEach(() => {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
-        <EditPanel recording={RECORDING} onKept={onKept} />
+        <EditPanel recording={RECORDING} onSaved={onSaved} />
       </QueryClientProvider>
     </MantineProvider>,
   );
@@ -64,32 +64,32 @@ const choose = (label: string) => {
   fireEvent.click(screen.getByRole("combobox", { name: "Type of edit" }));
   fireEvent.click(screen.getByRole("option", { name: label }));
 };
-const kept = () => screen.queryByRole("button", { name: "Save as a new recording" });
+const saveButton = () => screen.queryByRole("button", { name: "Save as a new recording" });
 
 describe("an edited recording", () => {
   it("is previewed, then saved as previewed", async () => {
     press("From: increase");
     press("To: decrease");
-    expect(kept()).toBeNull();
+    expect(saveButton()).toBeNull();
     press("Preview");
     await screen.findByRole("figure");
-    const asked = { do: "trim", start_s: 0.5, end_s: 7.5 };
-    expect(preview.mock.calls).toEqual([["a", asked]]);
+    const edit = { do: "trim", start_s: 0.5, end_s: 7.5 };
+    expect(preview.mock.calls).toEqual([["a", edit]]);
 
     fireEvent.change(screen.getByRole("textbox", { name: "Name of the new recording" }), {
       target: { value: " Short lift " },
     });
     press("Save as a new recording");
-    await waitFor(() => expect(onKept.mock.calls[0]?.[0]).toEqual(MADE));
-    expect(derive.mock.calls).toEqual([["a", { ...asked, name: "Short lift" }]]);
+    await waitFor(() => expect(onSaved.mock.calls[0]?.[0]).toEqual(MADE));
+    expect(derive.mock.calls).toEqual([["a", { ...edit, name: "Short lift" }]]);
   });
 
   it("needs a new preview after a change", async () => {
     press("Preview");
     await screen.findByRole("figure");
-    expect(kept()).not.toBeNull();
+    expect(saveButton()).not.toBeNull();
     press("From: increase");
-    expect(kept()).toBeNull();
+    expect(saveButton()).toBeNull();
     expect(screen.queryByRole("figure")).toBeNull();
   });
 
@@ -104,7 +104,7 @@ describe("an edited recording", () => {
       "motor 3 would go to 128.0 deg at 4.0 s.",
     );
     expect(preview.mock.calls[0]?.[1]).toEqual({ do: "stretch", further_deg: 4, back_deg: 5, hold_s: 10 });
-    expect(kept()).toBeNull();
+    expect(saveButton()).toBeNull();
   });
 
   it("needs at least one motor", async () => {
@@ -123,10 +123,10 @@ describe("an edited recording", () => {
     ["Reduce range", { do: "scale", percent: 80, motors: [1, 2, 3, 4, 5] }],
     ["Warm-up", { do: "warm_up", less_deg: 15, step_deg: 3, pause_s: 0 }],
     ["For the other shoulder", { do: "mirror" }],
-  ])("%s starts with useful numbers", async (label, asked) => {
+  ])("%s starts with useful numbers", async (label, edit) => {
     choose(label);
     press("Preview");
-    await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual(asked));
+    await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual(edit));
   });
 
   it("leaves half a second between the ends", () => {

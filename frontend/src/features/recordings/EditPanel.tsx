@@ -6,162 +6,8 @@ import { api, type Edit, type Recording } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
-
-type What = Edit["do"];
-type NumberName =
-  | "start_s"
-  | "end_s"
-  | "at_s"
-  | "hold_s"
-  | "percent"
-  | "less_deg"
-  | "step_deg"
-  | "pause_s"
-  | "further_deg"
-  | "back_deg";
-type Field = Steps & { name: NumberName; first: number };
-
-const MOTORS = [1, 2, 3, 4, 5];
-const SHORTEST_S = 0.5;
-
-const ORDER: What[] = ["trim", "hold", "scale", "isolate", "warm_up", "stretch", "mirror"];
-
-/** The fields of each edit. The bounds are the service's. */
-function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName, number>>): Field[] {
-  const end_s = Math.floor(lasts_s * 10) / 10;
-  const time = { unit: t("recordings:edit.seconds"), step: 0.5 };
-  const pause = { unit: t("recordings:edit.seconds"), step: 1, min: 0, max: 120 };
-  switch (what) {
-    case "trim":
-      return [
-        {
-          ...time,
-          name: "start_s",
-          label: t("recordings:edit.from"),
-          min: 0,
-          max: Math.max(0, (given.end_s ?? end_s) - SHORTEST_S),
-          first: 0,
-        },
-        {
-          ...time,
-          name: "end_s",
-          label: t("recordings:edit.to"),
-          min: (given.start_s ?? 0) + SHORTEST_S,
-          max: end_s,
-          first: end_s,
-        },
-      ];
-    case "hold":
-      return [
-        {
-          ...time,
-          name: "at_s",
-          label: t("recordings:edit.at"),
-          min: 0,
-          max: end_s,
-          first: Math.floor(end_s) / 2,
-        },
-        {
-          name: "hold_s",
-          label: t("recordings:edit.duration"),
-          unit: t("recordings:edit.seconds"),
-          step: 1,
-          min: 1,
-          max: 600,
-          first: 5,
-        },
-      ];
-    case "scale":
-      return [
-        {
-          name: "percent",
-          label: t("recordings:edit.range"),
-          unit: t("recordings:edit.percent"),
-          step: 5,
-          min: 10,
-          max: 95,
-          first: 80,
-        },
-      ];
-    case "warm_up":
-      return [
-        {
-          name: "less_deg",
-          label: t("recordings:edit.lessBy"),
-          unit: t("recordings:edit.deg"),
-          step: 1,
-          min: 1,
-          max: 180,
-          first: 15,
-        },
-        {
-          name: "step_deg",
-          label: t("recordings:edit.widerBy"),
-          unit: t("recordings:edit.deg"),
-          step: 0.5,
-          min: 0.5,
-          max: 30,
-          first: 3,
-        },
-        { ...pause, name: "pause_s", label: t("recordings:edit.pause"), first: 0 },
-      ];
-    case "stretch":
-      return [
-        {
-          name: "further_deg",
-          label: t("recordings:edit.further"),
-          unit: t("recordings:edit.deg"),
-          step: 1,
-          min: 0,
-          max: 15,
-          first: 3,
-        },
-        {
-          name: "back_deg",
-          label: t("recordings:edit.back"),
-          unit: t("recordings:edit.deg"),
-          step: 1,
-          min: 1,
-          max: 30,
-          first: 5,
-        },
-        { ...pause, name: "hold_s", label: t("recordings:edit.hold"), first: 10 },
-      ];
-    case "isolate":
-    case "mirror":
-      return [];
-  }
-}
-
-function editOf(what: What, number: (name: NumberName) => number, motors: number[]): Edit {
-  switch (what) {
-    case "trim":
-      return { do: what, start_s: number("start_s"), end_s: number("end_s") };
-    case "hold":
-      return { do: what, at_s: number("at_s"), hold_s: number("hold_s") };
-    case "scale":
-      return { do: what, percent: number("percent"), motors };
-    case "isolate":
-      return { do: what, motors };
-    case "warm_up":
-      return {
-        do: what,
-        less_deg: number("less_deg"),
-        step_deg: number("step_deg"),
-        pause_s: number("pause_s"),
-      };
-    case "stretch":
-      return {
-        do: what,
-        further_deg: number("further_deg"),
-        back_deg: number("back_deg"),
-        hold_s: number("hold_s"),
-      };
-    case "mirror":
-      return { do: what };
-  }
-}
+import { isWithin, Stepper } from "../../ui/Stepper";
+import { EDIT_TYPES, type EditType, type FieldName, fieldsOf, MOTORS, toEdit } from "./editFields";
 
 /**
  * Edits a recording: choose an edit, preview it, and save it as a new recording. The original stays
@@ -169,29 +15,24 @@ function editOf(what: What, number: (name: NumberName) => number, motors: number
  */
 export function EditPanel({
   recording,
-  onKept,
+  onSaved,
 }: {
   recording: Recording;
-  onKept: (made: Recording) => void;
+  onSaved: (derived: Recording) => void;
 }) {
-  const [what, setWhat] = useState<What>("trim");
-  const [given, setGiven] = useState<Partial<Record<NumberName, number>>>({});
+  const [type, setType] = useState<EditType>("trim");
+  const [entered, setEntered] = useState<Partial<Record<FieldName, number>>>({});
   const [motors, setMotors] = useState(MOTORS);
-  const [name, setName] = useState("");
-  const fields = fieldsOf(what, recording.duration_s, given);
-  const first = (wanted: NumberName) => fields.find((field) => field.name === wanted)?.first ?? 0;
-  const number = (wanted: NumberName) => given[wanted] ?? first(wanted);
-  const edit = editOf(what, number, motors);
-  const preview = useMutation({ mutationFn: (wanted: Edit) => api.previewDerived(recording.id, wanted) });
-  const keep = useMutation({
-    mutationFn: (wanted: Edit) => api.derive(recording.id, wanted),
-    onSuccess: onKept,
-  });
+  const fields = fieldsOf(type, recording.duration_s, entered);
+  const initial = (name: FieldName) => fields.find((field) => field.name === name)?.initial ?? 0;
+  const number = (name: FieldName) => entered[name] ?? initial(name);
+  const edit = toEdit(type, number, motors);
+  const preview = useMutation({ mutationFn: (shown: Edit) => api.previewDerived(recording.id, shown) });
   // Only the previewed edit can be saved; another number needs a new preview.
-  const seen = JSON.stringify(preview.variables) === JSON.stringify(edit);
-  const byMotor = what === "scale" || what === "isolate";
-  const toggle = (motor: number) =>
-    setMotors(MOTORS.filter((one) => (one === motor) !== motors.includes(one)));
+  const previewed = JSON.stringify(preview.variables) === JSON.stringify(edit);
+  const byMotor = type === "scale" || type === "isolate";
+  const valid =
+    (!byMotor || motors.length > 0) && fields.every((field) => isWithin(field, number(field.name)));
   return (
     <Card withBorder component="section" aria-label={t("recordings:edit.section")}>
       <Stack>
@@ -202,31 +43,17 @@ export function EditPanel({
           size="lg"
           label={t("recordings:edit.type")}
           allowDeselect={false}
-          data={ORDER.map((value) => ({ value, label: t(`recordings:whats.${value}.label`) }))}
-          value={what}
-          onChange={(wanted) => {
-            const chosen = ORDER.find((one) => one === wanted);
+          data={EDIT_TYPES.map((value) => ({ value, label: t(`recordings:editTypes.${value}.label`) }))}
+          value={type}
+          onChange={(value) => {
+            const chosen = EDIT_TYPES.find((editType) => editType === value);
             if (!chosen) return;
-            setWhat(chosen);
-            setGiven({});
+            setType(chosen);
+            setEntered({});
           }}
         />
-        <Text size="sm">{t(`recordings:whats.${what}.what`)}</Text>
-        {byMotor && (
-          <Group gap="xs" role="group" aria-label={t("recordings:edit.motors")}>
-            {MOTORS.map((motor) => (
-              <Button
-                key={motor}
-                size="lg"
-                variant={motors.includes(motor) ? "filled" : "default"}
-                aria-pressed={motors.includes(motor)}
-                onClick={() => toggle(motor)}
-              >
-                {t("recordings:edit.motor", { motor })}
-              </Button>
-            ))}
-          </Group>
-        )}
+        <Text size="sm">{t(`recordings:editTypes.${type}.description`)}</Text>
+        {byMotor && <MotorChoice chosen={motors} onChange={setMotors} />}
         {fields.length > 0 && (
           <SimpleGrid cols={{ base: 1, sm: 3 }}>
             {fields.map((field) => (
@@ -234,7 +61,7 @@ export function EditPanel({
                 key={field.name}
                 field={field}
                 value={number(field.name)}
-                onChange={(value) => setGiven({ ...given, [field.name]: value })}
+                onChange={(value) => setEntered({ ...entered, [field.name]: value })}
               />
             ))}
           </SimpleGrid>
@@ -242,45 +69,84 @@ export function EditPanel({
         <Group>
           <Button
             size="lg"
-            variant={seen && preview.data ? "default" : "filled"}
+            variant={previewed && preview.data ? "default" : "filled"}
             leftSection={<IconChartLine size={22} />}
             loading={preview.isPending}
-            disabled={
-              (byMotor && motors.length === 0) ||
-              !fields.every((field) => isWithin(field, number(field.name)))
-            }
+            disabled={!valid}
             onClick={() => preview.mutate(edit)}
           >
             {t("recordings:edit.preview")}
           </Button>
         </Group>
-        {seen && <ProblemNote error={preview.error} />}
-        {seen && preview.data && (
-          <>
-            <Plot figure={preview.data} label={t("recordings:edit.figure")} />
-            <Group align="end">
-              <TextInput
-                size="lg"
-                flex={1}
-                label={t("recordings:edit.name")}
-                placeholder={t("recordings:edit.unnamed", { recording: recording.name })}
-                value={name}
-                maxLength={100}
-                onChange={(event) => setName(event.currentTarget.value)}
-              />
-              <Button
-                size="lg"
-                leftSection={<IconDeviceFloppy size={22} />}
-                loading={keep.isPending}
-                onClick={() => keep.mutate({ ...edit, ...(name.trim() && { name: name.trim() }) })}
-              >
-                {t("recordings:edit.save")}
-              </Button>
-            </Group>
-            <ProblemNote error={keep.error} />
-          </>
-        )}
+        {previewed && <ProblemNote error={preview.error} />}
+        {previewed && preview.data && <Plot figure={preview.data} label={t("recordings:edit.figure")} />}
+        <SaveEdit
+          shown={previewed && Boolean(preview.data)}
+          recording={recording}
+          edit={edit}
+          onSaved={onSaved}
+        />
       </Stack>
     </Card>
+  );
+}
+
+function MotorChoice({ chosen, onChange }: { chosen: number[]; onChange: (motors: number[]) => void }) {
+  const toggle = (toggled: number) =>
+    onChange(MOTORS.filter((motor) => (motor === toggled) !== chosen.includes(motor)));
+  return (
+    <Group gap="xs" role="group" aria-label={t("recordings:edit.motors")}>
+      {MOTORS.map((motor) => (
+        <Button
+          key={motor}
+          size="lg"
+          variant={chosen.includes(motor) ? "filled" : "default"}
+          aria-pressed={chosen.includes(motor)}
+          onClick={() => toggle(motor)}
+        >
+          {t("recordings:edit.motor", { motor })}
+        </Button>
+      ))}
+    </Group>
+  );
+}
+
+/** Saves the previewed edit. While it is hidden, the typed name stays. */
+function SaveEdit(props: {
+  shown: boolean;
+  recording: Recording;
+  edit: Edit;
+  onSaved: (derived: Recording) => void;
+}) {
+  const { recording, edit } = props;
+  const [name, setName] = useState("");
+  const save = useMutation({
+    mutationFn: (body: Edit) => api.derive(recording.id, body),
+    onSuccess: props.onSaved,
+  });
+  if (!props.shown) return null;
+  return (
+    <>
+      <Group align="end">
+        <TextInput
+          size="lg"
+          flex={1}
+          label={t("recordings:edit.name")}
+          placeholder={t("recordings:edit.unnamed", { recording: recording.name })}
+          value={name}
+          maxLength={100}
+          onChange={(event) => setName(event.currentTarget.value)}
+        />
+        <Button
+          size="lg"
+          leftSection={<IconDeviceFloppy size={22} />}
+          loading={save.isPending}
+          onClick={() => save.mutate({ ...edit, ...(name.trim() && { name: name.trim() }) })}
+        >
+          {t("recordings:edit.save")}
+        </Button>
+      </Group>
+      <ProblemNote error={save.error} />
+    </>
   );
 }

@@ -1,7 +1,7 @@
 import { ActionIcon, Badge, Button, Group, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconAdjustments, IconArchive, IconCheck, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
-import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { type UseMutationResult, useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
@@ -18,18 +18,20 @@ import { useHasPermission } from "../auth/hooks";
 import { RecordingGhost } from "../digital-twin/lazyViews";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { EditPanel } from "./EditPanel";
-import { doneWords } from "./madeOf";
+import { describeEdits } from "./madeOf";
 import { RecordingFigure } from "./RecordingFigure";
+
+type Detail = Schemas["RecordingDetail"];
+type Update = UseMutationResult<Detail, Error, Schemas["RecordingUpdate"]>;
+/** A name while it is typed, and the version at which editing began: another user may save a newer name meanwhile. */
+type Renaming = { name: string; version: string };
 
 /** A recording with its details, motor ranges and curves. */
 export function RecordingPage() {
   const { recordingId } = useParams({ from: "/recordings/$recordingId" });
-  const writes = useHasPermission("write_records");
-  const operates = useHasPermission("operate");
   const queries = useQueryClient();
   const navigate = useNavigate();
-  // The version at which editing began. Another user may save a newer name meanwhile.
-  const [renamed, setRenamed] = useState<{ name: string; seen: string } | null>(null);
+  const [renaming, setRenaming] = useState<Renaming | null>(null);
   const [editing, panel] = useDisclosure(false);
   const recording = useQuery({
     queryKey: ["recording", recordingId],
@@ -51,7 +53,7 @@ export function RecordingPage() {
     mutationFn: (change: Schemas["RecordingUpdate"]) => api.updateRecording(recordingId, change),
     onError: () => void queries.invalidateQueries({ queryKey: ["recording", recordingId] }),
     onSuccess: (saved) => {
-      setRenamed(null);
+      setRenaming(null);
       replaceData(queries, ["recording", recordingId], saved);
       void queries.invalidateQueries({ queryKey: ["recordings"] });
     },
@@ -59,7 +61,7 @@ export function RecordingPage() {
   useTitle(recording.data?.name ?? t("recordings:recording.title"));
   if (recording.error) return <ProblemNote error={recording.error} />;
   if (!recording.data) return <Skeleton h={300} />;
-  const it = recording.data;
+  const shown = recording.data;
   return (
     <Stack>
       {patient.data && (
@@ -68,139 +70,182 @@ export function RecordingPage() {
         </PageLink>
       )}
       <Group justify="space-between" align="start">
-        {renamed === null ? (
-          <Group gap="xs">
-            <Title order={1} size="h2">
-              {it.name}
-            </Title>
-            {writes && (
-              <ActionIcon
-                variant="subtle"
-                size={44}
-                aria-label={t("recordings:recording.rename")}
-                onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
-              >
-                <IconPencil size={20} />
-              </ActionIcon>
-            )}
-          </Group>
-        ) : (
-          <form
-            onSubmit={(event) => {
-              event.preventDefault();
-              update.mutate({ name: renamed.name, updated_at: renamed.seen });
-            }}
-          >
-            <Group gap="xs">
-              <TextInput
-                aria-label={t("recordings:recording.name")}
-                w={360}
-                value={renamed.name}
-                onChange={(event) => setRenamed({ ...renamed, name: event.currentTarget.value })}
-              />
-              <ActionIcon
-                type="submit"
-                size={44}
-                aria-label={t("recordings:recording.saveName")}
-                loading={update.isPending}
-              >
-                <IconCheck size={20} />
-              </ActionIcon>
-            </Group>
-          </form>
-        )}
-        <Group>
-          {operates && !it.archived_at && it.readable && (
-            <ButtonLink
-              to="/"
-              search={{ patient: it.patient_id, recording: it.id }}
-              leftSection={<IconPlayerPlay size={20} />}
-            >
-              {t("recordings:recording.play")}
-            </ButtonLink>
-          )}
-          {writes && !it.archived_at && it.readable && (
-            <Button
-              variant="default"
-              leftSection={<IconAdjustments size={20} />}
-              aria-expanded={editing}
-              onClick={panel.toggle}
-            >
-              {t("recordings:recording.edit")}
-            </Button>
-          )}
-          <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
-          {writes && (
-            <Button
-              variant="default"
-              leftSection={<IconArchive size={20} />}
-              onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
-            >
-              {it.archived_at ? t("recordings:recording.restore") : t("recordings:recording.archive")}
-            </Button>
-          )}
-        </Group>
+        <Name recording={shown} renaming={renaming} onRenaming={setRenaming} update={update} />
+        <Actions recording={shown} editing={editing} onEdit={panel.toggle} update={update} />
       </Group>
-      <Group gap="lg">
-        <Text>
-          {it.parent_id
-            ? t("recordings:recording.made", { when: formatMoment(it.taught_at) })
-            : t("recordings:recording.taught", { when: formatMoment(it.taught_at) })}
-        </Text>
-        <Text>{t(`recordings:recording.shoulder.${it.side === "left" ? "left" : "right"}`)}</Text>
-        <Text>
-          {it.parent_id
-            ? t("recordings:recording.length", { lasts: formatSpan(it.duration_s), samples: it.samples })
-            : t("recordings:recording.lengthAt", {
-                lasts: formatSpan(it.duration_s),
-                samples: it.samples,
-                hz: it.rate_hz,
-              })}
-        </Text>
-        <Text>{it.station}</Text>
-        {it.taught_by && <Text>{t("recordings:recording.taughtBy", { who: it.taught_by })}</Text>}
-        {it.fixtures.length > 0 && (
-          <Text>
-            {t("recordings:recording.fixtures", {
-              fixtures: it.fixtures.map((one) => t(`common:fixtures.${one}`)),
-            })}
-          </Text>
-        )}
-        {it.archived_at && <Badge color="gray">{t("recordings:recording.archived")}</Badge>}
-      </Group>
-      {it.parent_id && (
-        <Text data-testid="made-of">
-          <InlineSlot
-            words={(parent) => t("recordings:recording.madeOf", { parent, done: formatList(doneWords(it)) })}
-          >
-            <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
-              {parent.data?.name ?? t("recordings:recording.another")}
-            </PageLink>
-          </InlineSlot>
-        </Text>
-      )}
+      <Facts recording={shown} />
+      {shown.parent_id && <Origin recording={shown} parentId={shown.parent_id} parent={parent.data?.name} />}
       <ProblemNote error={update.error} />
       {editing && (
         <EditPanel
-          key={it.id}
-          recording={it}
-          onKept={(made) => {
+          key={shown.id}
+          recording={shown}
+          onSaved={(derived) => {
             panel.close();
             void queries.invalidateQueries({ queryKey: ["recordings"] });
-            void navigate({ to: "/recordings/$recordingId", params: { recordingId: made.id } });
+            void navigate({ to: "/recordings/$recordingId", params: { recordingId: derived.id } });
           }}
         />
       )}
-      {!it.readable && <Text fw={600}>{t("recordings:recording.damaged")}</Text>}
+      {!shown.readable && <Text fw={600}>{t("recordings:recording.damaged")}</Text>}
       <EditableNote
         label={t("recordings:recording.note")}
-        value={it.note}
-        version={it.updated_at}
-        save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}
+        value={shown.note}
+        version={shown.updated_at}
+        save={(note, version) => update.mutateAsync({ note, updated_at: version })}
       />
-      {it.ranges.length > 0 && <MotorRanges ranges={it.ranges} />}
-      {it.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
-      {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
+      {shown.ranges.length > 0 && <MotorRanges ranges={shown.ranges} />}
+      {shown.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
+      {shown.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
+  );
+}
+
+/** The name, and the form that changes it. */
+function Name(props: {
+  recording: Detail;
+  renaming: Renaming | null;
+  onRenaming: (renaming: Renaming) => void;
+  update: Update;
+}) {
+  const { recording, renaming, onRenaming, update } = props;
+  const writes = useHasPermission("write_records");
+  if (renaming === null)
+    return (
+      <Group gap="xs">
+        <Title order={1} size="h2">
+          {recording.name}
+        </Title>
+        {writes && (
+          <ActionIcon
+            variant="subtle"
+            size={44}
+            aria-label={t("recordings:recording.rename")}
+            onClick={() => onRenaming({ name: recording.name, version: recording.updated_at })}
+          >
+            <IconPencil size={20} />
+          </ActionIcon>
+        )}
+      </Group>
+    );
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        update.mutate({ name: renaming.name, updated_at: renaming.version });
+      }}
+    >
+      <Group gap="xs">
+        <TextInput
+          aria-label={t("recordings:recording.name")}
+          w={360}
+          value={renaming.name}
+          onChange={(event) => onRenaming({ ...renaming, name: event.currentTarget.value })}
+        />
+        <ActionIcon
+          type="submit"
+          size={44}
+          aria-label={t("recordings:recording.saveName")}
+          loading={update.isPending}
+        >
+          <IconCheck size={20} />
+        </ActionIcon>
+      </Group>
+    </form>
+  );
+}
+
+function Actions(props: { recording: Detail; editing: boolean; onEdit: () => void; update: Update }) {
+  const { recording, editing, update } = props;
+  const writes = useHasPermission("write_records");
+  const operates = useHasPermission("operate");
+  const usable = !recording.archived_at && recording.readable;
+  return (
+    <Group>
+      {operates && usable && (
+        <ButtonLink
+          to="/"
+          search={{ patient: recording.patient_id, recording: recording.id }}
+          leftSection={<IconPlayerPlay size={20} />}
+        >
+          {t("recordings:recording.play")}
+        </ButtonLink>
+      )}
+      {writes && usable && (
+        <Button
+          variant="default"
+          leftSection={<IconAdjustments size={20} />}
+          aria-expanded={editing}
+          onClick={props.onEdit}
+        >
+          {t("recordings:recording.edit")}
+        </Button>
+      )}
+      <SampleLinks of="recordings" id={recording.id} disabled={!recording.readable} />
+      {writes && (
+        <Button
+          variant="default"
+          leftSection={<IconArchive size={20} />}
+          onClick={() =>
+            update.mutate({ archived: !recording.archived_at, updated_at: recording.updated_at })
+          }
+        >
+          {recording.archived_at ? t("recordings:recording.restore") : t("recordings:recording.archive")}
+        </Button>
+      )}
+    </Group>
+  );
+}
+
+function Facts({ recording }: { recording: Detail }) {
+  return (
+    <Group gap="lg">
+      <Text>
+        {recording.parent_id
+          ? t("recordings:recording.made", { when: formatMoment(recording.taught_at) })
+          : t("recordings:recording.taught", { when: formatMoment(recording.taught_at) })}
+      </Text>
+      <Text>{t(`recordings:recording.shoulder.${recording.side === "left" ? "left" : "right"}`)}</Text>
+      <Text>
+        {recording.parent_id
+          ? t("recordings:recording.length", {
+              lasts: formatSpan(recording.duration_s),
+              samples: recording.samples,
+            })
+          : t("recordings:recording.lengthAt", {
+              lasts: formatSpan(recording.duration_s),
+              samples: recording.samples,
+              hz: recording.rate_hz,
+            })}
+      </Text>
+      <Text>{recording.station}</Text>
+      {recording.taught_by && <Text>{t("recordings:recording.taughtBy", { who: recording.taught_by })}</Text>}
+      {recording.fixtures.length > 0 && (
+        <Text>
+          {t("recordings:recording.fixtures", {
+            fixtures: recording.fixtures.map((fixture) => t(`common:fixtures.${fixture}`)),
+          })}
+        </Text>
+      )}
+      {recording.archived_at && <Badge color="gray">{t("recordings:recording.archived")}</Badge>}
+    </Group>
+  );
+}
+
+/** The recording that this one was created from, and the edits. */
+function Origin(props: { recording: Detail; parentId: string; parent: string | undefined }) {
+  const { recording, parentId, parent } = props;
+  return (
+    <Text data-testid="made-of">
+      <InlineSlot
+        words={(link) =>
+          t("recordings:recording.madeOf", { parent: link, done: formatList(describeEdits(recording)) })
+        }
+      >
+        <PageLink to="/recordings/$recordingId" params={{ recordingId: parentId }}>
+          {parent ?? t("recordings:recording.another")}
+        </PageLink>
+      </InlineSlot>
+    </Text>
   );
 }

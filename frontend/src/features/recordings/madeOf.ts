@@ -3,13 +3,13 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
 /** Describe the edits of a recording in order. */
-export const doneWords = (recording: Pick<Recording, "done" | "done_keys">): string[] =>
-  recording.done.map((one, place) => translateServerText(one, recording.done_keys[place]));
+export const describeEdits = (recording: Pick<Recording, "done" | "done_keys">): string[] =>
+  recording.done.map((text, index) => translateServerText(text, recording.done_keys[index]));
 
 /** Describe the origin and edits of a recording; null for a taught one. */
 export function madeOf(recording: Recording, others: Recording[]): string | null {
   if (recording.parent_id === null) return null;
-  const parent = others.find((one) => one.id === recording.parent_id);
-  const done = doneWords(recording).at(-1) ?? t("common:made.changed");
+  const parent = others.find((other) => other.id === recording.parent_id);
+  const done = describeEdits(recording).at(-1) ?? t("common:made.changed");
   return parent ? t("common:made.of", { parent: parent.name, done }) : t("common:made.ofAnother", { done });
 }

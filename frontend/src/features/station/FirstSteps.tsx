@@ -3,7 +3,7 @@ import { useLocalStorage } from "@mantine/hooks";
 import { t } from "../../lib/i18n";
 import { useNewestSession, useRecordings } from "../../lib/patientQueries";
 import { ButtonLink } from "../../ui/links";
-import { useFound } from "../patients/PatientSelect";
+import { useMatchingPatients } from "../patients/PatientSelect";
 import { FIRST_STEPS, firstStep } from "./firstSteps";
 
 /** Guides a new user through the main tasks on the simulated apparatus, until the user hides it. */
@@ -20,7 +20,7 @@ export function FirstSteps({ patientId }: { patientId: string | null }) {
 
 /** The current step, once it is known. */
 function CurrentStep({ patientId, onHide }: { patientId: string | null; onHide: () => void }) {
-  const patients = useFound("");
+  const patients = useMatchingPatients("");
   const recordings = useRecordings(patientId);
   const newestSession = useNewestSession(patientId);
   const known =
