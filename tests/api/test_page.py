@@ -8,7 +8,7 @@ import pytest
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
-from kata.api import static_files
+from kata.api import documentation, static_files
 
 SCRIPT = b"export const words = 'all of it, all of it, all of it';" * 50
 PACKED = gzip.compress(SCRIPT, mtime=0)
@@ -20,7 +20,7 @@ def client(tmp_path: Path) -> Iterator[TestClient]:
     """Of a page with a script and a style that lie compressed beside themselves, and a picture that does not."""
     assets = tmp_path / "assets"
     assets.mkdir()
-    (tmp_path / "index.html").write_text("<p>the page</p>")
+    (tmp_path / "index.html").write_text('<meta name="kata-manual" content="KATA-MANUAL" /><p>the page</p>')
     (assets / "picture.svg").write_text("<svg/>")
     for name in ("page-1a2b.js", "page-1a2b.css"):
         (assets / name).write_bytes(SCRIPT)
@@ -95,3 +95,11 @@ def test_resumed_download_keeps_its_encoding(client: TestClient) -> None:
     other = client.get(ADDRESS, headers={"accept-encoding": "identity"} | rest)
     assert other.status_code == 200
     assert other.content == SCRIPT
+
+
+@pytest.mark.parametrize(("built", "content"), [(True, "yes"), (False, "no")])
+def test_page_knows_whether_the_manual_is_installed(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, built: bool, content: str
+) -> None:
+    monkeypatch.setattr(documentation, "is_built", lambda: built)
+    assert f'name="kata-manual" content="{content}"' in client.get("/patients").text

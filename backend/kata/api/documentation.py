@@ -32,12 +32,17 @@ def is_documentation(path: str) -> bool:
     return path == "docs" or path.startswith("docs/")
 
 
+def is_built(folder: Path = FOLDER) -> bool:
+    """Return True if the documentation is installed."""
+    return (folder / "index.html").is_file()
+
+
 def respond(path: str, accept_language: str, folder: Path = FOLDER) -> Response:
     """Return a file of the documentation, a redirect to a folder's page, or a page that says what is missing.
 
     ``path`` has no first slash. ``/docs/manual/`` leads to the manual in the browser's language.
     """
-    if not (folder / "index.html").is_file():
+    if not is_built(folder):
         return _missing(*_NOT_BUILT)
     if path.rstrip("/") == _MANUAL:
         language = "ja" if accept_language.strip().lower().startswith("ja") else "en"

@@ -16,6 +16,8 @@ _IN_PACKAGE: Final = Path(__file__).parent / "page"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "frontend" / "dist"
 _NONCE: Final = "KATA-NONCE"
 """Stands in the built index.html (``frontend/vite.config.ts``) for a word that is new each time."""
+_MANUAL: Final = "KATA-MANUAL"
+"""Stands in index.html. Replaced by "yes" if the manual is installed: only then the page links to it."""
 _FOR_EVER: Final = "public, max-age=31536000, immutable"
 _FOLDER: Final = _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 _COMPRESSED: Final = ".gz"
@@ -78,4 +80,5 @@ def _takes_gzip(accepted: str) -> bool:
 def _shell(built: str) -> HTMLResponse:
     nonce = secrets.token_urlsafe(18)
     headers = {"Cache-Control": "no-store", "Content-Security-Policy": page_policy(nonce)}
-    return HTMLResponse(built.replace(_NONCE, nonce), headers=headers)
+    manual = "yes" if documentation.is_built() else "no"
+    return HTMLResponse(built.replace(_NONCE, nonce).replace(_MANUAL, manual), headers=headers)

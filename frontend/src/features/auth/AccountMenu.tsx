@@ -7,11 +7,20 @@ import {
   useComputedColorScheme,
   useMantineColorScheme,
 } from "@mantine/core";
-import { IconLock, IconLogout, IconMoon, IconSun, IconUser, IconUserCog } from "@tabler/icons-react";
+import {
+  IconBook,
+  IconLock,
+  IconLogout,
+  IconMoon,
+  IconSun,
+  IconUser,
+  IconUserCog,
+} from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
+import { manualAddress } from "../../lib/manual";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
 
@@ -24,6 +33,7 @@ export function AccountMenu() {
   const torque = useLive("torque");
   const operates = useLive("lease")?.mine === true;
   const [confirming, setConfirming] = useState(false);
+  const manual = manualAddress();
   if (!me) return null;
   // Without a connection the last known torque counts: an arm may still be held.
   const torqueOn = torque === "on" || (torque === "unknown" && operates);
@@ -77,6 +87,18 @@ export function AccountMenu() {
           >
             {t("auth:menu.account")}
           </Menu.Item>
+          {manual && (
+            <Menu.Item
+              h={48}
+              leftSection={<IconBook size={20} />}
+              component="a"
+              href={manual}
+              target="_blank"
+              rel="noopener"
+            >
+              {t("auth:menu.manual")}
+            </Menu.Item>
+          )}
           <Menu.Item
             h={48}
             leftSection={<IconLogout size={20} />}
