@@ -76,17 +76,7 @@ export function AccountForm(props: Props) {
             onChange={(event) => setUsername(event.currentTarget.value)}
           />
         )}
-        <Radio.Group
-          label={t("administration:form.role")}
-          value={role}
-          onChange={(chosen) => setRole(chosen as Role)}
-        >
-          <Stack gap="xs" mt="xs">
-            {Object.entries(t("auth:roles", { returnObjects: true })).map(([value, words]) => (
-              <Radio key={value} size="md" value={value} label={words.name} description={words.may} />
-            ))}
-          </Stack>
-        </Radio.Group>
+        <RoleField value={role} onChange={setRole} />
         <MultiSelect
           label={t("administration:form.stations")}
           description={t("administration:form.stationsHint")}
@@ -96,18 +86,11 @@ export function AccountForm(props: Props) {
           onChange={setStations}
         />
         {account && (loginMethods.data?.openid || account.openid) && (
-          <TextInput
-            label={t("administration:form.identity", {
-              provider: loginMethods.data?.openid ?? t("administration:form.theProvider"),
-            })}
-            description={t("administration:form.identityHint")}
-            maxLength={255}
-            autoComplete="off"
-            autoCapitalize="none"
-            spellCheck={false}
+          <IdentityField
+            provider={loginMethods.data?.openid ?? null}
             value={openid}
             error={fields.openid}
-            onChange={(event) => setOpenid(event.currentTarget.value)}
+            onChange={setOpenid}
           />
         )}
         <ProblemNote error={filterOptions.error ?? save.error} />
@@ -122,5 +105,46 @@ export function AccountForm(props: Props) {
         </Group>
       </Stack>
     </form>
+  );
+}
+
+function RoleField({ value, onChange }: { value: Role; onChange: (role: Role) => void }) {
+  return (
+    <Radio.Group
+      label={t("administration:form.role")}
+      value={value}
+      onChange={(chosen) => onChange(chosen as Role)}
+    >
+      <Stack gap="xs" mt="xs">
+        {Object.entries(t("auth:roles", { returnObjects: true })).map(([code, words]) => (
+          <Radio key={code} size="md" value={code} label={words.name} description={words.may} />
+        ))}
+      </Stack>
+    </Radio.Group>
+  );
+}
+
+/** The account's identity at the OpenID provider. */
+function IdentityField(props: {
+  provider: string | null;
+  value: string;
+  error: string | undefined;
+  onChange: (identity: string) => void;
+}) {
+  const { provider, value, error, onChange } = props;
+  return (
+    <TextInput
+      label={t("administration:form.identity", {
+        provider: provider ?? t("administration:form.theProvider"),
+      })}
+      description={t("administration:form.identityHint")}
+      maxLength={255}
+      autoComplete="off"
+      autoCapitalize="none"
+      spellCheck={false}
+      value={value}
+      error={error}
+      onChange={(event) => onChange(event.currentTarget.value)}
+    />
   );
 }

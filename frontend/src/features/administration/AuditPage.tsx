@@ -2,7 +2,7 @@ import { Button, Code, Group, Select, Skeleton, Stack, Table, Text, TextInput, T
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
-import { api, type Schemas } from "../../lib/api/client";
+import { type Account, api, type Schemas } from "../../lib/api/client";
 import { formatClock, formatDayOf } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
@@ -16,66 +16,15 @@ import { actionChoices, describeAction, describeDetail, describeSubject } from "
 export function AuditPage() {
   useTitle(t("administration:audit.title"));
   const filters = useSearch({ from: "/administration/audit" });
-  const navigate = useNavigate({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const entries = usePagedQuery(["audit", filters], (after) => api.audit(toAuditQuery(filters), after));
-  const setFilter = (name: keyof AuditFilters, value: string | null) => {
-    const { [name]: _, ...rest } = filters;
-    void navigate({ search: value ? { ...rest, [name]: value } : rest, replace: true });
-  };
   return (
     <Stack component="section" aria-label={t("administration:audit.title")}>
       <Title order={2} size="h3">
         {t("administration:audit.title")}
       </Title>
       <Text>{t("administration:audit.description")}</Text>
-      <Group align="end">
-        <TextInput
-          type="date"
-          label={t("administration:audit.from")}
-          value={filters.from ?? ""}
-          onChange={(event) => setFilter("from", event.currentTarget.value)}
-        />
-        <TextInput
-          type="date"
-          label={t("administration:audit.to")}
-          value={filters.to ?? ""}
-          onChange={(event) => setFilter("to", event.currentTarget.value)}
-        />
-        <Select
-          label={t("administration:audit.user")}
-          placeholder={t("administration:audit.anyUser")}
-          clearable
-          searchable
-          data={(accounts.data?.items ?? []).map((account) => ({ value: account.id, label: account.name }))}
-          value={filters.account_id ?? null}
-          onChange={(value) => setFilter("account_id", value)}
-        />
-        <Select
-          label={t("administration:audit.outcome")}
-          placeholder={t("administration:audit.any")}
-          clearable
-          data={Object.entries(t("administration:outcomes", { returnObjects: true })).map(
-            ([value, label]) => ({ value, label }),
-          )}
-          value={filters.outcome ?? null}
-          onChange={(value) => setFilter("outcome", value)}
-        />
-        <Select
-          label={t("administration:audit.action")}
-          placeholder={t("administration:audit.any")}
-          clearable
-          searchable
-          data={actionChoices(filters.action)}
-          value={filters.action ?? null}
-          onChange={(value) => setFilter("action", value)}
-        />
-        {Object.keys(filters).length > 0 && (
-          <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
-            {t("administration:audit.showAll")}
-          </Button>
-        )}
-      </Group>
+      <FilterFields filters={filters} accounts={accounts.data?.items ?? []} />
       {filters.patient_id && <Text>{t("administration:audit.onePatient")}</Text>}
       <ProblemNote error={entries.error ?? accounts.error} />
       {entries.isPending && <Skeleton h={300} />}
@@ -88,6 +37,65 @@ export function AuditPage() {
       )}
       <LoadMoreButton list={entries} />
     </Stack>
+  );
+}
+
+/** The filters. Each change goes into the address. */
+function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: Account[] }) {
+  const navigate = useNavigate({ from: "/administration/audit" });
+  const setFilter = (name: keyof AuditFilters, value: string | null) => {
+    const { [name]: _, ...rest } = filters;
+    void navigate({ search: value ? { ...rest, [name]: value } : rest, replace: true });
+  };
+  return (
+    <Group align="end">
+      <TextInput
+        type="date"
+        label={t("administration:audit.from")}
+        value={filters.from ?? ""}
+        onChange={(event) => setFilter("from", event.currentTarget.value)}
+      />
+      <TextInput
+        type="date"
+        label={t("administration:audit.to")}
+        value={filters.to ?? ""}
+        onChange={(event) => setFilter("to", event.currentTarget.value)}
+      />
+      <Select
+        label={t("administration:audit.user")}
+        placeholder={t("administration:audit.anyUser")}
+        clearable
+        searchable
+        data={accounts.map((account) => ({ value: account.id, label: account.name }))}
+        value={filters.account_id ?? null}
+        onChange={(value) => setFilter("account_id", value)}
+      />
+      <Select
+        label={t("administration:audit.outcome")}
+        placeholder={t("administration:audit.any")}
+        clearable
+        data={Object.entries(t("administration:outcomes", { returnObjects: true })).map(([value, label]) => ({
+          value,
+          label,
+        }))}
+        value={filters.outcome ?? null}
+        onChange={(value) => setFilter("outcome", value)}
+      />
+      <Select
+        label={t("administration:audit.action")}
+        placeholder={t("administration:audit.any")}
+        clearable
+        searchable
+        data={actionChoices(filters.action)}
+        value={filters.action ?? null}
+        onChange={(value) => setFilter("action", value)}
+      />
+      {Object.keys(filters).length > 0 && (
+        <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
+          {t("administration:audit.showAll")}
+        </Button>
+      )}
+    </Group>
   );
 }
 

@@ -24,7 +24,7 @@ export function RomGrid(props: {
 }) {
   const { measures, affected, typed } = props;
   const sides: Side[] = affected === "left" ? ["left", "right"] : ["right", "left"];
-  const columns = sides.flatMap((side) => (["active", "passive"] as Kind[]).map((kind) => ({ side, kind })));
+  const columns = columnsOf(sides);
   const hasValue = (measure: Measure) =>
     columns.some(({ side, kind }) => typed[angleKey({ ...measure, side, kind })] !== undefined);
   const [showAll, setShowAll] = useState(() =>
@@ -35,37 +35,10 @@ export function RomGrid(props: {
   const problems = shown.flatMap((measure) =>
     columns.map(({ side, kind }) => angleProblem(measure, typed[angleKey({ ...measure, side, kind })] ?? "")),
   );
-  const moveDown = (event: KeyboardEvent<HTMLInputElement>, row: number, column: number) => {
-    if (event.key !== "Enter") return;
-    event.preventDefault();
-    const below = `[data-row="${row + 1}"][data-column="${column}"]`;
-    const top = `[data-row="0"][data-column="${column + 1}"]`;
-    const table = event.currentTarget.closest("table");
-    (table?.querySelector<HTMLInputElement>(below) ?? table?.querySelector<HTMLInputElement>(top))?.focus();
-  };
   return (
     <>
       <Table aria-label={t("assessments:rom.title")} verticalSpacing={4} horizontalSpacing={6} w="auto">
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th rowSpan={2}>{t("assessments:rom.degrees")}</Table.Th>
-            {sides.map((side) => (
-              <Table.Th key={side} colSpan={2}>
-                {side === affected
-                  ? t(`assessments:rom.affected.${side}`)
-                  : t(`assessments:rom.side.${side}`)}
-              </Table.Th>
-            ))}
-            <Table.Th rowSpan={2} ta="right">
-              {t("assessments:rom.reference")}
-            </Table.Th>
-          </Table.Tr>
-          <Table.Tr>
-            {columns.map(({ side, kind }) => (
-              <Table.Th key={side + kind}>{t(`assessments:kinds.${kind}`)}</Table.Th>
-            ))}
-          </Table.Tr>
-        </Table.Thead>
+        <RomHeader sides={sides} affected={affected} />
         <Table.Tbody>
           {shown.map((measure, row) => (
             <Table.Tr key={measure.motion + measure.position}>
@@ -116,4 +89,40 @@ export function RomGrid(props: {
       )}
     </>
   );
+}
+
+const columnsOf = (sides: Side[]) =>
+  sides.flatMap((side) => (["active", "passive"] as Kind[]).map((kind) => ({ side, kind })));
+
+function RomHeader({ sides, affected }: { sides: Side[]; affected: Side }) {
+  return (
+    <Table.Thead>
+      <Table.Tr>
+        <Table.Th rowSpan={2}>{t("assessments:rom.degrees")}</Table.Th>
+        {sides.map((side) => (
+          <Table.Th key={side} colSpan={2}>
+            {side === affected ? t(`assessments:rom.affected.${side}`) : t(`assessments:rom.side.${side}`)}
+          </Table.Th>
+        ))}
+        <Table.Th rowSpan={2} ta="right">
+          {t("assessments:rom.reference")}
+        </Table.Th>
+      </Table.Tr>
+      <Table.Tr>
+        {columnsOf(sides).map(({ side, kind }) => (
+          <Table.Th key={side + kind}>{t(`assessments:kinds.${kind}`)}</Table.Th>
+        ))}
+      </Table.Tr>
+    </Table.Thead>
+  );
+}
+
+/** Move the focus on Enter: down, and from the last row to the top of the next column. */
+function moveDown(event: KeyboardEvent<HTMLInputElement>, row: number, column: number) {
+  if (event.key !== "Enter") return;
+  event.preventDefault();
+  const below = `[data-row="${row + 1}"][data-column="${column}"]`;
+  const top = `[data-row="0"][data-column="${column + 1}"]`;
+  const table = event.currentTarget.closest("table");
+  (table?.querySelector<HTMLInputElement>(below) ?? table?.querySelector<HTMLInputElement>(top))?.focus();
 }

@@ -87,28 +87,8 @@ export function EpisodeForm(props: {
         <Text size="sm">{t("episodes:form.limitsHint")}</Text>
         <LimitTable limits={limits} onChange={setLimits} />
         <Group grow align="start">
-          <NumberInput
-            size="md"
-            label={t("episodes:form.level")}
-            placeholder={t("episodes:form.noLimit")}
-            min={1}
-            max={LOAD_LEVELS}
-            allowDecimal={false}
-            value={level ?? ""}
-            error={fields.max_load_level}
-            onChange={(value) => setLevel(typeof value === "number" ? value : null)}
-          />
-          <NumberInput
-            size="md"
-            hideControls
-            label={t("episodes:form.speed")}
-            description={t("episodes:form.speedHint")}
-            placeholder={t("episodes:form.noLimit")}
-            suffix={t("episodes:form.degPerSecond")}
-            value={speed ?? ""}
-            error={fields.max_speed_deg_s}
-            onChange={(value) => setSpeed(typeof value === "number" ? value : null)}
-          />
+          <LevelField value={level} error={fields.max_load_level} onChange={setLevel} />
+          <SpeedField value={speed} error={fields.max_speed_deg_s} onChange={setSpeed} />
           <TextInput
             label={t("episodes:form.doctor")}
             maxLength={100}
@@ -179,6 +159,44 @@ function LimitTable(props: {
         ))}
       </Table.Tbody>
     </Table>
+  );
+}
+
+type NumberFieldProps = {
+  value: number | null;
+  error: string | undefined;
+  onChange: (value: number | null) => void;
+};
+
+function LevelField({ value, error, onChange }: NumberFieldProps) {
+  return (
+    <NumberInput
+      size="md"
+      label={t("episodes:form.level")}
+      placeholder={t("episodes:form.noLimit")}
+      min={1}
+      max={LOAD_LEVELS}
+      allowDecimal={false}
+      value={value ?? ""}
+      error={error}
+      onChange={(input) => onChange(typeof input === "number" ? input : null)}
+    />
+  );
+}
+
+function SpeedField({ value, error, onChange }: NumberFieldProps) {
+  return (
+    <NumberInput
+      size="md"
+      hideControls
+      label={t("episodes:form.speed")}
+      description={t("episodes:form.speedHint")}
+      placeholder={t("episodes:form.noLimit")}
+      suffix={t("episodes:form.degPerSecond")}
+      value={value ?? ""}
+      error={error}
+      onChange={(input) => onChange(typeof input === "number" ? input : null)}
+    />
   );
 }
 

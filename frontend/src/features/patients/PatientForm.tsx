@@ -63,26 +63,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
         <TextInput label={t("patients:form.name")} required data-autofocus {...text("name")} />
         <TextInput label={t("patients:form.kana")} {...text("kana")} />
         <TextInput label={t("patients:form.number")} required {...text("clinic_number")} />
-        {!patient && (
-          <div>
-            <Text component="label" fw={500} id="affected-side">
-              {t("patients:form.treated")}
-            </Text>
-            <SegmentedControl
-              size="md"
-              fullWidth
-              aria-labelledby="affected-side"
-              value={side}
-              onChange={(chosen) => setSide(chosen as "left" | "right")}
-              data={choices(t("patients:sides", { returnObjects: true }))}
-            />
-            {fields.affected_side && (
-              <Text size="sm" c="grape.9">
-                {t("patients:form.chooseSide")}
-              </Text>
-            )}
-          </div>
-        )}
+        {!patient && <TreatedSide value={side} missing={Boolean(fields.affected_side)} onChange={setSide} />}
         <Group grow align="start">
           <TextInput label={t("patients:form.birthDate")} type="date" {...text("birth_date")} />
           <Select
@@ -112,5 +93,34 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
         </Group>
       </Stack>
     </form>
+  );
+}
+
+/** The shoulder to treat. Nothing is selected at first, so that the user chooses. */
+function TreatedSide(props: {
+  value: "left" | "right" | "";
+  missing: boolean;
+  onChange: (side: "left" | "right") => void;
+}) {
+  const { value, missing, onChange } = props;
+  return (
+    <div>
+      <Text component="label" fw={500} id="affected-side">
+        {t("patients:form.treated")}
+      </Text>
+      <SegmentedControl
+        size="md"
+        fullWidth
+        aria-labelledby="affected-side"
+        value={value}
+        onChange={(chosen) => onChange(chosen as "left" | "right")}
+        data={choices(t("patients:sides", { returnObjects: true }))}
+      />
+      {missing && (
+        <Text size="sm" c="grape.9">
+          {t("patients:form.chooseSide")}
+        </Text>
+      )}
+    </div>
   );
 }
