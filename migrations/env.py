@@ -1,4 +1,4 @@
-"""Alembic's way in: the program hands it a connection; on the command line, KATA_DATABASE_URL names one."""
+"""Alembic's environment. The program passes a connection; on the command line, KATA_DATABASE_URL names the database."""
 
 import os
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from kata.database.engine import Database
 
 @contextmanager
 def foreign_keys_off(connection: Connection) -> Iterator[None]:
-    """SQLite: no table that others refer to can be put in place of itself otherwise, and within a transaction it is too late."""
+    """Switch foreign keys off on SQLite, so that a table to which others refer can be replaced. This is impossible within a transaction."""
     if connection.dialect.name != "sqlite":
         yield
         return
@@ -29,7 +29,7 @@ def foreign_keys_off(connection: Connection) -> Iterator[None]:
 
 
 def migrate(connection: Connection) -> None:
-    # SQLite changes tables by copying them; batches do that, and do nothing special elsewhere.
+    # On SQLite a batch changes a table by copying it. On other databases it uses ALTER TABLE.
     context.configure(connection=connection, target_metadata=Base.metadata, render_as_batch=True)
     with foreign_keys_off(connection), context.begin_transaction():
         context.run_migrations()

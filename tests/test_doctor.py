@@ -47,7 +47,7 @@ def test_station_with_an_opening_port_passes(tmp_path: Path, port: str) -> None:
 def test_missing_port_is_a_problem(tmp_path: Path) -> None:
     told = found("Port", tmp_path, 'port = "/dev/ttyKATA"')
     assert told.state == "problem"
-    assert "/dev/ttyKATA is not there" in told.message
+    assert "/dev/ttyKATA does not exist" in told.message
     assert "Plug the RS-485 adapter in" in told.what_to_do
 
 
@@ -83,7 +83,7 @@ def test_global_huge_pages_are_reported(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
-    assert "made at the first start" in found("Database", tmp_path).message
+    assert "The first start creates" in found("Database", tmp_path).message
     database = Database(upgraded_file(tmp_path / "kata.db"))
     assert found("Database", tmp_path).message.endswith("has the newest schema.")
     with database.writer.begin() as connection:
@@ -100,7 +100,7 @@ def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> 
     settings = Settings(data=tmp_path, database_url="", station=None)
     make_key(settings)
     told = found("Backups", tmp_path)
-    assert (told.state, "None was restored" in told.message) == ("warning", True)
+    assert (told.state, "There is no verified backup" in told.message) == ("warning", True)
     create_backup(settings, "asked")
     import_records(settings, database)
     database.close()

@@ -14,10 +14,10 @@ depends_on = None
 
 
 def upgrade() -> None:
-    # Nobody knows of the runs of before: they stay without one.
+    # The load level of older runs is unknown.
     op.add_column("runs", sa.Column("load_level", sa.Integer(), nullable=True))
 
 
 def downgrade() -> None:
-    # SQLite can do this by itself; a batch would drop the table that others refer to.
+    # SQLite can drop a column itself. A batch would drop the table, to which others refer.
     op.drop_column("runs", "load_level")

@@ -12,7 +12,7 @@ down_revision = "0002"
 branch_labels = None
 depends_on = None
 
-# Until now every recording was played as it was taught, once.
+# Before this version every recording was played once, as taught.
 _SETTINGS = (
     ("speed_percent", sa.Double(), "100"),
     ("repetitions", sa.Integer(), "1"),
@@ -43,7 +43,7 @@ def upgrade() -> None:
         sa.ForeignKeyConstraint(["run_id"], ["runs.id"], name="fk_run_corrections_run_id_runs"),
         sa.PrimaryKeyConstraint("run_id", name="pk_run_corrections"),
     )
-    # Those of older runs stay unknown.
+    # The values of older runs are unknown.
     for name in (*_FIGURES, "torque_peak_nm"):
         op.add_column("motor_tracking", sa.Column(name, sa.Double(), nullable=True))
     op.create_table(
@@ -60,7 +60,7 @@ def upgrade() -> None:
 def downgrade() -> None:
     op.drop_table("motion_tracking")
     op.drop_table("run_corrections")
-    # SQLite can do this by itself; a batch would drop the table that others refer to.
+    # SQLite can drop a column itself. A batch would drop the table, to which others refer.
     for name in (*_FIGURES, "torque_peak_nm"):
         op.drop_column("motor_tracking", name)
     for name in (*(name for name, _, _ in _SETTINGS), "method", "corrected_by"):

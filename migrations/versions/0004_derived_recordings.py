@@ -19,7 +19,7 @@ _PARENT = "fk_recordings_parent_id_recordings"
 
 def upgrade() -> None:
     with op.batch_alter_table("recordings") as table:
-        # What was made of another recording was not taught.
+        # A derived recording has no teaching.
         table.alter_column("teaching_id", existing_type=sa.Uuid(), nullable=True)
         table.alter_column("take", existing_type=sa.Integer(), nullable=True)
         table.add_column(sa.Column("parent_id", sa.Uuid(), nullable=True))
@@ -40,7 +40,7 @@ def downgrade() -> None:
 
 
 def _as_if_taught() -> None:
-    """None may be lost, they may have been played: they become further takes of the teaching that they came of."""
+    """Turn derived recordings into further takes of their teaching. They cannot be deleted, because they may have been played."""
     recordings = sa.table(
         "recordings",
         sa.column("id", sa.Uuid()),
@@ -70,9 +70,9 @@ def _as_if_taught() -> None:
 
 
 def _check() -> None:
-    """SQLite was not looking while the table was changed."""
+    """Check foreign keys, which SQLite does not enforce while the table changes."""
     connection = op.get_bind()
     if connection.dialect.name == "sqlite":
         lost = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
         if lost:
-            raise RuntimeError(f"records would refer to what is not there: {lost}")
+            raise RuntimeError(f"records would refer to missing rows: {lost}")

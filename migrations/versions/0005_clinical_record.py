@@ -251,7 +251,7 @@ def _new_tables() -> None:
 
 
 def _patients() -> None:
-    """The shoulder that was treated becomes the first episode's."""
+    """Set the first episode's side to the patient's treated shoulder."""
     connection = op.get_bind()
     patients = sa.table(
         "patients", sa.column("id", sa.Uuid()), sa.column("affected_side"), sa.column("created_at", _MOMENT)
@@ -293,7 +293,7 @@ def _patients() -> None:
 
 
 def _search_text(row: Any) -> str:
-    """As the program folded it when it first did."""
+    """Return the search text, as the program's first version with a search formed it."""
     folded = []
     for part in (row.name, row.kana, row.clinic_number, row.birth_date and row.birth_date.isoformat()):
         plain = "".join(one for one in unicodedata.normalize("NFKD", part or "") if not "\u0300" <= one <= "\u036f")
@@ -368,7 +368,7 @@ def _sessions() -> None:
 
 
 def _as_it_was() -> None:
-    """A patient has one side again: the newest episode's; without any, the right one, as nothing else is known."""
+    """Set the patient's side to that of the newest episode, or to the right one if there is no episode."""
     op.add_column("patients", sa.Column("affected_side", sa.String(length=8), nullable=True))
     op.execute(
         "UPDATE patients SET affected_side = COALESCE((SELECT side FROM episodes e WHERE e.patient_id = patients.id"
@@ -377,9 +377,9 @@ def _as_it_was() -> None:
 
 
 def _check() -> None:
-    """SQLite was not looking while tables were changed."""
+    """Check foreign keys, which SQLite does not enforce while tables change."""
     connection = op.get_bind()
     if connection.dialect.name == "sqlite":
         lost = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
         if lost:
-            raise RuntimeError(f"records would refer to what is not there: {lost}")
+            raise RuntimeError(f"records would refer to missing rows: {lost}")

@@ -62,7 +62,7 @@ def _in_one_piece(kind: str, key: str) -> None:
 
 
 def _each(name: str, key: str, changed) -> None:
-    """One after the other: all of a clinic's samples have no place in memory."""
+    """Change one row at a time: all samples of a clinic do not fit into memory."""
     rows = sa.table(name, sa.column(key, sa.Uuid()), sa.column("data", sa.LargeBinary()))
     connection = op.get_bind()
     for identity in connection.execute(sa.select(rows.c[key])).scalars().all():
@@ -72,7 +72,7 @@ def _each(name: str, key: str, changed) -> None:
 
 
 def _as_before(series: Series) -> bytes:
-    """Damaged ones stay, as damaged as they are."""
+    """Return the samples in the format of the previous version. Damaged samples stay unchanged."""
     if b'"kata-samples/1"' in series.head[:40]:
         return series.head
     try:
@@ -88,7 +88,7 @@ _RESOLUTIONS = {"time_s": 1e-6, "path_s": 1e-6, "correction_deg": 1e-6, "phase":
 
 
 def _encoded(arrays: dict[str, Floats], columns: list[SampleColumn]) -> bytes:
-    """As the program of before wrote it."""
+    """Encode samples as the previous version did."""
     parts = [_packed(arrays[column.name], column.resolution) for column in columns]
     body = b"".join(parts)
     described = [

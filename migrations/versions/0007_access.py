@@ -12,8 +12,8 @@ down_revision = "0006"
 branch_labels = None
 depends_on = None
 
-# Whoever may write to the database may still take these away: what shows that is the chain, and its anchor outside. They are
-# against slips. On SQLite, INSERT OR REPLACE would take a row away without a word, if its number were not looked at.
+# These triggers prevent mistakes. A user who may change the schema can drop them; the chain and its anchor reveal that. On SQLite, INSERT OR
+# REPLACE would silently replace a row if the trigger did not check its number.
 ONLY_GROWS = {
     "sqlite": (
         """CREATE TRIGGER audit_grows BEFORE INSERT ON audit

@@ -16,7 +16,7 @@ _COLUMNS = (("device_events", "message_key"), ("runs", "stop_key"), ("recordings
 
 
 def upgrade() -> None:
-    # Rows from before have texts without codes, and stay so: the page shows them in English.
+    # Older texts have no codes. The page shows them in English.
     for table, column in _COLUMNS:
         op.add_column(table, sa.Column(column, sa.JSON(), nullable=True))
     # A program of 0008 ignores the new columns.

@@ -87,7 +87,7 @@ def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, cap
     with caplog.at_level(logging.ERROR), running(tmp_path, simulate=False):
         told = [record.getMessage() for record in caplog.records if record.name == "kata.auth.login"]
     assert len(told) == 1
-    assert told[0].startswith("the second factors of 1 accounts were sealed with another key than that in ")
+    assert told[0].startswith("the second factors of 1 accounts were encrypted with another key than that in ")
     assert settings.effective_second_factor_key.exists()
 
 

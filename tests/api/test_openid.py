@@ -401,7 +401,7 @@ def test_redirected_provider_request_sends_nothing(clinic: Clinic, theirs: Provi
             assert code(browser.post("/api/sign-in/openid", json=given), 503) == "provider_down"
             ours = OurSide(Settings(data=Path("/nowhere"), openid_issuer=theirs.issuer, openid_client_id="kata"))
             with pytest.raises(ProblemError, match="does not answer"):
-                ours.look()
+                ours.count_keys()
         finally:
             elsewhere.shutdown()
     assert asked == []
@@ -438,7 +438,7 @@ def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provid
     theirs.metadata = metadata
     ours = OurSide(Settings(data=tmp_path, **settings(tmp_path, theirs)))
     with pytest.raises(Exception, match="does not answer"):
-        ours.look()
+        ours.count_keys()
     told = {one.name: one for one in examine(Settings(data=tmp_path, **settings(tmp_path, theirs)))}["OpenID provider"]
     assert told.state == "problem"
 
@@ -446,7 +446,7 @@ def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provid
 def test_doctor_reports_whether_the_provider_answers(tmp_path: Path, theirs: Provider) -> None:
     given = Settings(data=tmp_path, **settings(tmp_path, theirs))
     told = {one.name: one for one in examine(given)}["OpenID provider"]
-    assert (told.state, told.message) == ("ok", f"{theirs.issuer} answers, and signs with 1 keys.")
+    assert (told.state, told.message) == ("ok", f"{theirs.issuer} answers and has 1 keys.")
     given = Settings(data=tmp_path, **settings(tmp_path, theirs) | {"openid_issuer": "http://127.0.0.1:9"})
     told = {one.name: one for one in examine(given)}["OpenID provider"]
     assert told.state == "problem"

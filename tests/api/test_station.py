@@ -324,7 +324,7 @@ def test_run_is_played_with_its_settings_and_compared_with_them(
     [
         ({}, "smooth", []),
         ({"method": "paper"}, "paper", ["as in the paper, at 10 Hz"]),
-        ({"method": "learned"}, "learned", ["learned, with nothing to go by yet"]),
+        ({"method": "learned"}, "learned", ["learned, without earlier playbacks yet"]),
     ],
 )
 def test_the_method_reaches_the_device_and_stays_with_the_run(

@@ -17,7 +17,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 
 from kata.api.security_middleware import allowed_hosts
-from kata.api.tls import Certificate, TlsError, kept
+from kata.api.tls import Certificate, TlsError, refreshed
 from kata.database.base import utc_now
 from kata.settings import Settings
 from tests.support.file_modes import open_to_others
@@ -108,7 +108,7 @@ def test_clinics_key_that_is_readable_or_unreadable_is_refused(tmp_path: Path) -
 
 def test_certificate_renewal_ends_with_the_service(tmp_path: Path) -> None:
     async def whole() -> int:
-        async with kept(made(tmp_path)):
+        async with refreshed(made(tmp_path)):
             during = len(asyncio.all_tasks())
         return during - len(asyncio.all_tasks())
 

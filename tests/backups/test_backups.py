@@ -23,7 +23,7 @@ from kata.audit.audit_log import AuditLog
 from kata.audit.tables import AuditRow
 from kata.audit.verify import Verdict, verify
 from kata.auth.factor_key import factor_key
-from kata.auth.second_factor import not_opened
+from kata.auth.second_factor import count_undecryptable
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.backups import archive, catalogue, create, restore
 from kata.backups.catalogue import import_records
@@ -214,22 +214,22 @@ def test_a_backup_brings_the_key_of_the_second_factors_along(
     of_then = factor_key(settings.effective_second_factor_key)
     with database.write() as session:
         account = session.scalars(select(AccountRow)).one()
-        account.totp_sealed = of_then.close("a secret", account.id)
+        account.totp_sealed = of_then.encrypt("a secret", account.id)
     file = backup_of(settings)
     # Since then, another key is used here; and there is a computer that has none.
     settings.effective_second_factor_key.unlink()
-    since = factor_key(settings.effective_second_factor_key).close("a secret", account.id)
+    since = factor_key(settings.effective_second_factor_key).encrypt("a secret", account.id)
     database.close()
     restore_backup(settings, file, settings.backup_key_file)
     key = factor_key(settings.effective_second_factor_key)
     with database.read() as session:
-        assert not_opened(session, key) == 0
-    assert key.open(since, account.id) == "a secret"
+        assert count_undecryptable(session, key) == 0
+    assert key.decrypt(since, account.id) == "a secret"
     if database.file:
         new = Settings(data=tmp_path / "new", database_url="", second_factor_key=tmp_path / "elsewhere" / "key.txt")
         restore_backup(new, file, settings.backup_key_file)
         with Database(new.effective_database_url).read() as session:
-            assert not_opened(session, factor_key(new.effective_second_factor_key)) == 0
+            assert count_undecryptable(session, factor_key(new.effective_second_factor_key)) == 0
         assert not (new.data / "second-factor-key.txt").exists()
 
 

@@ -429,7 +429,7 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
         return
     assert refusal is not None
     assert refusal.code == "too_far_from_start"
-    assert refusal.message.startswith("Motor 4 stands 8 deg from where the recording begins")
+    assert refusal.message.startswith("Motor 4 is 8 deg from the start of the recording")
     assert "8 deg" in refusal.next_step
     assert not stepped.torque
     stepped.forward(0.1)

@@ -116,7 +116,7 @@ def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, sta
         assert refusal is not None
         assert refusal.code == "other_side"
         assert (
-            refusal.message == f"This is for the {wanted} shoulder, and the apparatus stands for the {stands_for} one."
+            refusal.message == f"This is for the {wanted} shoulder, but the apparatus is set to the {stands_for} one."
         )
     assert stepped.mode == "idle"
     assert stepped.exchange.journals == []
@@ -295,7 +295,7 @@ def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
 
     assert not playing.torque
     assert playing.causes() == ["operator_stop", "setpoint_step"]
-    assert events(playing, "fault")[-1] == "Motor 4 was about to be sent a jump. (setpoint_step, category 0)"
+    assert events(playing, "fault")[-1] == "The next setpoint of motor 4 was a jump. (setpoint_step, category 0)"
     playing.forward(0.05)
     end = playing.journal().end
     assert end is not None
@@ -312,7 +312,7 @@ def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monk
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["unexpected_error"]
-    assert events(stepped, "fault") == ["The control program met an error of its own. (unexpected_error, category 0)"]
+    assert events(stepped, "fault") == ["The control program had an internal error. (unexpected_error, category 0)"]
     assert stepped.snapshot.teaching is None
     assert stepped.journal().end is not None
 

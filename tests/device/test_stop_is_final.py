@@ -207,7 +207,7 @@ def test_a_lost_setting_stops_and_is_mended(stepped: Stepped, mode: str) -> None
 
 
 def test_stop_lasts_until_the_drive_is_verified_again(stepped: Stepped) -> None:
-    stepped.apparatus.refuses_configuration = "motor 5 (id 5) is of model 1030; the station wants 1120"
+    stepped.apparatus.refuses_configuration = "motor 5 (id 5) is model 1030; the station's file requires 1120"
     stepped.apparatus.mismatch[4] = "model number"
     stepped.forward(1.0)
     refusal = stepped.send(Acknowledge())
@@ -234,10 +234,10 @@ def test_an_unverified_drive_cannot_be_acknowledged(playing: Stepped) -> None:
     assert refusal is not None
     assert refusal.code == "not_verified"
     assert "being checked" in refusal.message
-    playing.loop._machine.drive_problem = "motor 2 (id 2) does not take its position gains"
+    playing.loop._machine.drive_problem = "motor 2 (id 2) does not accept its position gains"
     refusal = playing.send(Acknowledge())
     assert refusal is not None
-    assert "motor 2 (id 2) does not take its position gains" in refusal.message
+    assert "motor 2 (id 2) does not accept its position gains" in refusal.message
 
 
 def test_drives_with_torque_are_never_configured(playing: Stepped) -> None:
@@ -280,7 +280,7 @@ def test_offline_is_left_with_every_drive_verified(tmp_path: Path) -> None:
 
 
 def test_an_offline_apparatus_names_its_problem(tmp_path: Path) -> None:
-    problem = "motor 3 (id 3) is of model 1030; the station wants 1120"
+    problem = "motor 3 (id 3) is model 1030; the station's file requires 1120"
     apparatus = SteppedApparatus(mismatch=["", "", "model number", "", ""], refuses_configuration=problem)
     stepped = Stepped(tmp_path, apparatus=apparatus)
     stepped.forward(0.5)

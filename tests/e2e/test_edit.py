@@ -23,7 +23,9 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     page.get_by_role("option", name="Warm-up").click()
     panel.get_by_label("Reduction at the beginning", exact=True).and_(panel.get_by_role("textbox")).fill("180")
     panel.get_by_role("button", name="Preview").click()
-    expect(panel.get_by_role("alert")).to_contain_text("180 deg less: the motion goes through", timeout=LONG_MS)
+    expect(panel.get_by_role("alert")).to_contain_text(
+        "180 deg less is not possible: the motion covers", timeout=LONG_MS
+    )
     expect(keep).to_be_hidden()
 
     panel.get_by_role("combobox", name="Type of edit").click()

@@ -137,7 +137,7 @@ def test_reduction_in_degrees_applies_to_the_axis_moving_farthest() -> None:
     motion = built_in(4)
     smaller = edit.less(motion, 5.0)
     assert ranges(smaller)[2] == pytest.approx(ranges(motion)[2] - 5.0)
-    with pytest.raises(EditError, match="goes through 95"):
+    with pytest.raises(EditError, match="covers 95"):
         edit.less(motion, 95.1)
 
 

@@ -121,7 +121,7 @@ class Conformance:
             assert statuses[-1].mismatch, f"register {address} of motor {motor}"
             assert not statuses[-1].verified
             if statuses[-1].mismatch == "model number":
-                with pytest.raises(BusError, match="is of model 0; the station wants 1120"):
+                with pytest.raises(BusError, match=r"is model 0; the station.s file requires 1120"):
                     bus.configure([motor - 1])
                 world.set_registers(motor, address, data)
             bus.configure([motor - 1])
@@ -129,7 +129,7 @@ class Conformance:
 
     def test_a_drive_with_torque_is_not_configured(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
-        with pytest.raises(BusError, match=r"motor 2 .* has torque: its settings are left as they are"):
+        with pytest.raises(BusError, match=r"motor 2 .* has torque: its settings are not changed"):
             bus.configure([1])
         assert world.torque == [True] * 5
         assert self.wrong(world, 2) == []

@@ -1,1 +1,1 @@
-"""Puts it together: the app, its errors, the WebSocket, the page."""
+"""The application: assembly, middleware, authorization, error answers, WebSockets and static files."""

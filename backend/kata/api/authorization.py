@@ -140,7 +140,7 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
 def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
     # The log already contains the outage once.
     if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseUnavailableError):
-        log.info("who is signed in could not be looked up: %s", error)
+        log.info("the user could not be read from the database: %s", error)
 
 
 async def _asked(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Actor:

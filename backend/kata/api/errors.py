@@ -1,4 +1,4 @@
-"""Every error as a problem document (RFC 9457): a sentence and a next step, a traceback for nobody."""
+"""Answer every error with a problem document (RFC 9457): a sentence and a next step, without a traceback."""
 
 import logging
 from http import HTTPStatus
@@ -21,13 +21,13 @@ from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
 
-_AGAIN_IN_S: Final = 5
+_RETRY_AFTER_S: Final = 5
 _OF_STATUS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
-"""What Starlette itself answers."""
+"""Messages for Starlette's own errors, by status."""
 
 
 def refused(refusal: Refusal) -> ProblemError:
-    """A command that the apparatus did not accept: 409, or 503 when there is nobody to accept it."""
+    """Return the problem of a command that the device refused: 409, or 503 if no device process answers."""
     status = 503 if refusal.code in ("device_offline", "no_answer") else 409
     return ProblemError(
         status,
@@ -38,7 +38,7 @@ def refused(refusal: Refusal) -> ProblemError:
 
 
 def install(app: FastAPI) -> None:
-    """Answer every error this way."""
+    """Install the error handlers."""
 
     @app.exception_handler(ProblemError)
     def problem(request: Request, error: ProblemError) -> JSONResponse:
@@ -58,9 +58,9 @@ def install(app: FastAPI) -> None:
         if error.status_code == HTTPStatus.BAD_REQUEST:
             if refusal := await _not_allowed(request):
                 return problem(request, refusal)
-            # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
+            # FastAPI answers 400 to a body that is not text. The API documents invalid bodies as 422.
             return document(422, "invalid", texts.NOT_JSON())
-        # Python 3.13 has given this status another name.
+        # Python 3.13 renamed this status.
         code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
         if isinstance(error.detail, Text):
             detail = error.detail
@@ -72,19 +72,19 @@ def install(app: FastAPI) -> None:
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
         if refusal := await _not_allowed(request):
             return problem(request, refusal)
-        wrong = [_wrong(one, error.body) for one in error.errors()]
-        problems = [texts.FIELD_PROBLEM(field=field, problem=problem) for _, field, problem in wrong]
-        fields = [_field(*one) for one in wrong]
+        invalid_fields = [_invalid_field(detail, error.body) for detail in error.errors()]
+        problems = [texts.FIELD_PROBLEM(field=field, problem=problem) for _, field, problem in invalid_fields]
+        fields = [_field(*invalid_field) for invalid_field in invalid_fields]
         return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)
 
     @app.exception_handler(availability.DatabaseUnavailableError)
-    def away(request: Request, error: availability.DatabaseUnavailableError) -> JSONResponse:
+    def unavailable(request: Request, error: availability.DatabaseUnavailableError) -> JSONResponse:
         return document(
             503,
             availability.DATABASE_UNAVAILABLE,
             texts.DATABASE_UNAVAILABLE(),
             texts.TRY_AGAIN_STOP_WORKS(),
-            headers={"retry-after": str(_AGAIN_IN_S)},
+            headers={"retry-after": str(_RETRY_AFTER_S)},
         )
 
     @app.exception_handler(Exception)
@@ -109,7 +109,7 @@ def document(
     errors: list[ProblemField] | None = None,
     headers: Any = None,
 ) -> JSONResponse:
-    """One problem document."""
+    """Return a problem document, and store its code for the audit trail."""
     if context := REQUEST_CONTEXT.get():
         context.why = code
     problem = Problem(
@@ -126,10 +126,10 @@ def document(
     return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")
 
 
-def _wrong(error: Any, body: Any) -> tuple[str, Text, Text]:
-    """Return the pointer to a field, its name, and what is wrong with it."""
+def _invalid_field(error: Any, body: Any) -> tuple[str, Text, Text]:
+    """Return the pointer to a field, its name and the problem."""
     where, *rest = error["loc"]
-    # Where JSON cannot be read, its place is a character's, and no field's.
+    # For invalid JSON, the location is a character's position, not a field.
     path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
     problem = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}))
     pointer = "/".join(str(part) for part in path)
@@ -145,10 +145,10 @@ def _field(pointer: str, field: Text, detail: Text) -> ProblemField:
 def _path(location: list[Any], body: Any) -> list[str | int]:
     path = []
     for place, part in enumerate(location, start=1):
-        there = part in body if isinstance(body, dict) else isinstance(body, list) and part in range(len(body))
-        # Pydantic also names the variant of a union, which is nowhere in what was sent. Nor is a field that is missing.
-        if there or place == len(location):
+        exists = part in body if isinstance(body, dict) else isinstance(body, list) and part in range(len(body))
+        # Pydantic's location also contains the variant of a union, which is not in the body. The last part may be a missing field.
+        if exists or place == len(location):
             path.append(part)
-        if there:
+        if exists:
             body = body[part]
     return path

@@ -1,4 +1,4 @@
-"""The service's log: lines for people, or JSON for a program that collects them."""
+"""The service's log: lines for people, or JSON for a log collector."""
 
 import json
 import logging
@@ -9,40 +9,39 @@ from kata.audit.audit_log import ROWS
 
 
 class Lines(logging.Formatter):
-    """A line each, with its time and offset; a traceback below. Nobody's text begins a line of its own."""
+    """Formats a record as one line with time and offset, followed by the traceback. A text cannot begin a new line."""
 
     def __init__(self) -> None:
-        """As people read it."""
         super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s", "%Y-%m-%dT%H:%M:%S%z")
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802
-        """Without the traceback, which is put behind it."""
+        """Return the line without the traceback."""
         return super().formatMessage(record).replace("\r", "\\r").replace("\n", "\\n")
 
 
 class JsonLines(logging.Formatter):
-    """An object a line: when (UTC), how bad, which part of the program, what; and the traceback, or the row of the audit trail, where there is one."""
+    """Formats a record as a JSON object in one line: time (UTC), level, logger and message, and a traceback or an audit row if there is one."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """As one line, whatever stands in it."""
-        told: dict[str, Any] = {
+        """Return the line."""
+        fields: dict[str, Any] = {
             "at": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
             "logger": record.name,
             "message": record.getMessage(),
         }
         if record.exc_info:
-            told["traceback"] = self.formatException(record.exc_info)
+            fields["traceback"] = self.formatException(record.exc_info)
         if row := getattr(record, "audit", None):
-            told["audit"] = row
-        return json.dumps(told, ensure_ascii=False, default=str)
+            fields["audit"] = row
+        return json.dumps(fields, ensure_ascii=False, default=str)
 
 
 def begin(log_format: Literal["plain", "json"]) -> None:
-    """From now on the log goes to standard error, from INFO upwards; as JSON, every row of the audit trail with it."""
+    """Send the log from INFO upwards to standard error. The JSON format also contains every row of the audit trail."""
     handler = logging.StreamHandler()
     handler.setFormatter(JsonLines() if log_format == "json" else Lines())
     logging.basicConfig(level=logging.INFO, handlers=[handler])
     logging.getLogger("alembic").setLevel(logging.WARNING)
-    # Rows of the audit trail are for a program that takes them elsewhere, not for whoever reads a terminal.
+    # Only a log collector needs the rows of the audit trail.
     logging.getLogger(ROWS).setLevel(logging.INFO if log_format == "json" else logging.WARNING)

@@ -1,6 +1,6 @@
-"""What is looked at before anything else: by which name the service is addressed, from whose page, and how much is sent.
+"""Check host, origin and size of every request before anything else, and add security headers to every answer.
 
-It stands around the whole application, its error pages included. What it refuses has reached no route, no cookie has been read.
+The middleware wraps the whole application with its error answers. It reads no cookie.
 """
 
 import re
@@ -18,9 +18,9 @@ from kata.messages import NO_TEXT, Text
 from kata.settings import Settings
 
 LARGEST_BODY: Final = 1 << 20
-"""Bytes of a request in JSON: a hundred times the longest note."""
+"""Largest JSON request in bytes: a hundred times the longest note."""
 LARGEST_FILE: Final = 1 << 26
-"""Bytes of a file: an hour's motion as CSV, a FHIR bundle."""
+"""Largest file in bytes: an hour of motion as CSV, or a FHIR bundle."""
 _FILES: Final = ("text/csv", "application/fhir+json")
 _LOOPBACK: Final = frozenset({"localhost", "127.0.0.1", "[::1]"})
 _HOST: Final = re.compile(
@@ -51,36 +51,36 @@ DOCUMENTATION_POLICY: Final = _POLICY.format(styles=_NO_STYLES).replace("form-ac
 
 
 def page_policy(nonce: str) -> str:
-    """The Content-Security-Policy of the page itself.
+    """Return the Content-Security-Policy of the page.
 
-    Scripts only from files of this service. Mantine puts its variables into a style element, which carries ``nonce``; Plotly
-    makes an empty one and fills it by script, which the hash of nothing allows. Nobody's text can become a style.
+    It allows scripts only from files of this service. Mantine's style element carries ``nonce``. Plotly creates an empty style element and
+    fills it by script, which the hash of an empty text allows. No text of a record can become a style.
     """
     return _POLICY.format(styles=f"style-src 'self' 'nonce-{nonce}' {_EMPTY}")
 
 
 def allowed_hosts(settings: Settings) -> frozenset[str]:
-    """The names that a request may address: loopback's, this computer's where others can reach it, and those in the settings."""
+    """Return the allowed host names: loopback, this computer's names if others can reach it, and those of the settings."""
     own = set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
     return _LOOPBACK | {name for name in own if _HOST.fullmatch(name)} | settings.named_hosts
 
 
 class SecurityMiddleware:
-    """Refuses strange hosts, changes and WebSockets that another site's page asks for, and bodies that are too long."""
+    """Refuses unknown hosts, changes and WebSockets from another site's page, and bodies that are too large."""
 
     def __init__(self, app: ASGIApp, hosts: Iterable[str]) -> None:
-        """``hosts``: see :func:`allowed_hosts`. The address at which a connection has arrived is allowed as well."""
+        """``hosts``: see :func:`allowed_hosts`. The address at which a connection arrived is allowed, too."""
         self._app = app
         self._hosts = frozenset(hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Look, and let through."""
+        """Refuse the request or pass it on."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
         refused = self.refusal(scope)
         if scope["type"] == "websocket" and refused:
-            # Before it has been accepted this is a 403, and no upgrade.
+            # Before acceptance, this answers 403 without an upgrade.
             await send({"type": "websocket.close", "code": 1008, "reason": refused[1]})
         elif scope["type"] == "websocket":
             await self._app(scope, receive, send)
@@ -90,7 +90,7 @@ class SecurityMiddleware:
             await self._app(scope, _measured(receive, _limit(Headers(scope=scope))), _headed(send, scope))
 
     def refusal(self, scope: Scope) -> tuple[int, str, Text, Text] | None:
-        """Status, code, sentence and next step of what is wrong with a request's headers; None where nothing is."""
+        """Return status, code, message and next step if the request must be refused, else None."""
         headers = Headers(scope=scope)
         host = _only(headers, "host")
         found = _HOST.fullmatch(host) if host else None
@@ -111,7 +111,7 @@ class SecurityMiddleware:
     def _is_own(self, name: str, scope: Scope) -> bool:
         if name in self._hosts:
             return True
-        # Another site can have its own name lead here (DNS rebinding), but no page of it has this address as its host.
+        # Another site's name can resolve to this address (DNS rebinding), but its page then sends that name as the host.
         try:
             return scope["server"] is not None and ip_address(name.strip("[]")) == ip_address(scope["server"][0])
         except ValueError:
@@ -119,37 +119,37 @@ class SecurityMiddleware:
 
 
 def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
-    """Whether a browser says that another site's page asks; who is no browser says nothing, and has no one else's cookies."""
+    """Return whether a browser reports another site's page as the origin. Other clients send no such headers and no browser's cookies."""
     site, origin = _only(headers, "sec-fetch-site"), _only(headers, "origin")
     if origin is None or site is None:
         return True
     if scope["type"] == "http" and scope["method"] in _SAFE_METHODS:
-        # A link from elsewhere may open the page; nothing of it may be embedded or read.
+        # Another site may link to the page, but not embed or read it.
         opened = headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"
         return site not in ("", "same-origin", "none") and not opened
     return site not in ("", "same-origin") or origin.lower() not in ("", own)
 
 
 def _only(headers: Headers, name: str) -> str | None:
-    """A header's value, empty when it is missing or says nothing; None when it stands there twice."""
+    """Return the value of a header, empty if it is missing; None if it occurs twice."""
     values = headers.getlist(name)
     return None if len(values) > 1 else "".join(values)
 
 
 def _limit(headers: Headers) -> int:
-    """Bytes."""
+    """Return the largest allowed body in bytes."""
     return LARGEST_FILE if headers.get("content-type", "").split(";")[0].strip().lower() in _FILES else LARGEST_BODY
 
 
 def _measured(receive: Receive, limit: int) -> Receive:
-    """A body that does not say how long it is, is counted while it comes."""
-    taken = 0
+    """Count the received bytes, for bodies without a length."""
+    received = 0
 
     async def counting() -> Message:
-        nonlocal taken
+        nonlocal received
         message = await receive()
-        taken += len(message.get("body", b""))
-        if taken > limit:
+        received += len(message.get("body", b""))
+        if received > limit:
             raise HTTPException(413, texts.TOO_MUCH_SENT(limit=limit))
         return message
 
@@ -161,14 +161,14 @@ def _encrypted(scope: Scope) -> bool:
 
 
 def _headed(send: Send, scope: Scope) -> Send:
-    """What every answer says to the browser, where it does not say something stricter of its own."""
+    """Add the security headers that an answer does not set itself."""
 
     async def heading(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             for name, value in _HEADERS.items():
                 headers.setdefault(name, value)
-            # Files of the page name how long they may be kept; what the API tells is a patient's, and kept by nobody.
+            # Static files set their own cache time. Answers of the API contain patients' data and are never cached.
             headers.setdefault("Cache-Control", "no-store")
             if _encrypted(scope):
                 headers.setdefault("Strict-Transport-Security", _HSTS)

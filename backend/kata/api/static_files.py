@@ -1,4 +1,4 @@
-"""The page: built files, and index.html for every address that is a screen of it."""
+"""Serve the page: its built files, and index.html for the address of every screen."""
 
 import secrets
 from mimetypes import guess_type
@@ -15,27 +15,27 @@ from kata.api.security_middleware import page_policy
 _IN_PACKAGE: Final = Path(__file__).parent / "page"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "frontend" / "dist"
 _NONCE: Final = "KATA-NONCE"
-"""Stands in the built index.html (``frontend/vite.config.ts``) for a word that is new each time."""
+"""Placeholder in the built index.html (``frontend/vite.config.ts``). Each answer replaces it by a new nonce."""
 _MANUAL: Final = "KATA-MANUAL"
-"""Stands in index.html. Replaced by "yes" if the manual is installed: only then the page links to it."""
+"""Placeholder in index.html. It becomes "yes" if the manual is installed: only then the page links to it."""
 _FOR_EVER: Final = "public, max-age=31536000, immutable"
 _FOLDER: Final = _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 _COMPRESSED: Final = ".gz"
-"""Ends the name of what lies compressed beside a built file (``frontend/vite.config.ts``)."""
+"""Suffix of the compressed form of a built file (``frontend/vite.config.ts``)."""
 
 
 def install(app: FastAPI, folder: Path = _FOLDER) -> None:
-    """Serve what was built into ``folder``, below everything else."""
+    """Serve the files of ``folder`` at all addresses that no other route matches."""
 
     @app.get("/{path:path}", include_in_schema=False)
     def page(path: str, request: Request) -> Response:
-        """A file of the page, or the page itself."""
+        """Return a file, or index.html."""
         if path == "api" or path.startswith("api/"):
             raise HTTPException(404, texts.ADDRESS_NOT_FOUND())
         if documentation.is_documentation(path):
             return documentation.respond(path, request.headers.get("accept-language", ""))
         file = (folder / path).resolve()
-        # What lies compressed beside a file is another form of it, and has no address of its own.
+        # A compressed file is another form of its original and has no address.
         named = path not in ("", "index.html") and file.suffix != _COMPRESSED
         if named and file.is_relative_to(folder.resolve()) and file.is_file():
             # Names of built assets change with their content.
@@ -49,15 +49,15 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
 
 
 def _file(file: Path, cache: str, takes_gzip: bool) -> FileResponse:
-    """As it was built, or as it was compressed when it was built, so that nobody waits for that here.
+    """Return a built file or its precompressed form.
 
-    Each form has its own length, and so its own ETag: a part of one (Range, If-Range) is never joined to a part of the other.
+    Each form has its own length and ETag, so a client never joins parts (Range, If-Range) of both.
     """
     compressed = file.with_name(file.name + _COMPRESSED)
     headers = {"Cache-Control": cache}
     if not compressed.is_file():
         return FileResponse(file, headers=headers)
-    # Whoever keeps answers for others is to keep both.
+    # A shared cache must store both forms.
     headers["Vary"] = "Accept-Encoding"
     if not takes_gzip:
         return FileResponse(file, headers=headers)
@@ -66,9 +66,9 @@ def _file(file: Path, cache: str, takes_gzip: bool) -> FileResponse:
 
 
 def _takes_gzip(accepted: str) -> bool:
-    """Of an Accept-Encoding (RFC 9110, 12.5.3); what cannot be read takes none, since everybody takes a file as it is."""
-    for one in accepted.lower().split(","):
-        name, _, weight = one.replace(" ", "").partition(";q=")
+    """Return whether an Accept-Encoding header (RFC 9110, 12.5.3) allows gzip; False if it cannot be parsed."""
+    for encoding in accepted.lower().split(","):
+        name, _, weight = encoding.replace(" ", "").partition(";q=")
         if name == "gzip":
             try:
                 return float(weight or 1) > 0

@@ -1,7 +1,7 @@
-"""Encryption on the wire: the clinic's certificate, or one of its own that the service makes, and makes anew before it ends.
+"""TLS with the clinic's certificate, or with a self-signed certificate that the service creates and renews.
 
-Browsers warn of a certificate of the service's own until it has been made known to them; its fingerprint is told at the start, so
-that somebody can compare it. The clinic's own certificate may be replaced while the service runs: new connections get the new one.
+Browsers warn of a self-signed certificate until they trust it. The service prints its fingerprint at the start for comparison. The clinic's
+certificate may be replaced while the service runs: new connections get the new one.
 """
 
 import asyncio
@@ -27,24 +27,24 @@ from kata.settings import Settings
 log = logging.getLogger(__name__)
 
 _VALID: Final = timedelta(days=397)
-"""Browsers take none that is valid for longer."""
-_RENEWED: Final = timedelta(days=30)
-"""So long before its end a certificate of our own is replaced."""
+"""Browsers refuse certificates that are valid for longer."""
+_RENEW_BEFORE_END: Final = timedelta(days=30)
+"""A self-signed certificate is renewed this long before its end."""
 _CLOCKS_APART: Final = timedelta(hours=1)
 _LOOK_S: Final = 3600.0
 _CIPHERS: Final = "ECDHE+AESGCM:ECDHE+CHACHA20"
-"""Of TLS 1.2, those with forward secrecy and authenticated encryption; TLS 1.3 has no others."""
+"""Ciphers of TLS 1.2 with forward secrecy and authenticated encryption. All ciphers of TLS 1.3 have both."""
 
 
 class TlsError(Exception):
-    """Encryption cannot be had; the message says why and what to do."""
+    """TLS cannot be used. The message says why and what to do."""
 
 
 class Certificate:
-    """The files of a certificate and its key, and the context that new connections take them from."""
+    """A certificate and its key, and the TLS context of new connections."""
 
     def __init__(self, settings: Settings, hosts: Iterable[str]) -> None:
-        """``hosts``: names and addresses that a certificate of our own is for.
+        """``hosts``: names and addresses in a self-signed certificate.
 
         :raises TlsError: when the clinic's certificate or its key cannot be used.
         """
@@ -62,13 +62,13 @@ class Certificate:
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256, as browsers show it."""
+        """Return the SHA-256 fingerprint in the form that browsers show."""
         return x509.load_pem_x509_certificate(self.file.read_bytes()).fingerprint(hashes.SHA256()).hex(":").upper()
 
     def refresh(self, now: datetime) -> bool:
-        """Make a certificate of our own anew where it is due, and take up what the files have become; whether they had changed.
+        """Renew a self-signed certificate that is due, and load changed files. Return whether they had changed.
 
-        :raises TlsError: when they cannot be used; what was taken up before stays in use.
+        :raises TlsError: when the files cannot be used. The loaded certificate stays in use.
         """
         if self._is_own and self._is_due(now):
             self._make(now)
@@ -86,16 +86,16 @@ class Certificate:
 
     def _is_due(self, now: datetime) -> bool:
         try:
-            there = x509.load_pem_x509_certificate(self.file.read_bytes())
-            names = there.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+            present = x509.load_pem_x509_certificate(self.file.read_bytes())
+            names = present.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
             key = serialization.load_pem_private_key(self._key.read_bytes(), None)
         except (OSError, ValueError, TypeError, x509.ExtensionNotFound):
             return True
         covered = {str(name.value) for name in names}
         return (
-            there.not_valid_after_utc - now < _RENEWED
+            present.not_valid_after_utc - now < _RENEW_BEFORE_END
             or not covered.issuperset(self._hosts)
-            or there.public_key() != key.public_key()
+            or present.public_key() != key.public_key()
         )
 
     def _make(self, now: datetime) -> None:
@@ -130,16 +130,16 @@ class Certificate:
         secret = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
         try:
             self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # Should it end between the two, they do not fit each other, and are made anew.
+            # If the process ends between the two, they do not match, and the next start creates both again.
             _write(self._key, secret)
             _write(self.file, certificate.public_bytes(pem))
         except OSError as error:
-            raise TlsError(f"A certificate cannot be kept in {self.file.parent}: {error.strerror}") from error
+            raise TlsError(f"The certificate cannot be written to {self.file.parent}: {error.strerror}") from error
 
 
 @contextlib.asynccontextmanager
-async def kept(certificate: Certificate) -> AsyncIterator[None]:
-    """Look after the certificate once an hour, while the block lasts."""
+async def refreshed(certificate: Certificate) -> AsyncIterator[None]:
+    """Refresh the certificate every hour while the block lasts."""
     looking = asyncio.create_task(_look(certificate), name="certificate")
     try:
         yield
@@ -154,20 +154,20 @@ async def _look(certificate: Certificate) -> None:
         await asyncio.sleep(_LOOK_S)
         try:
             if await asyncio.to_thread(certificate.refresh, utc_now()):
-                log.info("new connections are given the certificate %s", certificate.fingerprint)
+                log.info("new connections use the certificate %s", certificate.fingerprint)
         except TlsError as error:
-            log.error("%s The one before stays in use.", error)
+            log.error("%s The previous certificate stays in use.", error)
 
 
 def _addresses(host: str) -> set[str]:
-    """Where others reach a service that listens on ``host``."""
+    """Return the addresses at which others reach a service that listens on ``host``."""
     try:
         if not ip_address(host).is_unspecified:
             return {host}
     except ValueError:
         return {host.lower()}
     own = set()
-    # Nothing is sent: only asked from which address it would be. Reserved for documentation, so that nobody is there.
+    # Connecting a UDP socket sends nothing but selects the own address. These targets are reserved for documentation.
     for family, far in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
         with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as asking:
             asking.connect((far, 9))
@@ -183,7 +183,7 @@ def _general(host: str) -> x509.GeneralName:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Whole or not at all, and for nobody else's eyes."""
+    """Write a file atomically, readable only by its owner."""
     part = path.with_suffix(".part")
     part.unlink(missing_ok=True)
     with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
@@ -194,7 +194,5 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _no_password() -> str:
-    """In place of the question that OpenSSL would ask on the terminal."""
-    raise TlsError(
-        "The certificate's key has a password; Kata starts by itself and cannot be asked for one: remove it."
-    )
+    """Raise an error instead of OpenSSL's question on the terminal."""
+    raise TlsError("The certificate's key has a password, which an automatic start cannot enter: remove the password.")

@@ -1,4 +1,4 @@
-"""Tells systemd that the service is there, and again and again that its event loop turns (sd_notify)."""
+"""Notify systemd that the service is ready, and regularly that its event loop runs (sd_notify)."""
 
 import asyncio
 import logging
@@ -12,32 +12,32 @@ log = logging.getLogger(__name__)
 
 @asynccontextmanager
 async def watched(environment: Mapping[str, str] = os.environ) -> AsyncIterator[None]:
-    """While the context lasts; without systemd nothing happens. Half of ``WATCHDOG_USEC`` passes between two words."""
+    """Notify systemd while the context lasts, every half of ``WATCHDOG_USEC``. Without systemd nothing happens."""
     address = environment.get("NOTIFY_SOCKET", "")
     if not address:
         yield
         return
-    # "@" stands for the abstract namespace.
-    place = "\0" + address[1:] if address.startswith("@") else address
-    every_s = int(environment.get("WATCHDOG_USEC", "0")) / 2e6
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as told:
+    # "@" means the abstract namespace.
+    path = "\0" + address[1:] if address.startswith("@") else address
+    period_s = int(environment.get("WATCHDOG_USEC", "0")) / 2e6
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as notify_socket:
 
-        def tell(word: bytes) -> None:
+        def notify(state: bytes) -> None:
             try:
-                told.sendto(word, place)
+                notify_socket.sendto(state, path)
             except OSError as error:
-                log.warning("systemd is not told %s: %s", word.decode(), error)
+                log.warning("systemd could not be notified of %s: %s", state.decode(), error)
 
-        async def again() -> None:
+        async def repeat() -> None:
             while True:
-                tell(b"WATCHDOG=1")
-                await asyncio.sleep(every_s)
+                notify(b"WATCHDOG=1")
+                await asyncio.sleep(period_s)
 
-        tell(b"READY=1")
-        telling = asyncio.create_task(again(), name="watchdog") if every_s else None
+        notify(b"READY=1")
+        repeating = asyncio.create_task(repeat(), name="watchdog") if period_s else None
         try:
             yield
         finally:
-            tell(b"STOPPING=1")
-            if telling:
-                telling.cancel()
+            notify(b"STOPPING=1")
+            if repeating:
+                repeating.cancel()

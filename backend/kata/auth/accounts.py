@@ -1,4 +1,4 @@
-"""Accounts: made, changed and shut by administrators; their passwords set by who they belong to. Commits nothing: the request does."""
+"""Create, change and disable accounts. Their users set the passwords. The caller commits."""
 
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -19,23 +19,23 @@ CODE_LASTS: Final = timedelta(hours=24)
 
 
 def folded(username: str) -> str:
-    """A user name as it is kept: width and case make no difference."""
+    """Return a user name in its stored form, without differences of width and case."""
     return unicodedata.normalize("NFKC", username).strip().lower()
 
 
 def named(session: Session, username: str, *, to_change: bool = False) -> AccountRow | None:
-    """The account with this user name, disabled or not; ``to_change``: kept from everybody else until this is committed."""
+    """Return the account with this user name, disabled or not. ``to_change``: lock the row until the commit."""
     query = select(AccountRow).where(AccountRow.username == folded(username))
     return session.scalar(query.with_for_update() if to_change else query)
 
 
 def linked(session: Session, subject: str) -> AccountRow | None:
-    """The account that somebody signs in to by OpenID Connect, disabled or not; ``subject``: with its issuer."""
+    """Return the account that is linked with an OpenID subject, disabled or not. ``subject``: with its issuer."""
     return session.scalar(select(AccountRow).where(AccountRow.oidc_subject == subject))
 
 
 def get(session: Session, account_id: UUID) -> AccountRow:
-    """One, kept from everybody else until this is committed.
+    """Return an account and lock its row until the commit.
 
     :raises ProblemError: 404.
     """
@@ -46,12 +46,12 @@ def get(session: Session, account_id: UUID) -> AccountRow:
 
 
 def every(session: Session) -> Sequence[AccountRow]:
-    """All of them, by user name."""
+    """Return all accounts, ordered by user name."""
     return session.scalars(select(AccountRow).order_by(AccountRow.username)).all()
 
 
 def stations_of(session: Session, account_id: UUID) -> list[str]:
-    """Where it works, by name; none: at all of them."""
+    """Return the names of an account's stations; empty: all stations."""
     of_account = AccountStationRow.account_id == account_id
     return list(
         session.scalars(select(AccountStationRow.station).where(of_account).order_by(AccountStationRow.station))
@@ -61,7 +61,7 @@ def stations_of(session: Session, account_id: UUID) -> list[str]:
 def create(
     session: Session, username: str, name: str, role: Role, stations: Iterable[str], now: datetime
 ) -> AccountRow:
-    """A new one, without a password yet.
+    """Create an account without a password.
 
     :raises ProblemError: 409 when the user name is taken.
     """
@@ -79,15 +79,15 @@ def create(
 
 
 def work_at(session: Session, row: AccountRow, stations: Iterable[str]) -> None:
-    """At these stations, and no longer at others; without any, at all."""
+    """Set the stations of an account; none: all stations."""
     session.execute(delete(AccountStationRow).where(AccountStationRow.account_id == row.id))
     session.add_all(AccountStationRow(account_id=row.id, station=station) for station in sorted(set(stations)))
 
 
 def link(session: Session, row: AccountRow, subject: str | None, now: datetime) -> None:
-    """Let whoever this is at the OpenID provider sign in to it, and nobody else there any longer; None: nobody at all.
+    """Link an account with an OpenID subject in place of its former one; None: remove the link.
 
-    :raises ProblemError: 409 when another account is linked with it, or when this is the demonstration's.
+    :raises ProblemError: 409 when another account has this subject, or for a demonstration account.
     """
     if subject == row.oidc_subject:
         return
@@ -104,14 +104,14 @@ def link(session: Session, row: AccountRow, subject: str | None, now: datetime) 
 
 
 def give_code(row: AccountRow, now: datetime) -> str:
-    """A one-time code with which its owner sets a password; what was given before is good no longer."""
+    """Return a new one-time code for setting a password. Former codes become invalid."""
     code = secrets.fresh_code()
     row.code_hash, row.code_until = secrets.hashed(code), now + CODE_LASTS
     return code
 
 
 def reset(session: Session, row: AccountRow, now: datetime, *, with_second_factor: bool) -> str:
-    """The password, and with it the second factor if it was lost too, are good no longer: a code to set a new one."""
+    """Remove the password, and the second factor if ``with_second_factor``. Return a one-time code for setting a new password."""
     row.password_hash = None
     row.updated_at = now
     if with_second_factor:
@@ -121,7 +121,7 @@ def reset(session: Session, row: AccountRow, now: datetime, *, with_second_facto
 
 
 def code_fits(row: AccountRow | None, code: str, now: datetime) -> bool:
-    """Whether this is the code that was given for this account, in time."""
+    """Return whether the code is the account's valid one-time code."""
     if row is None or row.disabled_at or row.code_hash is None or row.code_until is None:
         return False
     return secrets.fits(secrets.as_typed(code), row.code_hash) and now < row.code_until
@@ -130,7 +130,7 @@ def code_fits(row: AccountRow | None, code: str, now: datetime) -> bool:
 def set_password(
     session: Session, row: AccountRow, password_hash: str, now: datetime, besides: UUID | None = None
 ) -> None:
-    """Its password from now on; every other browser is signed out (``besides``: but for this sign-in)."""
+    """Set the password, and end all login sessions of the account except ``besides``."""
     row.password_hash = password_hash
     row.password_changed_at = row.updated_at = now
     row.code_hash = row.code_until = None
@@ -138,7 +138,7 @@ def set_password(
 
 
 def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool) -> None:
-    """Shut it, and end what is signed in with it; or open it again."""
+    """Disable the account and end its login sessions, or enable it again."""
     row.disabled_at = (row.disabled_at or now) if disabled else None
     if disabled:
         row.code_hash = row.code_until = None
@@ -146,9 +146,9 @@ def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool)
 
 
 def check_administrators_left(session: Session) -> None:
-    """Somebody has to be able to let others in.
+    """Check that an enabled administrator remains.
 
-    :raises ProblemError: 409 when this change would leave nobody.
+    :raises ProblemError: 409 when this change would leave none.
     """
     session.flush()
     if not count_administrators(session):
@@ -161,7 +161,7 @@ def check_administrators_left(session: Session) -> None:
 
 
 def count_administrators(session: Session) -> int:
-    """Who can let others in; the demonstration's does not count."""
+    """Return the number of enabled administrators, without the demonstration's."""
     counted = select(func.count()).where(
         AccountRow.role == "administrator",
         AccountRow.disabled_at.is_(None),

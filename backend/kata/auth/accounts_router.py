@@ -1,4 +1,4 @@
-"""REST for accounts, for administrators."""
+"""Routes for accounts. Only administrators may use them."""
 
 from typing import Annotated
 from uuid import UUID
@@ -19,34 +19,34 @@ from kata.types import NO_NUL, Moment, Name, Schema
 router = APIRouter(prefix="/api/accounts", tags=["accounts"])
 
 Stations = Annotated[
-    list[StationName], Field(max_length=50, description="Names of the stations that it works at; empty: all.")
+    list[StationName], Field(max_length=50, description="Names of the account's stations; empty: all.")
 ]
 
 Subject = Annotated[str, StringConstraints(strip_whitespace=True, max_length=255, pattern=NO_NUL)]
 
 
 class AccountCreate(Schema):
-    """Somebody who may sign in."""
+    """A new account."""
 
     username: Username = Field(description="Unique; case and width make no difference.", examples=["yamada"])
-    name: Name = Field(description="As it stands in records.", examples=["Yamada Hanako"])
+    name: Name = Field(description="The name in records.", examples=["Yamada Hanako"])
     role: Role
     stations: Stations = Field(default_factory=list)
 
 
 class AccountUpdate(Schema):
-    """Any part of it. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved."""
+    """Changed fields of an account. ``updated_at`` is the one that the editor saw; if it has changed since, nothing is saved."""
 
     name: Name | None = None
-    role: Role | None = Field(None, description="Another role signs every browser of the account out.")
-    stations: Stations | None = Field(None, description="Other stations sign every browser of the account out.")
+    role: Role | None = Field(None, description="A changed role signs out all browsers of the account.")
+    stations: Stations | None = Field(None, description="Changed stations sign out all browsers of the account.")
     disabled: StrictBool | None = Field(
-        None, description="True shuts it and signs every browser of it out, false opens it again."
+        None, description="True disables the account and signs out all its browsers; false enables it again."
     )
     openid: Subject | None = Field(
         None,
-        description="Who this is at the clinic's OpenID provider (`sub`); empty: no longer anybody. Another one than before signs every "
-        "browser of the account out.",
+        description="Identity at the clinic's OpenID provider (`sub`); empty: none. A changed identity signs out all browsers of the "
+        "account.",
     )
     updated_at: Moment | None = None
 
@@ -59,22 +59,22 @@ class Account(Schema):
     name: str
     role: Role
     stations: list[str]
-    password: bool = Field(description="Whether there is one.")
-    second_factor: bool = Field(description="Whether there is one.")
-    openid: str | None = Field(description="Who this is at the clinic's OpenID provider (`sub`); null: nobody there.")
+    password: bool = Field(description="True if the account has a password.")
+    second_factor: bool = Field(description="True if the account has a second factor.")
+    openid: str | None = Field(description="Identity at the clinic's OpenID provider (`sub`); null: none.")
     created_at: Moment
     updated_at: Moment
     disabled_at: Moment | None
 
 
 class Reset(Schema):
-    """What is good no longer."""
+    """What to reset besides the password."""
 
-    second_factor: StrictBool = Field(False, description="Also the second factor, where that was lost.")
+    second_factor: StrictBool = Field(False, description="True also removes the second factor.")
 
 
 class OneTimeCode(Schema):
-    """For its owner, to set a password with; shown this one time."""
+    """A code with which the account's user sets a password. It is shown only once."""
 
     account: Account
     code: str = Field(examples=["7KQ2M-XW4HT-PR9CD-3NBVF"])
@@ -86,7 +86,7 @@ def list_accounts(database: TheDatabase, access: TheAccess) -> Page[Account]:
     """Return every account by user name, including disabled ones. A clinic has few, so the list has no pages."""
     with database.read() as session:
         rows = accounts.every(session)
-        return Page[Account].complete([_told(access, row, accounts.stations_of(session, row.id)) for row in rows])
+        return Page[Account].complete([_shown(access, row, accounts.stations_of(session, row.id)) for row in rows])
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")
@@ -97,7 +97,7 @@ def create_account(database: TheDatabase, access: TheAccess, given: AccountCreat
         row = accounts.create(session, given.username, given.name, given.role, given.stations, now)
         code = accounts.give_code(row, now)
         return OneTimeCode(
-            account=_told(access, row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_LASTS
+            account=_shown(access, row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_LASTS
         )
 
 
@@ -105,13 +105,13 @@ def create_account(database: TheDatabase, access: TheAccess, given: AccountCreat
 def update_account(
     request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, change: AccountUpdate
 ) -> Account:
-    """Change name, role or stations; disable it or open it again. What is signed in with it ends where its rights change."""
-    # Not the movable clock: what is written down is the account's version, and differs from change to change.
+    """Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions."""
+    # The real clock: the time is the account's version and must differ between changes.
     now = utc_now()
     with database.write() as session:
         row = accounts.get(session, account_id)
         check_version(row.updated_at, change.updated_at)
-        lets_others_in = row.role == "administrator" and row.disabled_at is None
+        was_administrator = row.role == "administrator" and row.disabled_at is None
         row.name = change.name or row.name
         stations = accounts.stations_of(session, row.id)
         wanted = stations if change.stations is None else sorted(set(change.stations))
@@ -124,14 +124,14 @@ def update_account(
             accounts.link(session, row, _linked(access, change.openid), now)
         if change.disabled is not None:
             accounts.disable(session, row, now, disabled=change.disabled)
-        if lets_others_in and (row.role != "administrator" or row.disabled_at is not None):
+        if was_administrator and (row.role != "administrator" or row.disabled_at is not None):
             accounts.check_administrators_left(session)
         row.updated_at = now
         session.flush()
-        told = _told(access, row, wanted)
+        shown = _shown(access, row, wanted)
     auth_services(request).auth_cache.forget_account(account_id)
     access.revocations.notice()
-    return told
+    return shown
 
 
 @router.post(
@@ -140,24 +140,24 @@ def update_account(
 def reset_account(
     request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, given: Reset
 ) -> OneTimeCode:
-    """Sign every browser of an account out; its owner sets a new password with the code that is answered."""
+    """Sign out all browsers of an account. Its user sets a new password with the returned code."""
     now = access.now()
     with database.write() as session:
         row = accounts.get(session, account_id)
         code = accounts.reset(session, row, now, with_second_factor=given.second_factor)
         session.flush()
-        told = OneTimeCode(
-            account=_told(access, row, accounts.stations_of(session, row.id)),
+        shown = OneTimeCode(
+            account=_shown(access, row, accounts.stations_of(session, row.id)),
             code=code,
             until=now + accounts.CODE_LASTS,
         )
     auth_services(request).auth_cache.forget_account(account_id)
     access.revocations.notice()
-    return told
+    return shown
 
 
 def _linked(access: Access, subject: str) -> str | None:
-    """As it is kept."""
+    """Return the stored form of a subject, None for an empty one."""
     if not subject:
         return None
     if access.openid is None:
@@ -171,7 +171,7 @@ def _linked(access: Access, subject: str) -> str | None:
     return access.openid.linked(subject)
 
 
-def _told(access: Access, row: AccountRow, stations: list[str]) -> Account:
+def _shown(access: Access, row: AccountRow, stations: list[str]) -> Account:
     return Account(
         id=row.id,
         username=row.username,

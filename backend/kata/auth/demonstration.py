@@ -1,4 +1,4 @@
-"""The demonstration clinic: on loopback, with a simulated apparatus, links sign in without a password. Nowhere else."""
+"""Links that sign in to the demonstration clinic without a password: only on loopback and with a simulated apparatus."""
 
 from datetime import datetime
 from threading import Lock
@@ -16,34 +16,34 @@ ACCOUNTS: Final[dict[DemonstrationRole, tuple[str, str]]] = {
     "therapist": ("demonstration-therapist", "Demonstration therapist"),
     "administrator": ("demonstration-administrator", "Demonstration administrator"),
 }
-"""By role: user name and name. Nobody else can have these user names."""
+"""User name and name by role. Other accounts cannot have these user names."""
 USERNAMES: Final = frozenset(username for username, _ in ACCOUNTS.values())
 _SPACE: Final = UUID("6a5b3a52-6d05-4c0a-9f0c-5d0f4f6a1f57")
 
 
 class DemonstrationLinks:
-    """A secret for each role, good for one sign-in each, until the service ends."""
+    """One secret per role, each valid for one login until the service ends."""
 
     def __init__(self, *, allowed: bool) -> None:
-        """``allowed``: on loopback, and the apparatus is simulated. Without, there are none."""
+        """``allowed``: the service is on loopback and the apparatus is simulated. Otherwise there are no links."""
         self.allowed = allowed
         self.secrets: dict[DemonstrationRole, str] = {role: secrets.fresh() for role in ACCOUNTS} if allowed else {}
-        """As they stand in the links."""
+        """The secrets in the links."""
         self._unused = dict(self.secrets)
         self._lock = Lock()
 
     def take(self, secret: str) -> DemonstrationRole | None:
-        """Of whom this link is, once; None for any other."""
+        """Use up a secret and return its role; None if it is unknown or used."""
         with self._lock:
-            for role, kept in self._unused.items():
-                if secrets.fits(secret, secrets.hashed(kept)):
+            for role, unused in self._unused.items():
+                if secrets.fits(secret, secrets.hashed(unused)):
                     del self._unused[role]
                     return role
         return None
 
 
 def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
-    """Make the two accounts, or, where there is no demonstration, shut them and whoever came in by a link out."""
+    """Create the two accounts. Without a demonstration, disable them and end all login sessions by link."""
     for role, (username, name) in ACCOUNTS.items():
         row = session.scalar(select(AccountRow).where(AccountRow.username == username))
         if row is None and allowed:
@@ -70,5 +70,5 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
 
 
 def account_of(session: Session, role: DemonstrationRole) -> AccountRow:
-    """The account that its link signs in to."""
+    """Return the demonstration account of a role."""
     return session.scalars(select(AccountRow).where(AccountRow.username == ACCOUNTS[role][0])).one()

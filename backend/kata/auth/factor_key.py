@@ -1,7 +1,7 @@
-"""The key that the second factors' secrets are sealed with: a file outside the database, so that whoever reads the one has no codes.
+"""The key that encrypts the secrets of second factors: a file outside the database, so the database alone reveals no codes.
 
-Made at the first start. Services that share a database share it. A secret is bound to its account: put into another one's row,
-it does not open. When the key is lost, so are the secrets: recovery codes go on working, and an administrator resets the others.
+The first start creates it. Services that share a database share the key. A secret is bound to its account and cannot be decrypted in another
+row. If the key is lost, the secrets are lost: recovery codes still work, and an administrator resets the second factors.
 """
 
 import os
@@ -26,29 +26,29 @@ _TEXT: Final = """\
 
 
 class FactorKeyError(Exception):
-    """The key cannot be made or used; the message says why and what to do."""
+    """The key cannot be created or used. The message says why and what to do."""
 
 
 class FactorKey:
-    """Seals and opens (AES-256-GCM)."""
+    """Encrypts and decrypts secrets (AES-256-GCM)."""
 
     def __init__(self, *keys: bytes) -> None:
-        """``keys``: 32 bytes each; the first seals, all open. Without any, one that is forgotten with this object.
+        """``keys``: 32 bytes each; the first encrypts, all decrypt. Without keys, a temporary key is created.
 
-        :raises ValueError: when one has another length.
+        :raises ValueError: when a key has another length.
         """
         self._keys = [AESGCM(key) for key in keys or (AESGCM.generate_key(_BITS),)]
 
-    def close(self, secret: str, account_id: UUID) -> str:
-        """As it is kept with this account."""
+    def encrypt(self, secret: str, account_id: UUID) -> str:
+        """Return the secret in the form that is stored with the account."""
         nonce = os.urandom(_NONCE_BYTES)
-        sealed = self._keys[0].encrypt(nonce, secret.encode(), account_id.bytes)
-        return urlsafe_b64encode(nonce + sealed).decode()
+        encrypted = self._keys[0].encrypt(nonce, secret.encode(), account_id.bytes)
+        return urlsafe_b64encode(nonce + encrypted).decode()
 
-    def open(self, sealed: str, account_id: UUID) -> str | None:
-        """The secret; None where it was sealed with another key, for another account, or was changed."""
+    def decrypt(self, encrypted: str, account_id: UUID) -> str | None:
+        """Return the secret; None if it was encrypted with another key or for another account, or was changed."""
         try:
-            packed = urlsafe_b64decode(sealed)
+            packed = urlsafe_b64decode(encrypted)
         except ValueError:
             return None
         for key in self._keys:
@@ -60,12 +60,12 @@ class FactorKey:
 
 
 def factor_key(file: Path) -> FactorKey:
-    """The one in this file, which is made where there is none.
+    """Return the key in this file. Create the file if it does not exist.
 
-    :raises FactorKeyError: when it cannot be written or read, when others can read it, or when it holds something else.
+    :raises FactorKeyError: when the file cannot be written or read, other users can read it, or it contains no key.
     """
     try:
-        # Somebody else, at the same moment.
+        # Another service may create it at the same moment.
         with suppress(FileExistsError):
             _make(file)
         if file.stat().st_mode & 0o007:
@@ -80,26 +80,26 @@ def factor_key(file: Path) -> FactorKey:
         raise FactorKeyError(f"The key of the second factors, {file}, cannot be used: {error.strerror}.") from error
     except ValueError as error:
         raise FactorKeyError(
-            f"{file} holds no key of second factors. Put the right one there, from a backup or from another service on this database; "
-            "without it, move the file away: a new key is made, and everybody's second factor has to be reset."
+            f"{file} contains no key of second factors. Restore the right one from a backup or from another service on this database. "
+            "If it is lost, move the file away: Kata creates a new key, and all second factors must be reset."
         ) from error
     return FactorKey(*keys)
 
 
 def adopt(file: Path, other: Path) -> None:
-    """From now on ``file`` opens what ``other``, which came out of a backup, opens; what it seals with stays.
+    """Add the keys of ``other``, a file from a backup, to ``file``. Its encrypting key stays.
 
-    :raises OSError: when it cannot be written.
+    :raises OSError: when the file cannot be written.
     """
     if not file.exists():
         _write(file, other.read_text(encoding="utf-8"))
         return
-    there = file.read_text(encoding="utf-8")
-    missing = [line for line in other.read_text(encoding="utf-8").splitlines() if line not in there]
+    present = file.read_text(encoding="utf-8")
+    missing = [line for line in other.read_text(encoding="utf-8").splitlines() if line not in present]
     if missing:
         part = file.with_name(f"{file.name}.adopted")
         part.unlink(missing_ok=True)
-        _write(part, "\n".join([there.rstrip("\n"), *missing, ""]))
+        _write(part, "\n".join([present.rstrip("\n"), *missing, ""]))
         part.replace(file)
 
 
@@ -109,16 +109,19 @@ def _make(file: Path) -> None:
         _write(file, _TEXT.format(day=utc_now().date(), key=key))
 
 
-def _write(file: Path, told: str) -> None:
-    """A new file, for this user alone."""
+def _write(file: Path, text: str) -> None:
+    """Create a file that only this user can read.
+
+    :raises FileExistsError: when the file exists.
+    """
     file.parent.mkdir(parents=True, exist_ok=True)
     part = file.with_name(f"{file.name}.{os.getpid()}.part")
     try:
         with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as opened:
-            opened.write(told)
+            opened.write(text)
             opened.flush()
             os.fsync(opened.fileno())
-        # Whole under its name, or not there; whoever else makes one at the same moment is not written over.
+        # A link is atomic and, unlike a rename, never replaces a file that another process has just created.
         os.link(part, file)
     finally:
         part.unlink(missing_ok=True)

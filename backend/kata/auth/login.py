@@ -1,4 +1,4 @@
-"""What every route about sign-ins and accounts stands on: who is signed in, how somebody is let in, kinds of fields."""
+"""Shared parts of the routes for login and accounts: the signed-in user, beginning and renewing login sessions, types of fields."""
 
 import asyncio
 import logging
@@ -23,7 +23,7 @@ from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
 from kata.auth.factor_key import FactorKey, factor_key
 from kata.auth.login_session import Limits, Method
-from kata.auth.openid import Provider, Sealed
+from kata.auth.openid import Provider, StateCookies
 from kata.auth.passwords import Passwords
 from kata.auth.permissions import OF_ROLE, Permission, audit_action
 from kata.auth.tables import AccountRow
@@ -43,15 +43,15 @@ StationName = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)
 ]
 _LOOK_EVERY_S: Final = 0.5
-_CLOSED: Final = (
-    "the second factors of %d accounts were sealed with another key than that in %s: add its line, from a backup or from another "
-    "service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then they sign in with recovery codes"
+_WRONG_KEY: Final = (
+    "the second factors of %d accounts were encrypted with another key than that in %s: add the other key's line from a backup or from "
+    "another service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then these users need recovery codes"
 )
 
 
 class SessionRevocations:
-    """Tells open WebSockets that the sign-in they belong to has ended, and forgets whom a Stop would be taken from: at once where this
-    service ended it, within half a second where another one did that shares the database.
+    """Closes open WebSockets and empties the auth cache when a login session ends: at once if this service ended it, within half a second
+    if another service on the database did.
     """
 
     def __init__(self, database: Database, limits: Limits, now: Callable[[], datetime]) -> None:
@@ -59,21 +59,21 @@ class SessionRevocations:
         self._limits = limits
         self._now = now
         self.operator_under_torque: Callable[[], UUID | None] = lambda: None
-        """The sign-in whose user operates an apparatus with torque; from any thread."""
+        """Returns the login session whose user operates an apparatus with torque. Called from any thread."""
         self._waiting: dict[UUID, set[asyncio.Event]] = {}
         self._look = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def notice(self) -> None:
-        """Some sign-in may have ended; from any thread."""
+        """Check now whether login sessions have ended. Call it from any thread."""
         if self._loop:
             self._loop.call_soon_threadsafe(self._look.set)
 
     async def of(self, login_session_id: UUID) -> None:
-        """Return when this one has ended."""
+        """Return when this login session has ended."""
         ended = asyncio.Event()
         self._waiting.setdefault(login_session_id, set()).add(ended)
-        # It may have ended since it was looked up.
+        # The login session may have ended since it was read.
         self._look.set()
         try:
             await ended.wait()
@@ -84,7 +84,7 @@ class SessionRevocations:
 
     @asynccontextmanager
     async def watched(self, auth_cache: AuthCache) -> AsyncIterator[None]:
-        """Meanwhile, endings are looked for."""
+        """Watch for ended login sessions during the block."""
         self._loop = asyncio.get_running_loop()
         watching = asyncio.create_task(self._watch(auth_cache), name="endings")
         try:
@@ -104,10 +104,10 @@ class SessionRevocations:
             try:
                 still = await asyncio.to_thread(self._still, asked)
             except DatabaseUnavailableError:
-                # Treating goes on without a database; nobody new is let in without one, and whoever was may still stop it.
+                # During an outage login sessions stay valid for a running treatment and its Stop. No new login is possible.
                 continue
             except SQLAlchemyError:
-                log.exception("which sign-ins have ended could not be looked up")
+                log.exception("the ended login sessions could not be read")
                 continue
             auth_cache.forget_login_sessions(asked - still)
             for login_session_id in asked - still:
@@ -121,34 +121,34 @@ class SessionRevocations:
 
 @dataclass(frozen=True)
 class Access:
-    """What signing in takes, besides the database; the application's state holds one."""
+    """What logins need besides the database."""
 
     passwords: Passwords
     links: DemonstrationLinks
     revocations: SessionRevocations
     folder: Path
-    """Of the data: where the set-up link's file is."""
+    """The data folder, which contains the set-up link's file."""
     openid: Provider | None = None
-    """The clinic's own, where it has one."""
-    sealed: Sealed = field(default_factory=Sealed)
+    """The clinic's OpenID provider, if it has one."""
+    state_cookies: StateCookies = field(default_factory=StateCookies)
     factor_key: FactorKey = field(default_factory=FactorKey)
-    """What second factors are kept with."""
+    """Encrypts second factors."""
     set_up_secret: str = ""
-    """As it stands in the set-up link, to be printed; empty where there are administrators."""
+    """Secret of the set-up link, to be printed; empty if there is an administrator."""
     limits: Limits = field(default_factory=Limits)
     throttle: Throttle = field(default_factory=Throttle)
     now: Callable[[], datetime] = utc_now
 
 
 def opened_key(file: Path, database: Database) -> FactorKey:
-    """The key of the second factors; the log says where there are some that it does not open.
+    """Return the key of the second factors. Log an error if it cannot decrypt some of them.
 
-    :raises FactorKeyError: when it cannot be used.
+    :raises FactorKeyError: when the key cannot be used.
     """
     key = factor_key(file)
     with database.read() as session:
-        if closed := second_factor.not_opened(session, key):
-            log.error(_CLOSED, closed, file)
+        if count := second_factor.count_undecryptable(session, key):
+            log.error(_WRONG_KEY, count, file)
     return key
 
 
@@ -178,7 +178,7 @@ TheAccess = Annotated[Access, Depends(_access)]
 
 
 def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
-    """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
+    """Return the user who is signed in at the browser of this request or WebSocket, None if there is none."""
     access = auth_services(connection).access
     with database.read() as session:
         operator_under_torque = access.revocations.operator_under_torque()
@@ -188,7 +188,7 @@ def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
 
 
 def not_signed_in() -> ProblemError:
-    """401."""
+    """Return the problem of a request without a login: status 401."""
     return ProblemError(401, "not_signed_in", texts.NOBODY_SIGNED_IN(), texts.SIGN_IN())
 
 
@@ -203,37 +203,37 @@ TheActor = Annotated[Actor, Depends(_signed_in)]
 
 
 class Me(Schema):
-    """Who is signed in at this browser, and what they may do."""
+    """The user of this browser, with permissions."""
 
     account_id: UUID
     username: str
-    name: str = Field(description="As it stands in records.")
+    name: str = Field(description="The name in records.")
     role: Role
-    language: str = Field(description="Of the page; empty: the browser's.")
+    language: str = Field(description="Language of the page; empty: the browser's.")
     permissions: list[Permission]
     stations: list[str] = Field(description="Names of the stations that this account works at; empty: all.")
     locked: bool = Field(description="The screen is locked: only Stop, unlocking and signing out are allowed.")
-    enrolling: bool = Field(description="A second factor has to be set up before anything else is allowed.")
-    second_factor: bool = Field(description="Whether there is one.")
-    password: bool = Field(description="Whether there is one; others sign in by OpenID Connect or a link.")
+    enrolling: bool = Field(description="A second factor must be set up before anything else is allowed.")
+    second_factor: bool = Field(description="True if the account has a second factor.")
+    password: bool = Field(
+        description="True if the account has a password. Others sign in by OpenID Connect or a link."
+    )
     openid: str | None = Field(
-        description="What the clinic's OpenID provider is called, where this account is linked with it."
+        description="Name of the clinic's OpenID provider if this account is linked with it, else null."
     )
     demonstration: bool = Field(description="Signed in by a link of the demonstration clinic.")
-    idle_s: float = Field(
-        ge=0, description="Seconds without anything done by the user after which the screen is locked."
-    )
+    idle_s: float = Field(ge=0, description="The screen locks after this many seconds without user activity.")
 
 
 def address_of(connection: HTTPConnection) -> str:
-    """Of the browser."""
+    """Return the browser's address."""
     return connection.client.host if connection.client else ""
 
 
 def let_in(
     request: Request, response: Response, session: Session, access: Access, account: AccountRow, method: Method
 ) -> Me:
-    """Somebody has shown who they are: end what was signed in at this browser, and begin anew. With the change, audited."""
+    """End the browser's former login session, begin a new one after authentication, and record it in the audit trail."""
     now = access.now()
     end_here(request, session, access)
     secret = login_session.begin(
@@ -246,7 +246,7 @@ def let_in(
     entries.add_entry(
         session, entries.entry(audit_action(request.scope["route"].name), actor=actor, detail={"method": method})
     )
-    _keep(request, response, secret)
+    _set_cookie(request, response, secret)
     access.throttle.succeeded(f"name {account.username}")
     return me(session, actor, access)
 
@@ -254,12 +254,12 @@ def let_in(
 def go_on(
     request: Request, response: Response, session: Session, access: Access, actor: Actor, method: Method | None = None
 ) -> Actor:
-    """Somebody has shown once more who they are: not locked any more, and under a new secret. ``method``: as in ``login_session.proved``.
+    """Unlock the screen after a reauthentication and renew the cookie. ``method``: as in ``login_session.proved``.
 
-    :raises ProblemError: 401 when that sign-in has ended meanwhile.
+    :raises ProblemError: 401 when the login session has ended in the meantime.
     """
     now = access.now()
-    _keep(request, response, login_session.proved(session, actor.login_session_id, now, method))
+    _set_cookie(request, response, login_session.proved(session, actor.login_session_id, now, method))
     session.flush()
     fresh = login_session.by_id(session, actor.login_session_id, now, access.limits)
     if fresh is None:
@@ -267,8 +267,8 @@ def go_on(
     return fresh
 
 
-def _keep(request: Request, response: Response, secret: str) -> None:
-    """At this browser, until it is closed."""
+def _set_cookie(request: Request, response: Response, secret: str) -> None:
+    """Set the cookie of the login session. It ends with the browser."""
     is_secure = request.url.scheme == "https"
     response.set_cookie(
         login_session.SECURE_COOKIE if is_secure else login_session.COOKIE,
@@ -280,7 +280,7 @@ def _keep(request: Request, response: Response, secret: str) -> None:
 
 
 def end_here(request: Request, session: Session, access: Access) -> Actor | None:
-    """Nobody is signed in at this browser any more; who was."""
+    """End the login session of this browser, and return its user."""
     actor = login_session.actor_of(session, cookie_of(request), access.now(), access.limits)
     if actor:
         login_session.end(session, actor.login_session_id, "signed_out", access.now())
@@ -289,7 +289,7 @@ def end_here(request: Request, session: Session, access: Access) -> Actor | None
 
 
 def me(session: Session, actor: Actor, access: Access) -> Me:
-    """What the page needs to know of whom it is for."""
+    """Return the user's account and permissions for the page."""
     account = session.get_one(AccountRow, actor.account_id)
     return Me(
         account_id=account.id,
@@ -310,9 +310,9 @@ def me(session: Session, actor: Actor, access: Access) -> Me:
 
 
 def check_it_is_them(database: Database, access: Access, actor: Actor, password: str | None) -> None:
-    """Before something that a passer-by at an open screen must not do: shown again, or shown just now.
+    """Reauthenticate before an action that a passer-by at an open screen must not take. A recent authentication is enough.
 
-    :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many tries.
+    :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many attempts.
     """
     with database.read() as session:
         if password is None and login_session.is_fresh(session, actor.login_session_id, access.now()):
@@ -332,17 +332,17 @@ def check_it_is_them(database: Database, access: Access, actor: Actor, password:
 
 
 def whose(account_id: UUID) -> None:
-    """Say of whose account a try is, for the audit trail; whoever tries it is told nothing."""
+    """Set the account of an attempted login for the audit trail."""
     if context := REQUEST_CONTEXT.get():
         context.account_id = account_id
 
 
 def name_key(username: str) -> str:
-    """Under which a user name's tries are counted, whether there is such an account or not."""
+    """Return the throttle's key of a user name, existing or not."""
     return f"name {accounts.folded(username)}"
 
 
 def cookie_of(connection: HTTPConnection) -> str | None:
-    """What the browser's cookie of its sign-in says."""
+    """Return the cookie of the browser's login session."""
     name = login_session.SECURE_COOKIE if connection.url.scheme in ("https", "wss") else login_session.COOKIE
     return connection.cookies.get(name)

@@ -1,4 +1,4 @@
-"""REST for signing in and out: with a password, by a link, for the first time."""
+"""Routes for signing in and out: with a password, by a demonstration link, by the set-up link."""
 
 from fastapi import APIRouter, Request, Response
 from pydantic import Field
@@ -33,34 +33,34 @@ router = APIRouter(tags=["sign-in"])
 
 
 class SignIn(Schema):
-    """Who somebody is."""
+    """User name and password."""
 
     username: Username = Field(examples=["yamada"])
     password: Password = Field(examples=["correct horse battery staple"])
     code: Secret | None = Field(
-        None, description="Of the second factor: six digits, or a recovery code.", examples=["123456"]
+        None, description="Code of the second factor: six digits, or a recovery code.", examples=["123456"]
     )
 
 
 class LinkSignIn(Schema):
-    """By a link of the demonstration clinic."""
+    """The secret of a demonstration link."""
 
-    secret: Secret = Field(description="What stands in the link behind `link=`; good for one sign-in.")
+    secret: Secret = Field(description="The part of the link after `link=`; valid for one login.")
 
 
 class SetUp(Schema):
-    """The first administrator, or one for a clinic that is locked out."""
+    """The first administrator, or a new one for a clinic without access."""
 
-    secret: Secret = Field(description="What stands in the set-up link behind `secret=`; good once.")
+    secret: Secret = Field(description="The part of the set-up link after `secret=`; valid once.")
     username: Username = Field(
-        description="A new one; or one that exists, which becomes an administrator with this password."
+        description="A new user name, or an existing one, whose account becomes an administrator with this password."
     )
     name: Name = Field(examples=["Yamada Hanako"])
     password: Password
 
 
 class SetPassword(Schema):
-    """By the one-time code that an administrator has given."""
+    """A one-time code of an administrator, and the new password."""
 
     username: Username
     code: Secret = Field(examples=["7KQ2M-XW4HT-PR9CD-3NBVF"])
@@ -71,7 +71,7 @@ class SetPassword(Schema):
 def sign_in_by_password(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
 ) -> Me:
-    """Sign in with user name and password, and with the second factor where there is one."""
+    """Sign in with user name and password, and with the second factor if the account has one."""
     with database.read() as session:
         account = accounts.named(session, given.username)
     if account:
@@ -79,7 +79,7 @@ def sign_in_by_password(
     of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
     fits = access.passwords.fits(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
-        # One sentence for everything, so that nobody learns which user names there are.
+        # The same message for every reason, so that it does not reveal existing user names.
         raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.TRY_AGAIN_OR_ASK_FOR_CODE())
     outdated = account.password_hash and access.passwords.is_outdated(account.password_hash)
     rehashed = access.passwords.hash(given.password) if outdated else None
@@ -90,7 +90,7 @@ def sign_in_by_password(
         method: Method = "password"
         if account.totp_confirmed_at is not None:
             if given.code is None:
-                # The name's try still counts: codes are guessed no faster than passwords.
+                # The attempt still counts for the user name, so that codes cannot be guessed faster than passwords.
                 access.throttle.was_no_failure(of_address)
                 raise ProblemError(
                     403,
@@ -153,7 +153,7 @@ def set_up_clinic(request: Request, response: Response, database: TheDatabase, a
         second_factor.remove(session, account)
         accounts.set_password(session, account, made, now)
         told = let_in(request, response, session, access, account, "password")
-        # Last, so that whatever fails before leaves the link good; first come, first served.
+        # Last, so that the link stays valid after an earlier failure. Of two requests, the first one wins.
         if not set_up.used_up(access.folder):
             raise unfit
     access.revocations.notice()
@@ -168,7 +168,7 @@ def set_up_clinic(request: Request, response: Response, database: TheDatabase, a
 )
 def set_password_by_code(request: Request, database: TheDatabase, access: TheAccess, given: SetPassword) -> None:
     """Set a password with the one-time code that an administrator has issued. It can be used to sign in afterwards."""
-    # Not the name's tries: who is locked out by somebody else's guessing comes back in by a code, which nobody guesses.
+    # This does not count for the user name: a user whose name is throttled by an attacker can still use a one-time code.
     address = f"address {address_of(request)}"
     access.throttle.begin((address, OF_AN_ADDRESS))
     unfit = ProblemError(
@@ -224,7 +224,7 @@ def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: Th
 
 
 def _begin_try(request: Request, access: Access, username: str) -> str:
-    """Counts for the user name and for the address; the latter's key."""
+    """Count an attempt for the user name and the address. Return the address' key."""
     address = f"address {address_of(request)}"
     access.throttle.begin((name_key(username), OF_A_NAME), (address, OF_AN_ADDRESS))
     return address

@@ -1,8 +1,8 @@
-"""The clinic's own identity provider, by OpenID Connect: authorization code with PKCE; who somebody is there, and nothing else of them.
+"""Login by the clinic's OpenID Connect provider: authorization code with PKCE. Kata uses the subject and no other data of the user.
 
-The provider says who is there. Who may do what, and that there is such an account at all, stays the clinic's: a subject that no
-administrator has linked with an account is let in nowhere. Browsers here are shared, so the provider is told to ask anew each time, and has
-to say when it did (``auth_time``): its own sign-in that somebody has left open lets the next one in nowhere.
+The provider authenticates the user; Kata's accounts decide what the user may do. A subject that no administrator has linked with an account
+cannot sign in. Browsers are shared, so the provider must ask for credentials at each login and state the time (``auth_time``). An open
+session at the provider is not enough.
 """
 
 import hmac
@@ -35,12 +35,12 @@ from kata.settings import Settings, is_safe
 log = logging.getLogger(__name__)
 
 LASTS: Final = timedelta(minutes=10)
-"""So long somebody may take at the provider."""
+"""Time limit of a login at the provider."""
 _CONNECT_S: Final = 3.0
 _ANSWER_S: Final = 5.0
-_AT_ONCE: Final = 4
-_KEPT_S: Final = 600.0
-"""So long what the provider says of itself is believed; its keys are asked for at each sign-in."""
+_MAX_THREADS: Final = 4
+_METADATA_VALID_S: Final = 600.0
+"""The provider's metadata are cached this long. Its keys are fetched at each login."""
 _CLOCKS_APART_S: Final = 60
 _ALGORITHMS: Final = (
     "RS256",
@@ -55,64 +55,64 @@ _ALGORITHMS: Final = (
     "Ed25519",
     "EdDSA",
 )
-"""Signatures by a key that only the provider has; never ``none``, never one by a shared secret."""
+"""Asymmetric signatures only: never ``none``, never a shared secret."""
 _LONGEST_SUBJECT: Final = 255
 
 
 class OpenIdError(Exception):
-    """What the settings say of the provider cannot be used; the message says why."""
+    """The settings of the provider cannot be used. The message says why."""
 
 
 class OidcLoginState(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """A sign-in that has begun at one browser, whose cookie holds this, sealed."""
+    """A login that has begun at one browser. The browser's cookie contains it, encrypted."""
 
     state: str
     nonce: str
     verifier: str
     redirect: str
-    """Where the provider sends the browser back to."""
+    """Address to which the provider sends the browser back."""
     to: str
-    """Where its user wants to go afterwards: a screen of the page."""
+    """The screen to show after the login."""
     at: datetime
 
 
 class PendingMfa(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """The provider has said who is at this browser; the code of the account's own second factor is still to come."""
+    """A login that the provider has confirmed and that still needs the account's second factor."""
 
     account_id: UUID
     to: str
 
 
-class Sealed:
-    """What a browser keeps for us between two requests, and can neither read nor change. Good for ten minutes, and until the service ends."""
+class StateCookies:
+    """Encrypts the state of a login for a cookie, which the browser can neither read nor change. Valid for ten minutes, until the service ends."""
 
     def __init__(self) -> None:
         self._fernet = Fernet(Fernet.generate_key())
 
-    def close(self, content: OidcLoginState | PendingMfa, now: datetime) -> str:
-        """For a cookie."""
+    def encrypt(self, content: OidcLoginState | PendingMfa, now: datetime) -> str:
+        """Return the value of a cookie."""
         return self._fernet.encrypt_at_time(msgspec.json.encode(content), int(now.timestamp())).decode()
 
-    def open(self, cookie: str | None, now: datetime) -> OidcLoginState | PendingMfa | None:
-        """What is in it; None where it is not ours, or too old."""
+    def decrypt(self, cookie: str | None, now: datetime) -> OidcLoginState | PendingMfa | None:
+        """Return the content of a cookie; None if it is invalid or too old."""
         try:
-            told = self._fernet.decrypt_at_time(cookie or "", int(LASTS.total_seconds()), int(now.timestamp()))
+            content = self._fernet.decrypt_at_time(cookie or "", int(LASTS.total_seconds()), int(now.timestamp()))
         except InvalidToken:
             return None
-        return msgspec.json.decode(told, type=OidcLoginState | PendingMfa)
+        return msgspec.json.decode(content, type=OidcLoginState | PendingMfa)
 
 
 class IdTokenClaims(msgspec.Struct, frozen=True):
-    """What the provider says of whoever is there."""
+    """The provider's claims about a user."""
 
     subject: str
-    """Never given to anybody else there."""
+    """Unique at the provider, never reassigned."""
     two_factors: bool
-    """It says that more than one was asked for, in the words that the settings take for that."""
+    """The provider states a second factor by one of the values in the settings."""
 
 
 class Provider:
-    """Speaks with it. Every method but the constructor blocks, for seconds where it does not answer: call them from a worker thread."""
+    """The client of the provider. Methods with network access block for seconds if it does not answer: call them from a worker thread."""
 
     def __init__(self, settings: Settings, clock: Callable[[], float] = time.monotonic) -> None:
         """``settings``: with an issuer. ``clock``: seconds.
@@ -120,28 +120,28 @@ class Provider:
         :raises OpenIdError: when the client's secret cannot be used.
         """
         self.name = settings.openid_name
-        """On the button."""
+        """Name on the login button."""
         self._issuer = settings.openid_issuer
         self._client = settings.openid_client_id
         self._secret = _secret(settings)
         self._factors = frozenset(part.strip() for part in settings.openid_second_factor.split(",") if part.strip())
-        self.room = CapacityLimiter(_AT_ONCE)
-        """For the threads that wait for it; all others are the clinic's."""
+        self.limiter = CapacityLimiter(_MAX_THREADS)
+        """Limits the threads that wait for the provider, so that other requests keep theirs."""
         self._clock = clock
         self._lock = threading.Lock()
         self._known: tuple[float, dict[str, Any]] | None = None
 
     def linked(self, subject: str) -> str:
-        """As it is kept with an account: of another provider the same subject is somebody else."""
+        """Return issuer and subject, as stored with an account. The same subject at another provider is another person."""
         return f"{self._issuer} {subject}"
 
     def subject(self, linked: str | None) -> str | None:
-        """The other way round; None where that account is none of this provider's."""
+        """Return the subject of a stored link; None if the link is of another provider."""
         issuer, _, subject = (linked or "").partition(" ")
         return subject if issuer == self._issuer else None
 
     def begin(self, redirect: str, to: str, now: datetime) -> tuple[str, OidcLoginState]:
-        """Where to send the browser, and what it is to keep meanwhile.
+        """Begin a login. Return the address to send the browser to, and the state for its cookie.
 
         :raises ProblemError: 503 when the provider does not answer.
         """
@@ -163,9 +163,9 @@ class Provider:
         return str(address), begun
 
     def confirm(self, begun: OidcLoginState, code: str, now: datetime) -> IdTokenClaims:
-        """Who is there, for the code that the browser came back with.
+        """Exchange the code that the browser came back with for the claims about its user.
 
-        :raises ProblemError: 401 when the provider knows no such code, or what it says is not to be believed; 503 when it does not answer.
+        :raises ProblemError: 401 when the provider refuses the code or its answer is invalid; 503 when it does not answer.
         """
         with self._speaking():
             metadata = self._metadata()
@@ -181,13 +181,13 @@ class Provider:
                 keys = KeySet.import_key_set(self._fetched(session, metadata["jwks_uri"]))  # type: ignore[arg-type]
             claims = self._claims(token, keys, begun, now)
         amr = claims.get("amr") or []
-        told = {one for one in (claims.get("acr"), *amr) if isinstance(one, str)}
-        return IdTokenClaims(str(claims["sub"]), two_factors=bool(told & self._factors))
+        values = {value for value in (claims.get("acr"), *amr) if isinstance(value, str)}
+        return IdTokenClaims(str(claims["sub"]), two_factors=bool(values & self._factors))
 
-    def look(self) -> int:
-        """How many keys it signs with, asked anew: for whoever wants to know whether it answers.
+    def count_keys(self) -> int:
+        """Fetch the provider's keys and return their number, to check that it answers.
 
-        :raises ProblemError: 503 when it does not.
+        :raises ProblemError: 503 when it does not answer.
         """
         self._known = None
         with self._speaking():
@@ -195,18 +195,18 @@ class Provider:
             with self._session(metadata) as session:
                 return len(self._fetched(session, metadata["jwks_uri"])["keys"])
 
-    def is_itself(self, issuer: str | None) -> bool:
-        """Whether an answer is this provider's, as far as it says whose it is."""
+    def is_issuer(self, issuer: str | None) -> bool:
+        """Return whether the issuer named in an answer is this provider. An answer may name none."""
         return issuer is None or issuer == self._issuer
 
     def refused(self) -> ProblemError:
-        """401: somebody was not let in by the provider's word."""
+        """Return the problem of a login that the provider did not confirm: status 401."""
         return ProblemError(
             401, "openid_refused", texts.OPENID_REFUSED(provider=self.name), texts.BEGIN_AGAIN_OR_ASK_ADMINISTRATOR()
         )
 
-    def down(self) -> ProblemError:
-        """503."""
+    def unavailable(self) -> ProblemError:
+        """Return the problem of a provider that does not answer: status 503."""
         return ProblemError(
             503,
             "provider_down",
@@ -219,32 +219,32 @@ class Provider:
         try:
             yield
         except (JoseError, OAuthError) as error:
-            # Names of claims and codes of errors; nothing of what was signed.
-            log.warning("the OpenID provider's word was not taken: %s", error)
+            # The error contains names of claims and codes, no values.
+            log.warning("the OpenID provider's answer was refused: %s", error)
             raise self.refused() from error
         except (RequestException, ValueError, KeyError, TypeError) as error:
-            log.error("the OpenID provider %s does not answer as it should: %s", self._issuer, error)
-            raise self.down() from error
+            log.error("the OpenID provider %s does not answer correctly: %s", self._issuer, error)
+            raise self.unavailable() from error
 
     def _metadata(self) -> dict[str, Any]:
-        """What the provider says of itself."""
+        """Return the provider's metadata, cached."""
         with self._lock:
             known, now_s = self._known, self._clock()
-        if known and now_s - known[0] < _KEPT_S:
+        if known and now_s - known[0] < _METADATA_VALID_S:
             return known[1]
         with self._session({}) as session:
-            told = self._fetched(session, get_well_known_url(self._issuer, external=True))
-        if told["issuer"] != self._issuer:
-            raise ValueError(f"it calls itself {told['issuer']!r}")
+            metadata = self._fetched(session, get_well_known_url(self._issuer, external=True))
+        if metadata["issuer"] != self._issuer:
+            raise ValueError(f"its metadata names the issuer {metadata['issuer']!r}")
         for name in ("authorization_endpoint", "token_endpoint", "jwks_uri"):
-            if not is_safe(told[name]):
-                raise ValueError(f"its {name} is not reached by TLS")
+            if not is_safe(metadata[name]):
+                raise ValueError(f"its {name} does not use TLS")
         with self._lock:
-            self._known = now_s, told
-        return told
+            self._known = now_s, metadata
+        return metadata
 
     def _session(self, metadata: dict[str, Any]) -> Any:
-        """Of one thread and one conversation."""
+        """Return an HTTP session for one exchange in one thread."""
         methods = metadata.get("token_endpoint_auth_methods_supported", ["client_secret_basic"])
         method = "client_secret_basic" if "client_secret_basic" in methods else "client_secret_post"
         return OAuth2Session(
@@ -257,27 +257,29 @@ class Provider:
         )
 
     def _fetched(self, session: Any, url: str) -> dict[str, Any]:
-        """A JSON object, from there and from nowhere else."""
+        """Return the JSON object at a URL, without following redirects."""
         answer = session.request("GET", url, withhold_token=True, allow_redirects=False)
         if answer.status_code != 200:
             raise ValueError(f"{url} answers with status {answer.status_code}")
-        told = answer.json()
-        if not isinstance(told, dict):
-            raise TypeError(f"{url} answers with something else")
-        return told
+        content = answer.json()
+        if not isinstance(content, dict):
+            raise TypeError(f"{url} does not answer with a JSON object")
+        return content
 
     def _claims(self, token: dict[str, Any], keys: KeySet, begun: OidcLoginState, now: datetime) -> Any:
-        """Of the ID token: signed by the provider, for us, for this sign-in, now.
+        """Return the claims of the ID token after checking signature, issuer, audience, nonce and times.
 
-        :raises JoseError: when it is not.
+        :raises JoseError: when a check fails.
         """
         signed = token.get("id_token")
         if not isinstance(signed, str):
             raise InvalidClaimError("id_token")
-        told = jwt.decode(signed, keys, registry=JWSRegistry(algorithms=list(_ALGORITHMS), strict_check_header=False))
+        token_parts = jwt.decode(
+            signed, keys, registry=JWSRegistry(algorithms=list(_ALGORITHMS), strict_check_header=False)
+        )
         claims = CodeIDToken(
-            told.claims,
-            told.header,
+            token_parts.claims,
+            token_parts.header,
             {
                 "iss": {"essential": True, "value": self._issuer},
                 "aud": {"essential": True, "value": self._client},
@@ -288,7 +290,7 @@ class Provider:
         claims.validate(now=int(now.timestamp()), leeway=_CLOCKS_APART_S)
         asked_at = claims.get("auth_time")
         if not isinstance(asked_at, int | float) or asked_at < begun.at.timestamp() - _CLOCKS_APART_S:
-            # Somebody else may have signed in there before, at this very browser.
+            # Another user may have signed in there before, in the same browser.
             raise InvalidClaimError("auth_time")
         if not 0 < len(claims["sub"]) <= _LONGEST_SUBJECT:
             raise InvalidClaimError("sub")
@@ -296,14 +298,14 @@ class Provider:
 
 
 def login_state_of(begun: OidcLoginState | PendingMfa | None, state: str) -> OidcLoginState | None:
-    """What was begun at this browser, if it is what the provider answers to; None for anything else."""
+    """Return the login that this browser has begun if its state matches the provider's answer, else None."""
     if isinstance(begun, OidcLoginState) and hmac.compare_digest(begun.state.encode(), state.encode()):
         return begun
     return None
 
 
 def _secret(settings: Settings) -> str | None:
-    """Of this client; None for one that the provider gave none."""
+    """Return the client secret, None for a public client."""
     file = settings.openid_secret_file
     if file is None:
         return None
@@ -316,5 +318,5 @@ def _secret(settings: Settings) -> str | None:
     except (OSError, UnicodeDecodeError) as error:
         raise OpenIdError(f"The secret of OpenID Connect cannot be read from {file}: {error}") from error
     if not secret:
-        raise OpenIdError(f"{file} is to hold the secret of OpenID Connect, and is empty.")
+        raise OpenIdError(f"{file} must contain the secret of OpenID Connect, but is empty.")
     return secret

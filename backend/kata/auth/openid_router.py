@@ -1,7 +1,7 @@
-"""REST for signing in by the clinic's own OpenID provider, and for unlocking the screen by it.
+"""Routes for signing in by the clinic's OpenID provider, and for unlocking the screen by it.
 
-The provider sends the browser back to a screen of the page, and that asks here: so what changes something is a request of our own page, and
-the cookies are those that no other site's page can have sent. A sign-in of the same account that is open at this browser goes on, unlocked.
+The provider sends the browser back to a screen of the page, which calls these routes. So each change is a request of Kata's own page, with
+cookies that another site's page cannot send. If the same account is signed in at this browser, its login session continues, unlocked.
 """
 
 from collections.abc import Callable
@@ -31,49 +31,49 @@ _COOKIE: Final = "kata_openid"
 _BACK: Final = "/sign-in/openid"
 """The screen that the provider sends the browser back to."""
 _LONGEST_S: Final = 10.0
-"""So long somebody waits for the provider, whatever it does."""
+"""Longest wait for the provider."""
 
 Screen = Annotated[str, StringConstraints(max_length=500, pattern=r"^(/([^/\\\x00-\x20][^\\\x00-\x20]*)?)?$")]
-"""A path of our own page: nothing that a browser could take for another site."""
+"""A path of Kata's own page, which no browser can take for another site."""
 _Given = Annotated[str, StringConstraints(max_length=4000, pattern=NO_NUL)]
-_Told = TypeVar("_Told")
+_Answer = TypeVar("_Answer")
 
 
 class WaysIn(Schema):
-    """How people sign in here, besides name and password."""
+    """Ways to sign in, besides name and password."""
 
-    openid: str | None = Field(description="What the clinic's OpenID provider is called; null: there is none.")
+    openid: str | None = Field(description="Name of the clinic's OpenID provider; null: there is none.")
 
 
 class BeginOpenId(Schema):
-    """Where somebody wants to go."""
+    """The screen to show after the login."""
 
-    to: Screen = Field("/", description="The screen to come back to; empty: to none, in a tab of its own.")
+    to: Screen = Field("/", description="The screen to come back to; empty: none, in a separate tab.")
 
 
 class Away(Schema):
-    """To the provider."""
+    """The address of the provider's login page."""
 
     address: str
 
 
 class OidcCallback(Schema):
-    """What the provider has sent the browser back with."""
+    """Parameters with which the provider has sent the browser back."""
 
     state: _Given
-    code: _Given = Field("", description="Empty where the provider refused.")
-    iss: _Given | None = Field(None, description="Who it is that answers, where it says so (RFC 9207).")
+    code: _Given = Field("", description="Empty if the provider refused.")
+    iss: _Given | None = Field(None, description="The issuer, if the provider names it (RFC 9207).")
 
 
 class LoginResult(Schema):
     """The result of a login: the account, and the screen to show."""
 
     me: Me | None = Field(description="Null: the code of the account's second factor is needed, too.")
-    to: str = Field(description="The screen that was wanted; empty: none, this tab can be closed.")
+    to: str = Field(description="The screen to show; empty: none, close this tab.")
 
 
 class OpenIdCode(Schema):
-    """Of the account's own second factor."""
+    """A code of the account's second factor."""
 
     code: Secret = Field(description="Six digits, or a recovery code.", examples=["123456"])
 
@@ -89,8 +89,8 @@ async def begin_openid(request: Request, response: Response, access: TheAccess, 
     """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address to send the browser to."""
     provider, now = _provider(access), access.now()
     redirect = f"{request.url.scheme}://{request.url.netloc}{_BACK}"
-    address, begun = await _asked(provider, partial(provider.begin, redirect, given.to, now))
-    _keep(request, response, access, begun)
+    address, begun = await _run(provider, partial(provider.begin, redirect, given.to, now))
+    _set_cookie(request, response, access, begun)
     return Away(address=address)
 
 
@@ -100,20 +100,20 @@ async def begin_openid(request: Request, response: Response, access: TheAccess, 
 async def sign_in_by_openid(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OidcCallback
 ) -> LoginResult:
-    """Sign in, or unlock the screen, with what the provider has sent the browser back with."""
+    """Sign in, or unlock the screen, with the provider's answer."""
     provider = _provider(access)
     of_address = f"address {address_of(request)}"
     access.throttle.begin((of_address, OF_AN_ADDRESS))
-    begun = login_state_of(access.sealed.open(_kept(request), access.now()), given.state)
+    begun = login_state_of(access.state_cookies.decrypt(_cookie(request), access.now()), given.state)
     if begun is None:
         raise ProblemError(401, "openid_not_begun", texts.OPENID_NOT_BEGUN(), texts.BEGIN_AGAIN())
-    if not given.code or not provider.is_itself(given.iss):
+    if not given.code or not provider.is_issuer(given.iss):
         raise provider.refused()
-    word = await _asked(provider, partial(provider.confirm, begun, given.code, access.now()))
-    told = await run_in_threadpool(_come_in, request, response, database, access, begun, word)
+    claims = await _run(provider, partial(provider.confirm, begun, given.code, access.now()))
+    result = await run_in_threadpool(_sign_in, request, response, database, access, begun, claims)
     access.throttle.was_no_failure(of_address)
     access.revocations.notice()
-    return told
+    return result
 
 
 @router.post(
@@ -122,44 +122,49 @@ async def sign_in_by_openid(
 def confirm_openid(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OpenIdCode
 ) -> LoginResult:
-    """Give the code of the account's second factor, where the provider has asked for none."""
+    """Give the code of the account's second factor if the provider has not checked one."""
     _provider(access)
-    proven = access.sealed.open(_kept(request), access.now())
-    if not isinstance(proven, PendingMfa):
+    pending = access.state_cookies.decrypt(_cookie(request), access.now())
+    if not isinstance(pending, PendingMfa):
         raise ProblemError(401, "openid_not_begun", texts.OPENID_TOOK_TOO_LONG(), texts.BEGIN_AGAIN())
     with database.read() as session:
-        username = session.get_one(AccountRow, proven.account_id).username
+        username = session.get_one(AccountRow, pending.account_id).username
     of_name, of_address = name_key(username), f"address {address_of(request)}"
     access.throttle.begin((of_name, OF_A_NAME), (of_address, OF_AN_ADDRESS))
-    whose(proven.account_id)
+    whose(pending.account_id)
     with database.write() as session:
-        account = accounts.get(session, proven.account_id)
+        account = accounts.get(session, pending.account_id)
         _check_open(account)
         if second_factor.accepted(session, access.factor_key, account, given.code, access.now()) is None:
             raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
-        told = let_in(request, response, session, access, account, "oidc_two")
+        user = let_in(request, response, session, access, account, "oidc_two")
     access.throttle.was_no_failure(of_address)
     access.revocations.notice()
-    _keep(request, response, access, None)
-    return LoginResult(me=told, to=proven.to)
+    _set_cookie(request, response, access, None)
+    return LoginResult(me=user, to=pending.to)
 
 
-def _come_in(
-    request: Request, response: Response, database: Database, access: Access, begun: OidcLoginState, word: IdTokenClaims
+def _sign_in(
+    request: Request,
+    response: Response,
+    database: Database,
+    access: Access,
+    begun: OidcLoginState,
+    claims: IdTokenClaims,
 ) -> LoginResult:
     provider, now = _provider(access), access.now()
     context = REQUEST_CONTEXT.get()
     if context:
-        # An administrator finds here whom to link.
-        context.subject = f"openid {word.subject}"
+        # An administrator needs this identity to link it with an account.
+        context.subject = f"openid {claims.subject}"
     with database.write() as session:
-        account = accounts.linked(session, provider.linked(word.subject))
+        account = accounts.linked(session, provider.linked(claims.subject))
         if account is None:
             raise ProblemError(
                 403,
                 "not_linked",
                 texts.OPENID_NOT_LINKED(provider=provider.name),
-                texts.HAVE_IDENTITY_LINKED(identity=word.subject),
+                texts.HAVE_IDENTITY_LINKED(identity=claims.subject),
             )
         whose(account.id)
         account = accounts.get(session, account.id)
@@ -167,15 +172,15 @@ def _come_in(
         here = login_session.actor_of(session, cookie_of(request), now, access.limits)
         if here and here.account_id == account.id:
             entries.add_entry(session, entries.entry("sign_in_by_openid", actor=here, detail={"method": "again"}))
-            told = me(session, go_on(request, response, session, access, here), access)
-        elif account.totp_confirmed_at is not None and not word.two_factors:
-            _keep(request, response, access, PendingMfa(account_id=account.id, to=begun.to))
+            user = me(session, go_on(request, response, session, access, here), access)
+        elif account.totp_confirmed_at is not None and not claims.two_factors:
+            _set_cookie(request, response, access, PendingMfa(account_id=account.id, to=begun.to))
             entries.add_entry(session, entries.entry("sign_in_by_openid", detail={"needed": "second_factor"}))
             return LoginResult(me=None, to=begun.to)
         else:
-            told = let_in(request, response, session, access, account, "oidc_two" if word.two_factors else "oidc")
-    _keep(request, response, access, None)
-    return LoginResult(me=told, to=begun.to)
+            user = let_in(request, response, session, access, account, "oidc_two" if claims.two_factors else "oidc")
+    _set_cookie(request, response, access, None)
+    return LoginResult(me=user, to=begun.to)
 
 
 def _check_open(account: AccountRow) -> None:
@@ -189,24 +194,29 @@ def _provider(access: Access) -> Provider:
     return access.openid
 
 
-async def _asked(provider: Provider, ask: Callable[[], _Told]) -> _Told:
-    """Off the event loop, for a limited time, and by few at once."""
+async def _run(provider: Provider, request: Callable[[], _Answer]) -> _Answer:
+    """Run a request to the provider in one of few threads, with a time limit.
+
+    :raises ProblemError: 503 after the limit.
+    """
     try:
         with anyio.fail_after(_LONGEST_S):
-            return await anyio.to_thread.run_sync(ask, abandon_on_cancel=True, limiter=provider.room)
+            return await anyio.to_thread.run_sync(request, abandon_on_cancel=True, limiter=provider.limiter)
     except TimeoutError as error:
-        raise provider.down() from error
+        raise provider.unavailable() from error
 
 
-def _kept(request: Request) -> str | None:
+def _cookie(request: Request) -> str | None:
     return request.cookies.get(_name(request))
 
 
-def _keep(request: Request, response: Response, access: Access, content: OidcLoginState | PendingMfa | None) -> None:
-    """At this browser, until it comes back; None: nothing any more."""
+def _set_cookie(
+    request: Request, response: Response, access: Access, content: OidcLoginState | PendingMfa | None
+) -> None:
+    """Store the state of the login in the browser; None: remove it."""
     response.set_cookie(
         _name(request),
-        access.sealed.close(content, access.now()) if content else "",
+        access.state_cookies.encrypt(content, access.now()) if content else "",
         max_age=int(LASTS.total_seconds()) if content else 0,
         secure=request.url.scheme == "https",
         httponly=True,

@@ -1,4 +1,4 @@
-"""REST for one's own account: language, lock and unlock the screen, password, second factor, where one is signed in."""
+"""Routes for the user's own account: language, screen lock, password, second factor, login sessions."""
 
 from typing import Annotated
 from uuid import UUID
@@ -26,20 +26,20 @@ class Speaks(Schema):
 
 
 class Unlock(Schema):
-    """The password again."""
+    """The password."""
 
     password: Password
 
 
 class ChangePassword(Schema):
-    """The old password, and the new one."""
+    """The old and the new password."""
 
     old_password: Password
-    password: Password = Field(description="The new one.")
+    password: Password = Field(description="The new password.")
 
 
 class Reauthentication(Schema):
-    """The password again; not needed within ten minutes of having been given."""
+    """The password; not needed within ten minutes after the last authentication."""
 
     password: Password | None = None
 
@@ -51,27 +51,27 @@ class Confirm(Schema):
 
 
 class SecondFactorBegun(Schema):
-    """What an app takes to make codes."""
+    """The secret for an app that makes codes."""
 
-    address: str = Field(description="`otpauth://`: for an app on this very device, and to type its secret.")
-    picture: str = Field(description="The same as a QR code: a `data:` address of an SVG.")
+    address: str = Field(description="`otpauth://`: for an app on this device, or to type its secret.")
+    picture: str = Field(description="The address as a QR code: a `data:` address of an SVG.")
 
 
 class RecoveryCodes(Schema):
-    """Each stands in for the second factor once; shown this one time."""
+    """Recovery codes. Each replaces the second factor once. They are shown only once."""
 
     codes: list[str]
 
 
 class OwnSignIn(Schema):
-    """A browser that one is signed in at."""
+    """A login session of the user."""
 
     id: UUID
-    here: bool = Field(description="This one.")
+    here: bool = Field(description="True for this browser.")
     began_at: Moment
-    seen_at: Moment = Field(description="When its user last did something. UTC.")
+    seen_at: Moment = Field(description="Time of the last user activity. UTC.")
     address: str
-    agent: str = Field(description="What the browser calls itself.")
+    agent: str = Field(description="User agent of the browser.")
 
 
 @router.put("/language", responses=PROBLEMS.of(401, 422), summary="Choose the page's language")
@@ -109,7 +109,7 @@ def change_password(
     actor: TheActor,
     given: ChangePassword,
 ) -> None:
-    """Change one's password; every other browser is signed out."""
+    """Change the own password. All other browsers are signed out."""
     check_it_is_them(database, access, actor, given.old_password)
     with database.read() as session:
         account = session.get_one(AccountRow, actor.account_id)
@@ -128,7 +128,7 @@ def change_password(
 def begin_second_factor(
     database: TheDatabase, access: TheAccess, actor: TheActor, given: Reauthentication
 ) -> SecondFactorBegun:
-    """Begin to set up a second factor; it counts once a code was confirmed."""
+    """Begin to set up a second factor. It becomes valid when a code is confirmed."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
         address = second_factor.begin(access.factor_key, accounts.get(session, actor.account_id))
@@ -139,7 +139,7 @@ def begin_second_factor(
 def confirm_second_factor(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Confirm
 ) -> RecoveryCodes:
-    """Confirm the second factor by a code of it; every other browser is signed out."""
+    """Confirm the second factor by a code of it. All other browsers are signed out."""
     now = access.now()
     with database.write() as session:
         account = accounts.get(session, actor.account_id)
@@ -156,7 +156,7 @@ def confirm_second_factor(
 def remove_second_factor(
     database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[Reauthentication, Body()]
 ) -> None:
-    """Take the second factor away; who needs one has to set up another at once."""
+    """Remove the second factor. An account that needs one must set up another at once."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
         second_factor.remove(session, accounts.get(session, actor.account_id))
@@ -167,7 +167,7 @@ def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor)
     """Return the browsers at which this account is signed in, the newest first. There are few, so the list has no pages."""
     with database.read() as session:
         rows = login_session.present(session, actor.account_id, access.now(), access.limits)
-        return Page[OwnSignIn].complete([_told(row, actor.login_session_id) for row in rows])
+        return Page[OwnSignIn].complete([_shown(row, actor.login_session_id) for row in rows])
 
 
 @router.delete(
@@ -183,7 +183,7 @@ def end_own_sign_in(
     sign_in_id: UUID,
     given: Annotated[Reauthentication, Body()],
 ) -> None:
-    """Sign another of one's own browsers out."""
+    """End another login session of the user."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
         row = session.get(LoginSessionRow, sign_in_id)
@@ -193,7 +193,7 @@ def end_own_sign_in(
     access.revocations.notice()
 
 
-def _told(row: LoginSessionRow, here: UUID) -> OwnSignIn:
+def _shown(row: LoginSessionRow, here: UUID) -> OwnSignIn:
     return OwnSignIn(
         id=row.id,
         here=row.id == here,

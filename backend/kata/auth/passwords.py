@@ -1,6 +1,6 @@
-"""Passwords: argon2id, one at a time, never in the event loop; and none that everybody tries first.
+"""Hash and check passwords (argon2id), one at a time and never in the event loop, and refuse common passwords.
 
-``common_passwords.txt.gz`` are the 39,774 of four characters or more out of two lists: Django's (BSD-3-Clause, compiled by Royce
+``common_passwords.txt.gz`` contains the 39,774 passwords of at least four characters of two lists: Django's (BSD-3-Clause, compiled by Royce
 Williams) and zxcvbn's (MIT, Dan Wheeler).
 """
 
@@ -18,98 +18,98 @@ from kata.errors import ProblemError
 
 SHORTEST: Final = 10
 _OURS: Final = ("kata", "shoulder", "clinic", "therapist", "administrator")
-"""What a guesser tries first here."""
+"""Words that an attacker of this service tries first."""
 _TRIMMINGS: Final = "0123456789!?.,-_*#$@+ "
-"""What people put around a word to make a password of it."""
+"""Characters that people add to a word to make it a password."""
 _REPEATED: Final = re.compile(r"(.{1,4})\1+")
 _ROWS: Final = ("abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm")
 _WAITING: Final = 8
-"""So many may wait for their turn, half a second at most; a ninth is told to come back."""
+"""Requests that may wait, half a second at most. Further ones are refused."""
 
 
 def hasher() -> PasswordHasher:
-    """One of the settings that OWASP's Password Storage Cheat Sheet calls equally strong: 46 MiB, one pass, one lane.
+    """Return a hasher with one of the settings that OWASP's Password Storage Cheat Sheet recommends: 46 MiB, one pass, one lane.
 
-    One lane, because there is one core to spare where the other one moves an arm.
+    One lane uses one core. The other core may be running the control loop.
     """
     return PasswordHasher(time_cost=1, memory_cost=47_104, parallelism=1)
 
 
 class Passwords:
-    """Makes and checks hashes of passwords. Blocks for some 50 ms: call it from a worker thread."""
+    """Creates and checks hashes of passwords. This blocks for some 50 ms: call it from a worker thread."""
 
     def __init__(self, made_by: PasswordHasher) -> None:
         self._hasher = made_by
         self._one = Lock()
         self._waiting = BoundedSemaphore(_WAITING)
-        self._nobodys = made_by.hash(secrets.fresh())
+        self._dummy_hash = made_by.hash(secrets.fresh())
         packed = files("kata.auth").joinpath("common_passwords.txt.gz").read_bytes()
         self._common = frozenset(gzip.decompress(packed).decode().split())
 
     def check_choice(self, password: str, *about: str) -> None:
-        """Whether somebody may choose it: long enough, not common, not made of what is known of them (``about``).
+        """Check that a new password is long enough, not common and not made of the user's names (``about``).
 
         :raises ProblemError: 422 ``weak_password``.
         """
-        told = ""
+        reason = ""
         if len(password) < SHORTEST:
-            told = texts.PASSWORD_TOO_SHORT(characters=SHORTEST)
+            reason = texts.PASSWORD_TOO_SHORT(characters=SHORTEST)
         elif self._is_common(password, about):
-            told = texts.PASSWORD_COMMON()
-        if told:
+            reason = texts.PASSWORD_COMMON()
+        if reason:
             raise ProblemError(
                 422,
                 "weak_password",
-                texts.WEAK_PASSWORD(reason=told),
+                texts.WEAK_PASSWORD(reason=reason),
                 texts.CHOOSE_ANOTHER_PASSWORD(),
-                [("#/password", told)],
+                [("#/password", reason)],
             )
 
     def _is_common(self, password: str, about: tuple[str, ...]) -> bool:
         lower = password.lower()
         core = lower.strip(_TRIMMINGS)
-        known = {word for told in (*about, *_OURS) for word in told.lower().split() if len(word) > 2}
-        left = lower
+        known = {word for text in (*about, *_OURS) for word in text.lower().split() if len(word) > 2}
+        remainder = lower
         for word in sorted(known, key=len, reverse=True):
-            left = left.replace(word, "")
+            remainder = remainder.replace(word, "")
         return (
             lower in self._common
             or core in self._common
-            or len(left.strip(_TRIMMINGS)) < 4
+            or len(remainder.strip(_TRIMMINGS)) < 4
             or _REPEATED.fullmatch(lower) is not None
             or any(lower in row or lower in row[::-1] for row in _ROWS)
         )
 
     def hash(self, password: str) -> str:
-        """What is kept of a password.
+        """Return the hash of a password.
 
-        :raises ProblemError: 429 when too many wait already.
+        :raises ProblemError: 429 when too many requests wait.
         """
         with self._turn():
             return self._hasher.hash(password)
 
-    def fits(self, kept: str | None, given: str) -> bool:
-        """Whether this is the password; without a kept one it takes as long, and it is not.
+    def fits(self, stored_hash: str | None, password: str) -> bool:
+        """Return whether the password has this hash. Without a hash, return False after the same time.
 
-        :raises ProblemError: 429 when too many wait already.
+        :raises ProblemError: 429 when too many requests wait.
         """
         with self._turn():
             try:
-                self._hasher.verify(kept or self._nobodys, given)
-                return kept is not None
+                self._hasher.verify(stored_hash or self._dummy_hash, password)
+                return stored_hash is not None
             except (VerificationError, InvalidHashError):
                 return False
 
-    def is_outdated(self, kept: str) -> bool:
-        """Whether it was made with other settings than today's."""
-        return self._hasher.check_needs_rehash(kept)
+    def is_outdated(self, stored_hash: str) -> bool:
+        """Return whether a hash was made with other settings than the present ones."""
+        return self._hasher.check_needs_rehash(stored_hash)
 
     def _turn(self) -> "_Turn":
         return _Turn(self._one, self._waiting)
 
 
 class _Turn:
-    """Waits, with few others, until nobody else is at it."""
+    """A turn at hashing. Waits for the previous one, with a limited number of others."""
 
     def __init__(self, one: Lock, waiting: BoundedSemaphore) -> None:
         self._one = one

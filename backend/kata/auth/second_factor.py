@@ -1,6 +1,6 @@
-"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that stand in for it, once each.
+"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that replace it once each.
 
-The secret of the codes is sealed (:mod:`kata.auth.factor_key`); a caller that reads one gives the key.
+The secret of the codes is stored encrypted (:mod:`kata.auth.factor_key`). Callers pass the key.
 """
 
 from datetime import datetime
@@ -23,7 +23,7 @@ _RECOVERY_CODES: Final = 10
 
 
 def roles_required(who: MfaRequirement) -> frozenset[Role]:
-    """Which roles have to have one."""
+    """Return the roles that need a second factor."""
     everyone: frozenset[Role] = frozenset(get_args(Role))
     roles: dict[MfaRequirement, frozenset[Role]] = {
         "everyone": everyone,
@@ -34,26 +34,26 @@ def roles_required(who: MfaRequirement) -> frozenset[Role]:
 
 
 def begin(key: FactorKey, account: AccountRow) -> str:
-    """A new secret, which counts once a code of it was confirmed: the address that an app takes (``otpauth://``).
+    """Create a secret and return its address for an app (``otpauth://``). It becomes valid with :func:`confirm`.
 
-    :raises ProblemError: 409 where there is one already.
+    :raises ProblemError: 409 when the account has a second factor.
     """
     if account.totp_confirmed_at:
         raise ProblemError(409, "second_factor_there", texts.SECOND_FACTOR_EXISTS(), texts.REMOVE_SECOND_FACTOR_FIRST())
     secret = pyotp.random_base32()
-    account.totp_sealed = key.close(secret, account.id)
+    account.totp_sealed = key.encrypt(secret, account.id)
     return pyotp.TOTP(secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
 
 
 def drawn(address: str) -> str:
-    """The same as a QR code: SVG for an ``<img>``, black on white in every theme."""
+    """Return the address as a QR code: SVG for an ``<img>``, black on white in every theme."""
     return segno.make(address, error="m").svg_data_uri(scale=4, border=4, light="#fff")
 
 
 def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime) -> list[str]:
-    """The app is set up: it counts from now on. Returns the recovery codes, which nobody can see again.
+    """Confirm the new second factor by a code of it, and return the recovery codes, which are shown only once.
 
-    :raises ProblemError: 422 when the code is wrong; 409 when none was begun.
+    :raises ProblemError: 422 when the code is wrong; 409 without :func:`begin`.
     """
     if account.totp_sealed is None or account.totp_confirmed_at:
         raise ProblemError(409, "nothing_begun", texts.SECOND_FACTOR_NOT_BEGUN(), texts.BEGIN_ANEW())
@@ -75,9 +75,9 @@ def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, no
 def accepted(
     session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime
 ) -> Literal["totp", "recovery"] | None:
-    """Which of them this code is; it is taken, and good for nothing any more. None where it is neither.
+    """Use up a code, and return whether it was the app's or a recovery code; None if it is wrong.
 
-    :raises ProblemError: 403 where codes of the app cannot be told from others, because the key does not fit.
+    :raises ProblemError: 403 when codes of the app cannot be checked because the key does not match.
     """
     if _takes(key, account, code, now):
         return "totp"
@@ -93,7 +93,7 @@ def accepted(
     ).scalar_one_or_none()
     if taken:
         return "recovery"
-    if account.totp_sealed is not None and key.open(account.totp_sealed, account.id) is None:
+    if account.totp_sealed is not None and key.decrypt(account.totp_sealed, account.id) is None:
         raise ProblemError(
             403,
             "second_factor_unreadable",
@@ -103,22 +103,22 @@ def accepted(
     return None
 
 
-def not_opened(session: Session, key: FactorKey) -> int:
-    """How many accounts have a second factor that this key does not open."""
-    kept = select(AccountRow.id, AccountRow.totp_sealed).where(AccountRow.totp_sealed.is_not(None))
-    return sum(key.open(sealed or "", account_id) is None for account_id, sealed in session.execute(kept))
+def count_undecryptable(session: Session, key: FactorKey) -> int:
+    """Return the number of accounts whose second factor this key cannot decrypt."""
+    query = select(AccountRow.id, AccountRow.totp_sealed).where(AccountRow.totp_sealed.is_not(None))
+    return sum(key.decrypt(encrypted or "", account_id) is None for account_id, encrypted in session.execute(query))
 
 
 def remove(session: Session, account: AccountRow) -> None:
-    """There is none any more."""
+    """Remove the second factor and its recovery codes."""
     account.totp_sealed = account.totp_confirmed_at = account.totp_last_step = None
     session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
 
 
 def _takes(key: FactorKey, account: AccountRow, code: str, now: datetime) -> bool:
-    """Of this step, or of the one before or after it, where clocks differ; never of one that was taken already."""
+    """Accept a code of the present, previous or next time step, but none twice."""
     digits = code.replace(" ", "")
-    secret = key.open(account.totp_sealed, account.id) if account.totp_sealed else None
+    secret = key.decrypt(account.totp_sealed, account.id) if account.totp_sealed else None
     if secret is None or not digits.isascii():
         return False
     totp = pyotp.TOTP(secret, interval=_STEP_S)

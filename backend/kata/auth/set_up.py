@@ -1,7 +1,7 @@
-"""The way in for a clinic without administrators, or locked out: a one-time link, whose hash is a file of the data folder.
+"""The set-up link for a clinic without administrators or without access. Its hash is a file in the data folder.
 
-A file, because the service alone writes to a SQLite database: the command that makes a new link needs neither. Whoever can
-write to the data folder can read everything in it anyway.
+It is a file because only the service writes to a SQLite database, and the command that creates a link is another process. A user who can
+write to the data folder can read all data anyway.
 """
 
 import json
@@ -17,37 +17,37 @@ LASTS: Final = timedelta(hours=24)
 
 
 def offer(folder: Path, now: datetime) -> str:
-    """A new link's secret; one that was offered before is good no longer.
+    """Return the secret of a new link. A former link becomes invalid.
 
-    :raises OSError: when nothing can be written there.
+    :raises OSError: when the folder cannot be written to.
     """
     secret = secrets.fresh()
-    told = json.dumps({"hash": secrets.hashed(secret), "until": (now + LASTS).isoformat()})
+    text = json.dumps({"hash": secrets.hashed(secret), "until": (now + LASTS).isoformat()})
     folder.mkdir(parents=True, exist_ok=True)
     beside = folder / f"{_FILE}.new"
     beside.unlink(missing_ok=True)
     with os.fdopen(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-        file.write(told)
+        file.write(text)
     beside.replace(folder / _FILE)
     return secret
 
 
 def invitation(url: str, secret: str) -> str:
-    """What whoever sets the clinic up is told, on the terminal and never in the log: who reads it is let in."""
+    """Return the text with the set-up link. Print it on the terminal only, never in the log: the link is a secret."""
     return f"Set up the clinic's administrator, once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
 
 
 def fits(folder: Path, secret: str, now: datetime) -> bool:
-    """Whether this link is the one on offer."""
+    """Return whether this is the secret of the valid link."""
     try:
-        told = json.loads((folder / _FILE).read_text())
-        return secrets.fits(secret, told["hash"]) and now < datetime.fromisoformat(told["until"])
+        offer = json.loads((folder / _FILE).read_text())
+        return secrets.fits(secret, offer["hash"]) and now < datetime.fromisoformat(offer["until"])
     except (OSError, ValueError, KeyError, TypeError):
         return False
 
 
 def used_up(folder: Path) -> bool:
-    """Take the offer away; False where somebody else has been faster."""
+    """Remove the link. Return False if another request has used it first."""
     try:
         (folder / _FILE).unlink()
     except FileNotFoundError:

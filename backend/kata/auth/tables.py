@@ -21,27 +21,27 @@ class AccountRow(Base):
     name: Mapped[str] = mapped_column(String(100))
     role: Mapped[Role] = mapped_column(String(16))
     language: Mapped[str] = mapped_column(String(8), default="")
-    """Of the page; empty: the browser's."""
+    """Language of the page; empty: the browser's."""
     password_hash: Mapped[str | None] = mapped_column(String(200))
-    """argon2id, with its parameters; None where only OpenID Connect or a code lets in."""
+    """argon2id with its parameters; None if the account signs in by OpenID Connect, or the password is not set yet."""
     password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     totp_sealed: Mapped[str | None] = mapped_column(String(160))
-    """What its codes are made of, sealed with a key that is not in the database."""
+    """Secret of the second factor, encrypted with a key outside the database."""
     totp_confirmed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     totp_last_step: Mapped[int | None] = mapped_column(BigInteger)
-    """The last time step a code was taken of: none is taken twice."""
+    """Time step of the last accepted code. No code is accepted twice."""
     code_hash: Mapped[str | None] = mapped_column(String(64))
-    """SHA-256 of a one-time code with which a password may be set."""
+    """SHA-256 of the one-time code for setting a password."""
     code_until: Mapped[datetime | None] = mapped_column(UtcDateTime)
     oidc_subject: Mapped[str | None] = mapped_column(String(512), unique=True)
-    """Issuer and subject at the clinic's OpenID provider, with a blank between; an administrator has put it here."""
+    """Issuer and subject at the clinic's OpenID provider, separated by a blank. An administrator sets it."""
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     disabled_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class AccountStationRow(Base):
-    """A station that an account works at; an account without any works at all of them."""
+    """A station that an account works at. An account without rows works at all stations."""
 
     __tablename__ = "account_stations"
 
@@ -50,7 +50,7 @@ class AccountStationRow(Base):
 
 
 class RecoveryCodeRow(Base):
-    """Stands in for the second factor, once."""
+    """A code that replaces the second factor once."""
 
     __tablename__ = "recovery_codes"
 
@@ -69,17 +69,17 @@ class LoginSessionRow(Base):
     secret_hash: Mapped[str] = mapped_column(String(64), unique=True)
     """SHA-256 of the cookie's secret."""
     before_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
-    """Of the one before: good for some seconds from ``proved_at``, for what was on its way."""
+    """Hash of the previous secret, which stays valid for some seconds after ``proved_at`` for requests that are under way."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime)
     seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    """When its user last did something; what a page asks for by itself does not count."""
+    """Time of the last user activity. Automatic requests of the page do not count."""
     proved_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    """When password or second factor were last given."""
+    """Time of the last authentication."""
     method: Mapped[str] = mapped_column(String(16))
     """password, totp, recovery, oidc, oidc_two, link."""
     address: Mapped[str] = mapped_column(String(64))
     agent: Mapped[str] = mapped_column(String(200))
     locked_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """The screen is locked: its user has to give the password again; Stop still works."""
+    """The screen is locked since then: the user must give the password again. Stop still works."""
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     end_reason: Mapped[str] = mapped_column(String(16), default="")

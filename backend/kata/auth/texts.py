@@ -50,27 +50,27 @@ USE_RECOVERY_CODE: Final = message(
     "use_recovery_code", "Use a recovery code, or have an administrator reset your second factor."
 )
 ACCOUNT_NOT_FOUND: Final = message("account_not_found", "There is no such account.")
-LOGIN_SESSION_NOT_FOUND: Final = message("login_session_not_found", "There is no such sign-in.")
+LOGIN_SESSION_NOT_FOUND: Final = message("login_session_not_found", "There is no such login session.")
 NO_OPENID: Final = message("no_openid", "This clinic has no OpenID provider.")
 SET_OPENID_FIRST: Final = message("set_openid_first", "Set KATA_OPENID_ISSUER and KATA_OPENID_CLIENT_ID first.")
 OPENID_USELESS_FIELD: Final = message("openid_useless_field", "needs a provider")
-OPENID_NOT_BEGUN: Final = message("openid_not_begun", "This sign-in was not begun at this browser, or too long ago.")
+OPENID_NOT_BEGUN: Final = message("openid_not_begun", "This login was not begun in this browser, or too long ago.")
 BEGIN_AGAIN: Final = message("begin_again", "Begin again.")
 OPENID_TOOK_TOO_LONG: Final = message("openid_took_too_long", "This took too long, or was begun elsewhere.")
 ACCOUNT_DISABLED: Final = message("account_disabled", "This account is disabled.")
 ASK_ADMINISTRATOR: Final = message("ask_administrator", "Ask an administrator.")
 SIGN_IN_WITH_NAME: Final = message("sign_in_with_name", "Sign in with name and password.")
-CODE_WRONG_OR_USED: Final = message("code_wrong_or_used", "This code is wrong, or was used before.")
+CODE_WRONG_OR_USED: Final = message("code_wrong_or_used", "The code is incorrect or was used before.")
 WAIT_FOR_NEXT_CODE: Final = message("wait_for_next_code", "Wait for the next one.")
 OPENID_NOT_LINKED: Final = message("openid_not_linked", "No account is linked with this identity of {provider:name}.")
 HAVE_IDENTITY_LINKED: Final = message(
     "have_identity_linked", "Tell an administrator, who can link it with your account: {identity:name}"
 )
-LOGIN_SESSION_ENDED: Final = message("login_session_ended", "This sign-in has ended.")
+LOGIN_SESSION_ENDED: Final = message("login_session_ended", "This login session has ended.")
 SIGN_IN: Final = message("sign_in", "Sign in.")
 NOBODY_SIGNED_IN: Final = message("nobody_signed_in", "No user is signed in at this browser.")
 LINK_USED_OR_OLD: Final = message(
-    "link_used_or_old", "This link was already used, has expired, or is not of this clinic."
+    "link_used_or_old", "This link was already used, has expired, or belongs to another clinic."
 )
 PRINT_NEW_LINK: Final = message("print_new_link", "Have a new one printed on the clinic's computer: kata accounts link")
 ONE_TIME_CODE_UNFIT: Final = message(
@@ -81,13 +81,13 @@ WRONG_NAME_OR_PASSWORD: Final = message("wrong_name_or_password", "User name or 
 TRY_AGAIN_OR_ASK_FOR_CODE: Final = message(
     "try_again_or_ask_for_code", "Try again, or ask an administrator for a code."
 )
-LINK_USED: Final = message("link_used", "This link was already used, or is not of this clinic.")
+LINK_USED: Final = message("link_used", "This link was already used, or belongs to another clinic.")
 RESTART_FOR_NEW_LINKS: Final = message("restart_for_new_links", "Restart Kata to get new links.")
 SECOND_FACTOR_NEEDED: Final = message("second_factor_needed", "The second factor is needed, too.")
 TYPE_APP_CODE: Final = message("type_app_code", "Type the code that your app shows.")
 WRONG_PASSWORD: Final = message("wrong_password", "This is not your password.")
 TRY_AGAIN: Final = message("try_again", "Try again.")
-OPENID_NEEDED: Final = message("openid_needed", "This takes {provider:name} once more.")
+OPENID_NEEDED: Final = message("openid_needed", "Confirm your identity at {provider:name} again.")
 SIGN_IN_THERE_FIRST: Final = message("sign_in_there_first", "Sign in there, then try again.")
-PASSWORD_NEEDED: Final = message("password_needed", "This takes the password once more.")
-GIVE_PASSWORD: Final = message("give_password", "Give your password.")
+PASSWORD_NEEDED: Final = message("password_needed", "Confirm with your password.")
+GIVE_PASSWORD: Final = message("give_password", "Enter your password.")

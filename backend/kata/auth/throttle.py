@@ -1,4 +1,4 @@
-"""Back-off: who fails again and again has to wait, longer each time."""
+"""Throttle failed attempts: after some failures, each further attempt must wait longer."""
 
 import time
 from collections import OrderedDict
@@ -24,7 +24,7 @@ class _Tries:
 
 @dataclass(frozen=True, slots=True)
 class BackoffPolicy:
-    """How many tries in a row are free, and what the next ones cost: the wait doubles each time."""
+    """The number of attempts without a wait, and the first and longest wait. The wait doubles with each failure."""
 
     free: int
     first_s: float
@@ -32,15 +32,15 @@ class BackoffPolicy:
 
 
 OF_A_NAME: Final = BackoffPolicy(free=5, first_s=30.0, longest_s=900.0)
-"""For a user name, whether there is such an account or not; and for a locked screen."""
+"""For a user name, existing or not, and for a locked screen."""
 OF_AN_ADDRESS: Final = BackoffPolicy(free=30, first_s=10.0, longest_s=300.0)
-"""For a browser's address, which a whole clinic may share behind a proxy."""
+"""For a browser's address. A whole clinic may share it behind a proxy."""
 
 
 class Throttle:
-    """Counts tries that failed, in memory: a restart forgets them, and nobody outside can cause one.
+    """Counts failed attempts in memory. A restart clears them; an attacker cannot cause a restart.
 
-    A try counts as failed from its beginning, until :meth:`succeeded` says otherwise, so that many at once gain nothing.
+    An attempt counts as failed until :meth:`succeeded`, so simultaneous attempts gain nothing.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -50,25 +50,25 @@ class Throttle:
         self._lock = Lock()
 
     def begin(self, *keys: tuple[str, BackoffPolicy]) -> None:
-        """One more try by all of these.
+        """Count an attempt for all keys.
 
-        :raises ProblemError: 429 with the time to wait, when one of them has failed too often; the try counts for none then.
+        :raises ProblemError: 429 with the time to wait, when one key must wait. The attempt is then not counted.
         """
         with self._lock:
             now_s = self._clock()
             left_s = max((self._left_s(key, now_s) for key, _ in keys), default=0.0)
             if left_s > 0.0:
                 raise _too_many(ceil(left_s))
-            for key, patience in keys:
-                self._count(key, patience, now_s)
+            for key, policy in keys:
+                self._count(key, policy, now_s)
 
     def succeeded(self, key: str) -> None:
-        """Who this is has been shown: everything before is forgotten."""
+        """Forget all failures of a key after a successful authentication."""
         with self._lock:
             self._tries.pop(key, None)
 
     def was_no_failure(self, key: str) -> None:
-        """The last try does not count."""
+        """Do not count the last attempt."""
         with self._lock:
             tries = self._tries.get(key)
             if tries:
@@ -79,16 +79,16 @@ class Throttle:
         tries = self._tries.get(key)
         return tries.until_s - now_s if tries else 0.0
 
-    def _count(self, key: str, patience: BackoffPolicy, now_s: float) -> None:
+    def _count(self, key: str, policy: BackoffPolicy, now_s: float) -> None:
         tries = self._tries.get(key)
         if tries is None or now_s - tries.last_s > _FORGOTTEN_S:
             tries = _Tries(0, now_s, 0.0)
         tries.failed += 1
         tries.last_s = now_s
-        if tries.failed >= patience.free:
-            # The exponent is bounded, or a year of tries would overflow a float.
-            doubled = 2.0 ** min(tries.failed - patience.free, 20)
-            tries.until_s = now_s + min(patience.first_s * doubled, patience.longest_s)
+        if tries.failed >= policy.free:
+            # The exponent is bounded: a year of attempts would overflow a float.
+            factor = 2.0 ** min(tries.failed - policy.free, 20)
+            tries.until_s = now_s + min(policy.first_s * factor, policy.longest_s)
         self._tries[key] = tries
         self._tries.move_to_end(key)
         while len(self._tries) > _KEPT:

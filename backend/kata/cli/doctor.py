@@ -1,6 +1,6 @@
-"""``kata doctor``: whether this computer can do the work, in plain lines, each with what to do.
+"""``kata doctor``: check whether this computer can run Kata. Each finding is one line with its remedy.
 
-Everything that can be tried is tried; nothing is changed, and no drive on the port is spoken to.
+The checks change nothing and send nothing to the drives.
 """
 
 import grp
@@ -50,7 +50,7 @@ _HUGE_PAGES: Final = Path("/sys/kernel/mm/transparent_hugepage/enabled")
 
 @dataclass(frozen=True)
 class CheckResult:
-    """One line: what was looked at, how it stands, and what to do where it is not well."""
+    """The result of one check, and the remedy of a problem."""
 
     name: str
     state: State
@@ -59,8 +59,8 @@ class CheckResult:
 
 
 def examine(settings: Settings) -> list[CheckResult]:
-    """Look at everything; a look that fails itself is a problem, and the others go on."""
-    looks: list[Callable[[Settings], Iterator[CheckResult]]] = [
+    """Run all checks."""
+    checks: list[Callable[[Settings], Iterator[CheckResult]]] = [
         _python,
         _sqlite,
         _processor,
@@ -72,11 +72,11 @@ def examine(settings: Settings) -> list[CheckResult]:
         _backups,
         _openid,
     ]
-    return [finding for look in looks for finding in look(settings)]
+    return [finding for check in checks for finding in check(settings)]
 
 
 def as_json(findings: list[CheckResult]) -> list[dict[str, str]]:
-    """For a program to read."""
+    """Return the findings as JSON."""
     return [asdict(finding) for finding in findings]
 
 
@@ -94,8 +94,8 @@ def _sqlite(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "SQLite",
             "ok",
-            f"{version} can corrupt a WAL when two connections write and checkpoint together; Kata writes "
-            "and checkpoints with one connection only, the others are read-only.",
+            f"{version} can corrupt a WAL when two connections write and checkpoint together. In Kata one connection writes "
+            "and checkpoints, and the others are read-only.",
             "Do not let another program write to Kata's database.",
         )
     else:
@@ -107,7 +107,12 @@ def _processor(settings: Settings) -> Iterator[CheckResult]:
     if cores >= 2:
         yield CheckResult("Processor", "ok", f"{cores} cores")
     else:
-        yield CheckResult("Processor", "warning", "One core only.", "Two let the control loop run beside the service.")
+        yield CheckResult(
+            "Processor",
+            "warning",
+            "There is only one core.",
+            "With two cores the control loop and the service do not delay each other.",
+        )
     preemption = kernel_preemption()
     if preemption in ("PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT"):
         yield CheckResult("Kernel", "ok", f"Linux {platform.release()}, {preemption}")
@@ -115,22 +120,22 @@ def _processor(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Kernel",
             "warning",
-            f"Linux {platform.release()} does not say that it can be preempted.",
-            "A kernel with PREEMPT_DYNAMIC or PREEMPT_RT keeps cycles punctual.",
+            f"Linux {platform.release()} reports no preemption.",
+            "Use a kernel with PREEMPT_DYNAMIC or PREEMPT_RT, so that cycles are punctual.",
         )
 
 
 def _huge_pages(settings: Settings) -> Iterator[CheckResult]:
-    """Kata's own programs have none made; where the kernel does it for everybody, a browser beside them is enough."""
+    """Warn if the kernel makes huge pages for every program. Kata refuses them for itself, but a browser on this computer gets them."""
     if not _HUGE_PAGES.exists():
         return
     if "[always]" not in _HUGE_PAGES.read_text():
-        yield CheckResult("Huge pages", "ok", "Made only where a program asks for them.")
+        yield CheckResult("Huge pages", "ok", "Only programs that request them get them.")
         return
     yield CheckResult(
         "Huge pages",
         "warning",
-        "The kernel gathers every program's memory into huge pages, which can keep the control loop off its core for milliseconds.",
+        "The kernel merges every program's memory into huge pages, which can delay the control loop by milliseconds.",
         "On the kernel's command line: transparent_hugepage=madvise",
     )
 
@@ -142,7 +147,7 @@ def _real_time(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Real-time scheduling",
             "warning",
-            "SCHED_FIFO is not granted: on a busy computer cycles will be late.",
+            "SCHED_FIFO is not granted: cycles are late on a busy computer.",
             "In the service's systemd unit: LimitRTPRIO=70. For a user: 'kata - rtprio 70' in /etc/security/limits.d/.",
         )
     if memory_lock_granted():
@@ -151,7 +156,7 @@ def _real_time(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Locked memory",
             "warning",
-            "Memory cannot be locked: a computer short of memory may make a cycle wait for its disk.",
+            "Memory cannot be locked: on a computer short of memory a cycle may wait for the disk.",
             "In the service's systemd unit: LimitMEMLOCK=infinity. For a user: 'kata - memlock unlimited' in "
             "/etc/security/limits.d/.",
         )
@@ -159,25 +164,27 @@ def _real_time(settings: Settings) -> Iterator[CheckResult]:
 
 def _station(settings: Settings) -> Iterator[CheckResult]:
     if settings.station is None:
-        yield CheckResult("Station", "ok", "None given; --station FILE.toml has it looked at, with its port.")
+        yield CheckResult("Station", "ok", "No file given; --station FILE.toml checks one and its port.")
         return
     try:
         station = config.read(settings.station)
     except config.ConfigError as error:
-        yield CheckResult("Station", "problem", str(error), "Mend the file.")
+        yield CheckResult("Station", "problem", str(error), "Correct the file.")
         return
     yield CheckResult("Station", "ok", f"{station.name}: {station.port}, {station.baud} baud, {station.rate_hz} Hz")
-    ceiling = f"{station.protocol} at {station.baud} bit/s carries at most {int(max_cycle_hz(station))} cycles a second"
-    yield CheckResult("Bus", "ok", f"{ceiling}; {station.cycle_hz} are asked for.")
+    bandwidth = (
+        f"{station.protocol} at {station.baud} bit/s allows at most {int(max_cycle_hz(station))} cycles a second"
+    )
+    yield CheckResult("Bus", "ok", f"{bandwidth}; the station uses {station.cycle_hz}.")
     yield from _port(station)
 
 
 def _port(station: config.StationConfig) -> Iterator[CheckResult]:
     port = Path(station.port)
     if not port.exists():
-        there = ", ".join(str(path) for path in _by_id()) or "there is no serial adapter at all"
+        adapters = ", ".join(str(path) for path in _by_id()) or "no serial adapter found"
         yield CheckResult(
-            "Port", "problem", f"{port} is not there.", f"Plug the RS-485 adapter in, or correct port: {there}."
+            "Port", "problem", f"{port} does not exist.", f"Plug the RS-485 adapter in, or correct port: {adapters}."
         )
         return
     if not os.access(port, os.R_OK | os.W_OK):
@@ -185,9 +192,9 @@ def _port(station: config.StationConfig) -> Iterator[CheckResult]:
         yield CheckResult(
             "Port",
             "problem",
-            f"{port} may not be opened by this user.",
+            f"This user may not open {port}.",
             f"It belongs to the group {group}, adapters mostly to dialout: sudo usermod --append --groups dialout USER; "
-            "then sign in anew.",
+            "then log in again.",
         )
         return
     try:
@@ -197,7 +204,7 @@ def _port(station: config.StationConfig) -> Iterator[CheckResult]:
             "Port",
             "problem",
             f"{port} cannot be opened: {error}",
-            "Is Kata, or another program, using it? Otherwise, does the adapter do this baud rate?",
+            "Check whether Kata or another program uses it, and whether the adapter supports this baud rate.",
         )
         return
     yield CheckResult("Port", "ok", f"{port} opens at {station.baud} baud.")
@@ -212,13 +219,13 @@ def _name_of(port: Path) -> Iterator[CheckResult]:
     yield CheckResult(
         "Port's name",
         "warning",
-        f"{port} may have another number after the adapter was plugged in anew.",
+        f"{port} may get another number when the adapter is plugged in again.",
         f'In the station\'s file: port = "{lasting[0] if lasting else "/dev/serial/by-id/..."}"',
     )
 
 
 def _latency_timer(port: Path) -> Iterator[CheckResult]:
-    """FTDI's adapters keep replies back for 16 ms unless told otherwise."""
+    """Warn about the latency timer: FTDI's adapters delay replies by up to 16 ms by default."""
     timer = _TTYS / port.resolve().name / "device" / "latency_timer"
     if not timer.exists():
         return
@@ -229,9 +236,9 @@ def _latency_timer(port: Path) -> Iterator[CheckResult]:
     yield CheckResult(
         "Adapter's latency timer",
         "warning",
-        f"{latency_ms} ms: each reply may be kept back for that long. Kata asks for low latency itself when it opens the "
-        "port; this says what holds without.",
-        f'setserial {port} low_latency; for good, a udev rule: ACTION=="add", SUBSYSTEM=="usb-serial", '
+        f"{latency_ms} ms: the adapter may delay each reply by this time. Kata requests low latency when it opens the "
+        "port; this is the value without that request.",
+        f'setserial {port} low_latency; permanently, a udev rule: ACTION=="add", SUBSYSTEM=="usb-serial", '
         f'DRIVER=="ftdi_sio", ATTR{{latency_timer}}="{_LATENCY_MS}"',
     )
 
@@ -242,10 +249,10 @@ def _by_id() -> list[Path]:
 
 def _data(settings: Settings) -> Iterator[CheckResult]:
     folder = settings.data
-    # A folder that is not there yet is made at the first start, in the nearest one that is.
-    there = next(path for path in (folder, *folder.parents) if path.exists())
+    # The first start creates a missing folder within the nearest existing one.
+    existing = next(path for path in (folder, *folder.parents) if path.exists())
     try:
-        with tempfile.TemporaryFile(dir=there) as file:
+        with tempfile.TemporaryFile(dir=existing) as file:
             file.write(b"kata")
             file.flush()
             os.fsync(file.fileno())
@@ -253,17 +260,17 @@ def _data(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Data folder",
             "problem",
-            f"{there} cannot be written: {error.strerror}.",
-            "Give the user that folder, or --data another.",
+            f"{existing} cannot be written to: {error.strerror}.",
+            "Give this user write access, or choose another folder with --data.",
         )
         return
     yield CheckResult("Data folder", "ok", f"{folder} can be written and synced.")
-    room_gb = shutil.disk_usage(there).free / 1e9
+    room_gb = shutil.disk_usage(existing).free / 1e9
     state: State = "ok" if room_gb >= _ROOM_WANTED_GB else "warning" if room_gb >= _ROOM_NEEDED_GB else "problem"
     advice = (
         ""
         if state == "ok"
-        else "Make room: an hour of treatment at 100 Hz takes some 60 MB, and a full disk stops the apparatus."
+        else "Free up space: an hour of treatment at 100 Hz needs some 60 MB, and a full disk stops the apparatus."
     )
     yield CheckResult("Disk space", state, f"{room_gb:.1f} GB are free.", advice)
 
@@ -277,7 +284,7 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
     try:
         shown = database.url.render_as_string(hide_password=True)
         if database.file and not database.file.exists():
-            yield CheckResult("Database", "ok", f"{shown} is made at the first start.")
+            yield CheckResult("Database", "ok", f"The first start creates {shown}.")
             return
         with database.reader.connect() as connection:
             present = MigrationContext.configure(connection).get_current_revision()
@@ -285,7 +292,10 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
     except SQLAlchemyError as error:
         cause = getattr(error, "orig", None) or error
         yield CheckResult(
-            "Database", "problem", f"{shown} cannot be opened: {cause}", "Is the server running? Else restore a backup."
+            "Database",
+            "problem",
+            f"{shown} cannot be opened: {cause}",
+            "Check that the server runs, or restore a backup.",
         )
         return
     finally:
@@ -295,32 +305,26 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
 
 def _backups(settings: Settings) -> Iterator[CheckResult]:
     if key_location(settings) == "nowhere":
-        yield CheckResult("Backups", "ok", "The first start makes the key that opens them.")
+        yield CheckResult("Backups", "ok", "The first start creates their key.")
         return
     on_data = settings.backup_folder.exists() and settings.backup_folder.stat().st_dev == settings.data.stat().st_dev
     if on_data:
         yield CheckResult(
             "Backups' folder",
             "warning",
-            f"{settings.backup_folder} is on the database's own disk, and is lost with it.",
+            f"{settings.backup_folder} is on the database's disk and is lost with it.",
             "Set KATA_BACKUP_DIR to a folder on another disk or computer.",
         )
     good_at = _last_good_at(settings)
     if good_at and good_at > utc_now() - _OLDEST:
-        yield CheckResult(
-            "Backups", "ok", f"The last one that was restored to try it is of {good_at:%Y-%m-%d %H:%M} UTC."
-        )
+        yield CheckResult("Backups", "ok", f"The last verified backup is of {good_at:%Y-%m-%d %H:%M} UTC.")
         return
-    told = (
-        f"The last one that is known to be restorable is of {good_at:%Y-%m-%d}"
-        if good_at
-        else "None was restored to try it"
-    )
+    last = f"The last verified backup is of {good_at:%Y-%m-%d}" if good_at else "There is no verified backup"
     yield CheckResult(
         "Backups",
         "warning",
-        f"{told}; the key is {key_location(settings)}.",
-        "kata backup makes one and says what is wrong; kata restore FILE --verify --key KEY tries one where the key is.",
+        f"{last}; the key is {key_location(settings)}.",
+        "kata backup makes one and reports problems; kata restore FILE --verify --key KEY verifies one where the key is.",
     )
 
 
@@ -328,22 +332,22 @@ def _openid(settings: Settings) -> Iterator[CheckResult]:
     if not settings.openid_issuer:
         return
     try:
-        keys = Provider(settings).look()
+        keys = Provider(settings).count_keys()
     except OpenIdError as error:
         yield CheckResult("OpenID provider", "problem", str(error), "Correct KATA_OPENID_SECRET_FILE.")
     except ProblemError:
         yield CheckResult(
             "OpenID provider",
             "problem",
-            f"{settings.openid_issuer} does not answer as a provider of this name: nobody can sign in by it.",
-            "Look at KATA_OPENID_ISSUER, the network, and the provider's certificate (REQUESTS_CA_BUNDLE names one of the clinic's own).",
+            f"{settings.openid_issuer} does not answer as a provider of this name: logins by OpenID are not possible.",
+            "Check KATA_OPENID_ISSUER, the network, and the provider's certificate (REQUESTS_CA_BUNDLE: the clinic's own authority).",
         )
     else:
-        yield CheckResult("OpenID provider", "ok", f"{settings.openid_issuer} answers, and signs with {keys} keys.")
+        yield CheckResult("OpenID provider", "ok", f"{settings.openid_issuer} answers and has {keys} keys.")
 
 
 def _last_good_at(settings: Settings) -> datetime | None:
-    """None also where the database cannot be read, which is told elsewhere."""
+    """Return the time of the last verified backup; None also if the database cannot be read, which another check reports."""
     try:
         database = Database(settings.effective_database_url)
     except DatabaseError:
@@ -365,7 +369,7 @@ def _schema(shown: str, present: str | None, *, empty: bool) -> CheckResult:
     if present == script.get_current_head():
         return CheckResult("Database", "ok", f"{shown} has the newest schema.")
     if empty:
-        return CheckResult("Database", "ok", f"{shown} is empty; its tables are made at the first start.")
+        return CheckResult("Database", "ok", f"{shown} is empty; the first start creates its tables.")
     if present and present not in {revision.revision for revision in script.walk_revisions()}:
         return CheckResult(
             "Database",
@@ -377,5 +381,5 @@ def _schema(shown: str, present: str | None, *, empty: bool) -> CheckResult:
         "Database",
         "warning",
         f"{shown} has an older schema.",
-        "The next start brings it up to date; make a backup first.",
+        "The next start upgrades it; make a backup first.",
     )

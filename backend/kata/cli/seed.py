@@ -1,7 +1,7 @@
-"""The demonstration clinic: a dozen invented patients with months of history, so that every page has something to show.
+"""The demonstration clinic: a dozen invented patients with months of history, which fill every page.
 
-Nothing of it was measured: motions are the built-in ones, played back by drives that are made up here. It is marked as such wherever a
-patient's name stands, and it is made only in a database that has no patients.
+Nothing in it is measured: invented drives play the built-in motions. Every patient is marked as invented. The clinic is created only in a
+database without patients.
 """
 
 import random
@@ -49,31 +49,31 @@ _PEOPLE: Final = (
 _THERAPISTS: Final = ("Sato Mai", "Ito Daiki", "Watanabe Yui")
 _STATION: Final = "Station 1"
 _MOTIONS: Final = (3, 4, 0)
-"""Of the built-in ones: abduction, flexion, and the scapula."""
+"""Indices of built-in motions: abduction, flexion, and the scapula."""
 _RATE_HZ: Final = 100
 _LAG_S: Final = 0.05
 _COUNT_DEG: Final = 360 / 4096
 _NOISE_DEG: Final = (0.15, 0.15, 0.25, 0.3, 0.6)
-"""Motor 5 follows worst, as the paper found."""
+"""By motor. Motor 5 has the largest error, as in the paper."""
 _ROM: Final = (
     ("flexion", "", 95.0, 165.0), ("abduction", "", 70.0, 160.0), ("external_rotation", "at_side", 12.0, 60.0),
     ("internal_rotation", "at_side", 35.0, 70.0),
 )  # fmt: skip
-"""Motion, position of the arm, degrees at first, degrees of the other shoulder."""
+"""Motion, position of the arm, first angle and the other shoulder's angle in degrees."""
 
 
 class SeedError(Exception):
-    """There are patients already."""
+    """The clinic has patients already."""
 
 
 FAILURES: Final = (SeedError, DatabaseError, FolderInUseError, folder.UnfinishedRestoreError, OSError)
-"""Whose message says what is wrong."""
+"""Errors whose message the command prints."""
 
 
 def seeded(settings: Settings, number: int, patients: int) -> int:
-    """:func:`fill` the clinic of these settings, which no service may be serving.
+    """Fill the clinic of these settings and return the number of patients. No service may run on it.
 
-    :raises SeedError: and the others of :data:`FAILURES`, when nothing was written.
+    :raises SeedError: and the others of :data:`FAILURES`. Nothing is written then.
     """
     with folder.claimed_by_service(settings):
         database = Database(settings.effective_database_url)
@@ -85,16 +85,16 @@ def seeded(settings: Settings, number: int, patients: int) -> int:
 
 
 def fill(database: Database, number: int, now: datetime, patients: int = len(_PEOPLE)) -> int:
-    """Write it all down; how many patients. The same ``number`` on the same day makes the same clinic.
+    """Fill a database and return the number of patients. The same ``number`` on the same day gives the same clinic.
 
-    :raises SeedError: when there is any patient in the database: nobody's record is to stand among invented ones.
+    :raises SeedError: when the database has a patient, so that real and invented records are never mixed.
     """
     with by_program("seed", _STATION), database.write() as session:
         if session.scalar(select(func.count()).select_from(PatientRow)):
-            raise SeedError("There are patients in this clinic already. Invented ones are only put into an empty one.")
+            raise SeedError("This clinic has patients already. Invented patients are only added to an empty clinic.")
         motions = built_in_motions()
         for place, (name, kana, sex) in enumerate(_PEOPLE[:patients]):
-            chance = random.Random(f"{number} {place}")  # noqa: S311 - nothing is kept secret by it
+            chance = random.Random(f"{number} {place}")  # noqa: S311 - no secret depends on it
             _Invented(session, chance, place, now, motions).write(name, kana, sex)
     return min(patients, len(_PEOPLE))
 
@@ -106,7 +106,7 @@ class _Taught:
 
 
 class _Invented:
-    """One patient: how long treated, how stiff, how quickly better, is drawn by lot."""
+    """One patient with random duration, stiffness and progress of the treatment."""
 
     def __init__(
         self, session: Session, chance: random.Random, place: int, now: datetime, motions: tuple[Taught, ...]
@@ -117,7 +117,6 @@ class _Invented:
         self._place = place
         self._noise = np.random.default_rng(chance.randrange(2**32))
         self._weeks = 6 + 2 * (place % 5)
-        # The last visit was yesterday, or a few days ago.
         last_day = now.date() - timedelta(days=1 + (place % 3) * 2)
         self._visits = [
             datetime.combine(last_day - timedelta(days=7 * n), time(1 + place % 7, 30), UTC)
@@ -143,7 +142,7 @@ class _Invented:
             self._assess(episode.id, nth)
 
     def _better(self, week: float) -> float:
-        """Share of the way to the other shoulder that has been gone by then."""
+        """Return the improvement by a week, as a fraction of the difference from the other shoulder."""
         return min(0.85, 0.07 * week)
 
     def _episode(self, patient_id: UUID) -> EpisodeRow:
@@ -171,7 +170,7 @@ class _Invented:
             fixtures=["arm_fixer_1"], started_at=at,
         )  # fmt: skip
         self._add(row)
-        # What a stiff shoulder lets a therapist do: less than a healthy one.
+        # A stiff shoulder allows a smaller range.
         rest = built_in.poses_deg[0]
         poses = rest + (0.45 + 0.1 * self._chance.random()) * (built_in.poses_deg - rest)
         angles = motor_angles_deg(poses, self._side)
@@ -193,10 +192,10 @@ class _Invented:
             nothing,
             end,
         )
-        kept = recordings.store_teaching(self._session, journal)
-        if not kept:
-            raise AssertionError("a motion that was just begun is known")
-        return _Taught(kept[0], Motion(built_in.times_s, _counts(angles)))
+        takes = recordings.store_teaching(self._session, journal)
+        if not takes:
+            raise AssertionError("the teaching was added above")
+        return _Taught(takes[0], Motion(built_in.times_s, _counts(angles)))
 
     def _programme(self, episode_id: UUID, taught: list[_Taught]) -> ProgrammeVersionRow:
         programme = ProgrammeRow(
@@ -268,7 +267,7 @@ class _Invented:
         count = int(wanted.duration_s * _RATE_HZ * (0.6 if stopped else 1.0))
         times_s = np.arange(count) / _RATE_HZ
         setpoints = wanted.at(times_s)
-        # Behind the setpoint, and pulled a little aside by an arm: slowly, so that it is seen in the error.
+        # The motors lag behind the setpoint, and the arm pulls slowly, which shows in the error.
         pull = self._noise.normal(0, 1, 5) * np.sin(2 * np.pi * times_s[:, None] / self._noise.uniform(3, 9, 5))
         shaking = self._noise.normal(0, 0.05, setpoints.shape)
         measured = _counts(wanted.at(np.maximum(times_s - _LAG_S, 0.0)) + np.array(_NOISE_DEG) * pull + shaking)
@@ -334,5 +333,5 @@ def _note(better: float, stopped: bool) -> str:
 
 
 def _counts(angles_deg: Any) -> Any:
-    """As a drive's encoder tells them."""
+    """Round angles to a drive's encoder counts."""
     return np.rint(np.asarray(angles_deg) / _COUNT_DEG) * _COUNT_DEG

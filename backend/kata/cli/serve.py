@@ -118,7 +118,7 @@ async def _serve(settings: Settings) -> None:
             certificate = tls.Certificate(settings, allowed_hosts(settings)) if settings.encrypted else None
             await stack.enter_async_context(application.router.lifespan_context(application))
             if certificate:
-                await stack.enter_async_context(tls.kept(certificate))
+                await stack.enter_async_context(tls.refreshed(certificate))
                 console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
             await stack.enter_async_context(watchdog.watched())
             await _Server(_configured(application, settings, certificate)).serve([listening])

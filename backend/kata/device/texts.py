@@ -8,13 +8,13 @@ ESTOP_PRESSED: Final = message("estop_pressed", "The emergency stop was pressed.
 ESTOP_UNKNOWN: Final = message("estop_unknown", "The emergency stop's state is unknown.")
 CONTACTS_DISAGREE: Final = message("contacts_disagree", "The two contacts of the emergency stop contradict each other.")
 BUS_LOST: Final = message("bus_lost", "The connection to the motors is lost.")
-TORQUE_FOUND: Final = message("torque_found", "Motor {motor:d} has held the arm since before the connection came back.")
+TORQUE_FOUND: Final = message("torque_found", "Motor {motor:d} already had torque when the connection came back.")
 DRIVE_RESET: Final = message("drive_reset", "Motor {motor:d} has lost its settings.")
 DRIVE_SILENT: Final = message("drive_silent", "Motor {motor:d} does not answer.")
-DRIVE_GARBLED: Final = message("drive_garbled", "Motor {motor:d}'s answers come damaged.")
+DRIVE_GARBLED: Final = message("drive_garbled", "Motor {motor:d} sends damaged answers.")
 DRIVE_ERROR: Final = message("drive_error", "Motor {motor:d} reports a hardware error.")
-DRIVE_WATCHDOG: Final = message("drive_watchdog", "Motor {motor:d} stopped by itself because the bus fell silent.")
-TORQUE_LOST: Final = message("torque_lost", "Motor {motor:d} has switched its torque off by itself.")
+DRIVE_WATCHDOG: Final = message("drive_watchdog", "Motor {motor:d} stopped because it received no messages.")
+TORQUE_LOST: Final = message("torque_lost", "Motor {motor:d} has switched its torque off.")
 TORQUE_REMAINS: Final = message("torque_remains", "Motor {motor:d} still has torque although it was switched off.")
 POSITION_JUMP: Final = message("position_jump", "Motor {motor:d} reported a position that it cannot have reached.")
 POSITION_FROZEN: Final = message("position_frozen", "Motor {motor:d} does not move, or its encoder has stopped.")
@@ -25,9 +25,9 @@ OVERSPEED: Final = message("overspeed", "Motor {motor:d} was too fast.")
 FOLLOWING_ERROR: Final = message(
     "following_error", "Motor {motor:d} could not follow its setpoint: something holds the arm."
 )
-SETPOINT_STEP: Final = message("setpoint_step", "Motor {motor:d} was about to be sent a jump.")
-SETPOINT_LIMIT: Final = message("setpoint_limit", "Motor {motor:d} was about to be sent beyond its limit.")
-SETPOINT_ACCELERATION: Final = message("setpoint_acceleration", "Motor {motor:d} was about to be sent a jerk.")
+SETPOINT_STEP: Final = message("setpoint_step", "The next setpoint of motor {motor:d} was a jump.")
+SETPOINT_LIMIT: Final = message("setpoint_limit", "The next setpoint of motor {motor:d} was beyond its limit.")
+SETPOINT_ACCELERATION: Final = message("setpoint_acceleration", "The next setpoint of motor {motor:d} was a jerk.")
 SETPOINT_FROZEN: Final = message("setpoint_frozen", "The control program has stopped planning the movement.")
 OVERRUN: Final = message("overrun", "The control computer was too slow.")
 SERVICE_SILENT: Final = message("service_silent", "The control computer lost its connection to the clinic service.")
@@ -38,7 +38,7 @@ LOAD_ON_THE_WAY: Final = message("load_on_the_way", "Motor {motor:d} met resista
 LOAD_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
 OPERATOR_STOP: Final = message("operator_stop", "Stopped by the operator.")
 BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was gone for too long.")
-UNEXPECTED_ERROR: Final = message("unexpected_error", "The control program met an error of its own.")
+UNEXPECTED_ERROR: Final = message("unexpected_error", "The control program had an internal error.")
 RELEASE_SWITCH: Final = message("release_switch", "Look after the patient, release the switch, then acknowledge.")
 CHECK_SWITCH_CABLE: Final = message(
     "check_switch_cable", "Check the switch's cable and its drive's power, then acknowledge."
@@ -49,7 +49,7 @@ HAVE_SWITCH_CHECKED: Final = message(
 )
 CHECK_ADAPTER_AND_POWER: Final = message(
     "check_adapter_and_power",
-    "Support the arm: the motors may still hold it. Check the RS-485 adapter and the power supplies; the connection comes back by itself.",
+    "Support the arm: the motors may still hold it. Check the RS-485 adapter and the power supplies; the connection is restored automatically.",
 )
 SUPPORT_AND_RELEASE_TORQUE: Final = message("support_and_release_torque", "Support the arm, then release the torque.")
 WAIT_FOR_SET_UP: Final = message(
@@ -101,20 +101,20 @@ NOT_PLAYABLE_PAPER_RATE: Final = message(
     "not_playable_paper_rate", "this station's cycles do not divide into the paper's 10 Hz"
 )
 NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its load level must be 1 to {levels:d}")
-NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some axes only")
+NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some motors only")
 NOT_PLAYABLE_CORRECTION_METHOD: Final = message(
     "not_playable_correction_method", "a correction belongs to the learned method only"
 )
-NOT_PLAYABLE_CORRECTION_CUT: Final = message("not_playable_correction_cut", "what was learned is cut short")
+NOT_PLAYABLE_CORRECTION_CUT: Final = message("not_playable_correction_cut", "its learned correction is incomplete")
 NOT_PLAYABLE_CORRECTION_LENGTH: Final = message(
-    "not_playable_correction_length", "what was learned is as long as another recording"
+    "not_playable_correction_length", "its learned correction has another length"
 )
 NOT_PLAYABLE_CORRECTION_LARGE: Final = message(
-    "not_playable_correction_large", "what was learned is more than {largest_deg:g} deg somewhere"
+    "not_playable_correction_large", "its learned correction exceeds {largest_deg:g} deg"
 )
 TOO_MANY_COMMANDS: Final = message("too_many_commands", "Too many commands are waiting.")
 WAIT_A_MOMENT: Final = message("wait_a_moment", "Wait a moment.")
-NOT_PLAYABLE_SAMPLES_CUT: Final = message("not_playable_samples_cut", "its samples are cut short")
+NOT_PLAYABLE_SAMPLES_CUT: Final = message("not_playable_samples_cut", "its samples are incomplete")
 RECORDING_NOT_PLAYABLE: Final = message("recording_not_playable", "This recording cannot be played: {reason:text}.")
 LOOK_AT_ARM_AND_TRY_AGAIN: Final = message(
     "look_at_arm_and_try_again", "Look at the arm and the patient, then try again."
@@ -166,7 +166,7 @@ SETTINGS_VERIFIED: Final = message("settings_verified", "Every motor has its set
 IS_OFFLINE: Final = message("is_offline", "The apparatus is not connected.")
 IS_IDLE: Final = message("is_idle", "No recording is loaded.")
 LOAD_RECORDING_FIRST: Final = message("load_recording_first", "Load a recording first.")
-IS_TEACHING: Final = message("is_teaching", "Teaching is going on.")
+IS_TEACHING: Final = message("is_teaching", "Teaching is in progress.")
 FINISH_TEACHING_FIRST: Final = message("finish_teaching_first", "Finish teaching first.")
 IS_READY: Final = message("is_ready", "A recording is loaded, and the arm is not at its start yet.")
 APPROACH_OR_UNLOAD: Final = message("approach_or_unload", "Move to the start, or unload it.")
@@ -175,28 +175,28 @@ WAIT_OR_STOP: Final = message("wait_or_stop", "Wait until it is there, or stop."
 IS_PLAYING: Final = message("is_playing", "The recording is playing.")
 PAUSE_OR_STOP_FIRST: Final = message("pause_or_stop_first", "Pause first, or stop.")
 IS_PAUSED: Final = message("is_paused", "The arm is held on the recording's path.")
-PLAY_RETURN_OR_STOP: Final = message("play_return_or_stop", "Play on, go back, or stop.")
+PLAY_RETURN_OR_STOP: Final = message("play_return_or_stop", "Continue, return, or stop.")
 IS_RETURNING: Final = message("is_returning", "The arm is on its way back.")
 IS_STOPPED: Final = message("is_stopped", "The apparatus has been stopped.")
 ACKNOWLEDGE_FIRST: Final = message("acknowledge_first", "Acknowledge the stop first.")
 STOPPED_MEANWHILE: Final = message("stopped_meanwhile", "The apparatus was stopped after this command was sent.")
 NOT_STOPPED: Final = message("not_stopped", "Nothing is stopped.")
 NOTHING_TO_DO: Final = message("nothing_to_do", "Nothing to do.")
-NOT_TEACHING: Final = message("not_teaching", "Teaching is not going on.")
+NOT_TEACHING: Final = message("not_teaching", "No teaching is in progress.")
 OTHER_SIDE: Final = message(
-    "other_side", "This is for the {wanted:text} shoulder, and the apparatus stands for the {stands_for:text} one."
+    "other_side", "This is for the {wanted:text} shoulder, but the apparatus is set to the {stands_for:text} one."
 )
 TURN_APPARATUS_OR_CHOOSE: Final = message(
-    "turn_apparatus_or_choose", "Turn the apparatus and say so, or choose what was taught on its side."
+    "turn_apparatus_or_choose", "Turn the apparatus and confirm its side, or choose a recording of its side."
 )
 RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
-OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} stands at {angle_deg:.0f} deg, outside its range.")
+OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} is at {angle_deg:.0f} deg, outside its range.")
 MOVE_BACK_BY_HAND: Final = message("move_back_by_hand", "Move the arm back by hand.")
 TOO_FAR_FROM_START: Final = message(
     "too_far_from_start",
-    "Motor {motor:d} stands {distance_deg:.0f} deg from where the recording begins; this method goes there in one step.",
+    "Motor {motor:d} is {distance_deg:.0f} deg from the start of the recording; this method goes there in one step.",
 )
 MOVE_WITHIN_OR_OTHER_METHOD: Final = message(
     "move_within_or_other_method", "Move the arm to within {within_deg:g} deg by hand, or choose another method."
@@ -205,16 +205,17 @@ MOTOR_CANNOT_BE_SET_UP: Final = message("motor_cannot_be_set_up", "A motor canno
 HAVE_IT_CHECKED: Final = message("have_it_checked", "Have it checked.")
 SETTINGS_BEING_CHECKED: Final = message("settings_being_checked", "The motors' settings are being checked.")
 COMMAND_EXPIRED: Final = message("command_expired", "The command came too late.")
-NO_TORQUE_FOUND: Final = message("no_torque_found", "No motor holds the arm from before.")
+NO_TORQUE_FOUND: Final = message("no_torque_found", "No motor had torque when the apparatus was connected.")
 ACKNOWLEDGE_STOP: Final = message("acknowledge_stop", "Acknowledge the stop.")
 DRIVE_HAS_TORQUE: Final = message(
-    "drive_has_torque", "motor {motor:d} (id {drive_id:d}) has torque: its settings are left as they are"
+    "drive_has_torque", "motor {motor:d} (id {drive_id:d}) has torque: its settings are not changed"
 )
 DRIVE_SETTING_REFUSED: Final = message(
-    "drive_setting_refused", "motor {motor:d} (id {drive_id:d}) does not take its {setting:name}"
+    "drive_setting_refused", "motor {motor:d} (id {drive_id:d}) does not accept its {setting:name}"
 )
 DRIVE_OTHER_MODEL: Final = message(
-    "drive_other_model", "motor {motor:d} (id {drive_id:d}) is of model {model:d}; the station wants {wanted:name}"
+    "drive_other_model",
+    "motor {motor:d} (id {drive_id:d}) is model {model:d}; the station's file requires {wanted:name}",
 )
 DRIVES_SHARE_ID: Final = message("drives_share_id", "two drives answer to id {drive_id:d}, motor {motor:d}'s")
 DRIVE_REGISTER_REFUSED: Final = message(
@@ -224,5 +225,5 @@ DRIVE_REGISTER_EXCEPTION: Final = message(
     "drive_register_exception",
     "motor {motor:d} (id {drive_id:d}) refused register {register:d} (exception {exception:d})",
 )
-PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} is gone: it was hung up")
-PORT_TAKES_NOTHING: Final = message("port_takes_nothing", "{port:name} does not take what is sent")
+PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} is gone: it was disconnected")
+PORT_TAKES_NOTHING: Final = message("port_takes_nothing", "{port:name} does not accept data")

@@ -11,7 +11,9 @@ COLUMN_MISSING_WITH_OTHERS: Final = message(
 COLUMNS_MISSING: Final = message(
     "columns_missing", "the first line must name the columns {columns:name}; missing: {missing:name}"
 )
-CELL_WITHOUT_COLUMN: Final = message("cell_without_column", "{cell:name} is more than the first line has names for")
+CELL_WITHOUT_COLUMN: Final = message(
+    "cell_without_column", "{cell:name} is in a column without a name in the first line"
+)
 CELL_NOT_NUMBER: Final = message("cell_not_number", "{cell:name} is not a number")
 TIME_MUST_INCREASE: Final = message("time_must_increase", "time must increase, {time_s:g} follows {before_s:g}")
 ANGLE_OUT_OF_APPARATUS: Final = message(
@@ -22,18 +24,18 @@ FILE_UNREADABLE: Final = message("file_unreadable", "{file:name}: {error:name}")
 FILE_NOT_TEXT: Final = message("file_not_text", "{file:name} is not a text file")
 SIDE_LEFT: Final = message("side_left", "left")
 SIDE_RIGHT: Final = message("side_right", "right")
-COLUMN_UNIT_WRONG: Final = message(
-    "column_unit_wrong", "the unit is not the one that is needed; {column:name} is what the column must be called"
-)
-COLUMN_TWICE: Final = message("column_twice", "this column is there twice")
+COLUMN_UNIT_WRONG: Final = message("column_unit_wrong", "the unit is wrong; the column must be called {column:name}")
+COLUMN_TWICE: Final = message("column_twice", "this column occurs twice")
 COLUMN_MISSING: Final = message("column_missing", "this column is missing")
 CSV_UNREADABLE: Final = message("csv_unreadable", "line {line:d} cannot be read as CSV: {error:name}")
 TRIM_TOO_SHORT: Final = message(
     "trim_too_short",
     "from {start_s:g} s to {end_s:g} s there must be at least {least_s:g} s, within the motion's {duration_s:.1f} s",
 )
-LESS_THAN_RANGE: Final = message("less_than_range", "{deg:g} deg less: the motion goes through {reach_deg:.1f} deg")
-NO_MOTOR_LEFT: Final = message("no_motor_left", "of motors {first:d} to {last:d} at least one must move")
+LESS_THAN_RANGE: Final = message(
+    "less_than_range", "{deg:g} deg less is not possible: the motion covers {reach_deg:.1f} deg"
+)
+NO_MOTOR_LEFT: Final = message("no_motor_left", "at least one of motors {first:d} to {last:d} must move")
 HOLD_OUTSIDE_MOTION: Final = message(
     "hold_outside_motion", "hold at {at_s:g} s for {hold_s:g} s: the motion lasts {duration_s:.1f} s"
 )
@@ -66,10 +68,10 @@ NO_SCAPULA_POSITION: Final = message(
     "no position of the scapula has motor 1 at {angle_1_deg:.1f} deg and motor 2 at {angle_2_deg:.1f} deg",
 )
 MOTION_TOO_SHORT: Final = message(
-    "motion_too_short", "the motion is too short: {least_s:g} s and two rows are the least"
+    "motion_too_short", "the motion is too short: at least {least_s:g} s and two rows are needed"
 )
 SAMPLES_TOO_FEW: Final = message("samples_too_few", "a recording needs at least two samples of five angles each")
-SAMPLES_NOT_NUMBERS: Final = message("samples_not_numbers", "the recording holds values that are not numbers")
+SAMPLES_NOT_NUMBERS: Final = message("samples_not_numbers", "the recording contains values that are not numbers")
 TIME_NOT_INCREASING: Final = message("time_not_increasing", "the recording's time does not increase")
 SAMPLES_TOO_CLOSE: Final = message("samples_too_close", "two samples are closer together than {shortest_ms:g} ms")
 SAMPLES_MISSING: Final = message("samples_missing", "samples are missing for {gap_s:.1f} s after {at_s:.1f} s")
@@ -77,7 +79,8 @@ RECORDING_TOO_SHORT: Final = message(
     "recording_too_short", "it lasts {duration_s:g} s; at least {least_s:g} s are needed"
 )
 ANGLE_IMPLAUSIBLE: Final = message(
-    "angle_implausible", "motor {motor:d} would go to {angle_deg:.3g} deg; no motor goes beyond {largest_deg:g} deg"
+    "angle_implausible",
+    "motor {motor:d} would go to {angle_deg:.3g} deg; {largest_deg:g} deg is the most for any motor",
 )
 MOTOR_OUT_OF_RANGE: Final = message(
     "motor_out_of_range",

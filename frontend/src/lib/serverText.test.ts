@@ -21,7 +21,7 @@ describe("a server text on a Japanese page", () => {
     ["The emergency stop was pressed.", { code: "estop_pressed", params: {} }, "非常停止が押されました。"],
     ["Motor 3 does not answer.", { code: "drive_silent", params: { motor: 3 } }, "モータ3が応答しません。"],
     [
-      "This is for the left shoulder, and the apparatus stands for the right one.",
+      "This is for the left shoulder, but the apparatus is set to the right one.",
       {
         code: "other_side",
         params: { wanted: nested("side_left", "left"), stands_for: nested("side_right", "right") },

@@ -19,7 +19,7 @@ const cause = {
 
 const NOTHING_FOUND = {
   code: "no_torque_found",
-  message: "No motor holds the arm from before.",
+  message: "No motor had torque when the apparatus was connected.",
   next_step: "",
 };
 

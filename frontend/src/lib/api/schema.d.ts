@@ -107,7 +107,7 @@ export interface paths {
         head?: never;
         /**
          * Change an account
-         * @description Change name, role or stations; disable it or open it again. What is signed in with it ends where its rights change.
+         * @description Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions.
          */
         patch: operations["update_account"];
         trace?: never;
@@ -123,7 +123,7 @@ export interface paths {
         put?: never;
         /**
          * Issue a new one-time code for an account
-         * @description Sign every browser of an account out; its owner sets a new password with the code that is answered.
+         * @description Sign out all browsers of an account. Its user sets a new password with the returned code.
          */
         post: operations["reset_account"];
         delete?: never;
@@ -1588,7 +1588,7 @@ export interface paths {
         put?: never;
         /**
          * Change the own password
-         * @description Change one's password; every other browser is signed out.
+         * @description Change the own password. All other browsers are signed out.
          */
         post: operations["change_password"];
         delete?: never;
@@ -1607,17 +1607,17 @@ export interface paths {
         get?: never;
         /**
          * Confirm the new second factor
-         * @description Confirm the second factor by a code of it; every other browser is signed out.
+         * @description Confirm the second factor by a code of it. All other browsers are signed out.
          */
         put: operations["confirm_second_factor"];
         /**
          * Begin to set up a second factor
-         * @description Begin to set up a second factor; it counts once a code was confirmed.
+         * @description Begin to set up a second factor. It becomes valid when a code is confirmed.
          */
         post: operations["begin_second_factor"];
         /**
          * Remove the second factor
-         * @description Take the second factor away; who needs one has to set up another at once.
+         * @description Remove the second factor. An account that needs one must set up another at once.
          */
         delete: operations["remove_second_factor"];
         options?: never;
@@ -1657,7 +1657,7 @@ export interface paths {
         post?: never;
         /**
          * End one of the own login sessions
-         * @description Sign another of one's own browsers out.
+         * @description End another login session of the user.
          */
         delete: operations["end_own_sign_in"];
         options?: never;
@@ -1680,7 +1680,7 @@ export interface paths {
         put?: never;
         /**
          * Sign in with a password
-         * @description Sign in with user name and password, and with the second factor where there is one.
+         * @description Sign in with user name and password, and with the second factor if the account has one.
          */
         post: operations["sign_in_by_password"];
         delete?: never;
@@ -1720,7 +1720,7 @@ export interface paths {
         put?: never;
         /**
          * Complete a login at the OpenID provider
-         * @description Sign in, or unlock the screen, with what the provider has sent the browser back with.
+         * @description Sign in, or unlock the screen, with the provider's answer.
          */
         post: operations["sign_in_by_openid"];
         delete?: never;
@@ -1740,7 +1740,7 @@ export interface paths {
         put?: never;
         /**
          * Give the second factor after an OpenID login
-         * @description Give the code of the account's second factor, where the provider has asked for none.
+         * @description Give the code of the account's second factor if the provider has not checked one.
          */
         post: operations["confirm_openid"];
         delete?: never;
@@ -2427,17 +2427,17 @@ export interface components {
             stations: string[];
             /**
              * Password
-             * @description Whether there is one.
+             * @description True if the account has a password.
              */
             password: boolean;
             /**
              * Second Factor
-             * @description Whether there is one.
+             * @description True if the account has a second factor.
              */
             second_factor: boolean;
             /**
              * Openid
-             * @description Who this is at the clinic's OpenID provider (`sub`); null: nobody there.
+             * @description Identity at the clinic's OpenID provider (`sub`); null: none.
              */
             openid: string | null;
             /**
@@ -2459,7 +2459,7 @@ export interface components {
         };
         /**
          * AccountCreate
-         * @description Somebody who may sign in.
+         * @description A new account.
          */
         AccountCreate: {
             /**
@@ -2470,7 +2470,7 @@ export interface components {
             username: string;
             /**
              * Name
-             * @description As it stands in records.
+             * @description The name in records.
              * @example Yamada Hanako
              */
             name: string;
@@ -2481,35 +2481,35 @@ export interface components {
             role: "therapist" | "administrator" | "viewer" | "technician";
             /**
              * Stations
-             * @description Names of the stations that it works at; empty: all.
+             * @description Names of the account's stations; empty: all.
              */
             stations?: string[];
         };
         /**
          * AccountUpdate
-         * @description Any part of it. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
+         * @description Changed fields of an account. ``updated_at`` is the one that the editor saw; if it has changed since, nothing is saved.
          */
         AccountUpdate: {
             /** Name */
             name?: string | null;
             /**
              * Role
-             * @description Another role signs every browser of the account out.
+             * @description A changed role signs out all browsers of the account.
              */
             role?: ("therapist" | "administrator" | "viewer" | "technician") | null;
             /**
              * Stations
-             * @description Other stations sign every browser of the account out.
+             * @description Changed stations sign out all browsers of the account.
              */
             stations?: string[] | null;
             /**
              * Disabled
-             * @description True shuts it and signs every browser of it out, false opens it again.
+             * @description True disables the account and signs out all its browsers; false enables it again.
              */
             disabled?: boolean | null;
             /**
              * Openid
-             * @description Who this is at the clinic's OpenID provider (`sub`); empty: no longer anybody. Another one than before signs every browser of the account out.
+             * @description Identity at the clinic's OpenID provider (`sub`); empty: none. A changed identity signs out all browsers of the account.
              */
             openid?: string | null;
             /** Updated At */
@@ -2831,7 +2831,7 @@ export interface components {
         };
         /**
          * Away
-         * @description To the provider.
+         * @description The address of the provider's login page.
          */
         Away: {
             /** Address */
@@ -3019,12 +3019,12 @@ export interface components {
         };
         /**
          * BeginOpenId
-         * @description Where somebody wants to go.
+         * @description The screen to show after the login.
          */
         BeginOpenId: {
             /**
              * To
-             * @description The screen to come back to; empty: to none, in a tab of its own.
+             * @description The screen to come back to; empty: none, in a separate tab.
              * @default /
              */
             to: string;
@@ -3133,14 +3133,14 @@ export interface components {
         };
         /**
          * ChangePassword
-         * @description The old password, and the new one.
+         * @description The old and the new password.
          */
         ChangePassword: {
             /** Old Password */
             old_password: string;
             /**
              * Password
-             * @description The new one.
+             * @description The new password.
              */
             password: string;
         };
@@ -4041,12 +4041,12 @@ export interface components {
         };
         /**
          * LinkSignIn
-         * @description By a link of the demonstration clinic.
+         * @description The secret of a demonstration link.
          */
         LinkSignIn: {
             /**
              * Secret
-             * @description What stands in the link behind `link=`; good for one sign-in.
+             * @description The part of the link after `link=`; valid for one login.
              */
             secret: string;
         };
@@ -4200,7 +4200,7 @@ export interface components {
             me: components["schemas"]["Me"] | null;
             /**
              * To
-             * @description The screen that was wanted; empty: none, this tab can be closed.
+             * @description The screen to show; empty: none, close this tab.
              */
             to: string;
         };
@@ -4274,7 +4274,7 @@ export interface components {
         };
         /**
          * Me
-         * @description Who is signed in at this browser, and what they may do.
+         * @description The user of this browser, with permissions.
          */
         Me: {
             /**
@@ -4286,7 +4286,7 @@ export interface components {
             username: string;
             /**
              * Name
-             * @description As it stands in records.
+             * @description The name in records.
              */
             name: string;
             /**
@@ -4296,7 +4296,7 @@ export interface components {
             role: "therapist" | "administrator" | "viewer" | "technician";
             /**
              * Language
-             * @description Of the page; empty: the browser's.
+             * @description Language of the page; empty: the browser's.
              */
             language: string;
             /** Permissions */
@@ -4313,22 +4313,22 @@ export interface components {
             locked: boolean;
             /**
              * Enrolling
-             * @description A second factor has to be set up before anything else is allowed.
+             * @description A second factor must be set up before anything else is allowed.
              */
             enrolling: boolean;
             /**
              * Second Factor
-             * @description Whether there is one.
+             * @description True if the account has a second factor.
              */
             second_factor: boolean;
             /**
              * Password
-             * @description Whether there is one; others sign in by OpenID Connect or a link.
+             * @description True if the account has a password. Others sign in by OpenID Connect or a link.
              */
             password: boolean;
             /**
              * Openid
-             * @description What the clinic's OpenID provider is called, where this account is linked with it.
+             * @description Name of the clinic's OpenID provider if this account is linked with it, else null.
              */
             openid: string | null;
             /**
@@ -4338,7 +4338,7 @@ export interface components {
             demonstration: boolean;
             /**
              * Idle S
-             * @description Seconds without anything done by the user after which the screen is locked.
+             * @description The screen locks after this many seconds without user activity.
              */
             idle_s: number;
         };
@@ -4649,26 +4649,26 @@ export interface components {
         };
         /**
          * OidcCallback
-         * @description What the provider has sent the browser back with.
+         * @description Parameters with which the provider has sent the browser back.
          */
         OidcCallback: {
             /** State */
             state: string;
             /**
              * Code
-             * @description Empty where the provider refused.
+             * @description Empty if the provider refused.
              * @default
              */
             code: string;
             /**
              * Iss
-             * @description Who it is that answers, where it says so (RFC 9207).
+             * @description The issuer, if the provider names it (RFC 9207).
              */
             iss?: string | null;
         };
         /**
          * OneTimeCode
-         * @description For its owner, to set a password with; shown this one time.
+         * @description A code with which the account's user sets a password. It is shown only once.
          */
         OneTimeCode: {
             account: components["schemas"]["Account"];
@@ -4687,7 +4687,7 @@ export interface components {
         };
         /**
          * OpenIdCode
-         * @description Of the account's own second factor.
+         * @description A code of the account's second factor.
          */
         OpenIdCode: {
             /**
@@ -4699,7 +4699,7 @@ export interface components {
         };
         /**
          * OwnSignIn
-         * @description A browser that one is signed in at.
+         * @description A login session of the user.
          */
         OwnSignIn: {
             /**
@@ -4709,7 +4709,7 @@ export interface components {
             id: string;
             /**
              * Here
-             * @description This one.
+             * @description True for this browser.
              */
             here: boolean;
             /**
@@ -4722,7 +4722,7 @@ export interface components {
             /**
              * Seen At
              * Format: date-time
-             * @description When its user last did something. UTC.
+             * @description Time of the last user activity. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             seen_at: string;
@@ -4730,7 +4730,7 @@ export interface components {
             address: string;
             /**
              * Agent
-             * @description What the browser calls itself.
+             * @description User agent of the browser.
              */
             agent: string;
         };
@@ -5629,7 +5629,7 @@ export interface components {
         };
         /**
          * Reauthentication
-         * @description The password again; not needed within ten minutes of having been given.
+         * @description The password; not needed within ten minutes after the last authentication.
          */
         Reauthentication: {
             /** Password */
@@ -5925,7 +5925,7 @@ export interface components {
         };
         /**
          * RecoveryCodes
-         * @description Each stands in for the second factor once; shown this one time.
+         * @description Recovery codes. Each replaces the second factor once. They are shown only once.
          */
         RecoveryCodes: {
             /** Codes */
@@ -5958,12 +5958,12 @@ export interface components {
         };
         /**
          * Reset
-         * @description What is good no longer.
+         * @description What to reset besides the password.
          */
         Reset: {
             /**
              * Second Factor
-             * @description Also the second factor, where that was lost.
+             * @description True also removes the second factor.
              * @default false
              */
             second_factor: boolean;
@@ -6354,17 +6354,17 @@ export interface components {
         };
         /**
          * SecondFactorBegun
-         * @description What an app takes to make codes.
+         * @description The secret for an app that makes codes.
          */
         SecondFactorBegun: {
             /**
              * Address
-             * @description `otpauth://`: for an app on this very device, and to type its secret.
+             * @description `otpauth://`: for an app on this device, or to type its secret.
              */
             address: string;
             /**
              * Picture
-             * @description The same as a QR code: a `data:` address of an SVG.
+             * @description The address as a QR code: a `data:` address of an SVG.
              */
             picture: string;
         };
@@ -6773,7 +6773,7 @@ export interface components {
         };
         /**
          * SetPassword
-         * @description By the one-time code that an administrator has given.
+         * @description A one-time code of an administrator, and the new password.
          */
         SetPassword: {
             /** Username */
@@ -6788,17 +6788,17 @@ export interface components {
         };
         /**
          * SetUp
-         * @description The first administrator, or one for a clinic that is locked out.
+         * @description The first administrator, or a new one for a clinic without access.
          */
         SetUp: {
             /**
              * Secret
-             * @description What stands in the set-up link behind `secret=`; good once.
+             * @description The part of the set-up link after `secret=`; valid once.
              */
             secret: string;
             /**
              * Username
-             * @description A new one; or one that exists, which becomes an administrator with this password.
+             * @description A new user name, or an existing one, whose account becomes an administrator with this password.
              */
             username: string;
             /**
@@ -6822,7 +6822,7 @@ export interface components {
         };
         /**
          * SignIn
-         * @description Who somebody is.
+         * @description User name and password.
          */
         SignIn: {
             /**
@@ -6837,7 +6837,7 @@ export interface components {
             password: string;
             /**
              * Code
-             * @description Of the second factor: six digits, or a recovery code.
+             * @description Code of the second factor: six digits, or a recovery code.
              * @example 123456
              */
             code?: string | null;
@@ -7538,7 +7538,7 @@ export interface components {
         };
         /**
          * Unlock
-         * @description The password again.
+         * @description The password.
          */
         Unlock: {
             /** Password */
@@ -7622,12 +7622,12 @@ export interface components {
         };
         /**
          * WaysIn
-         * @description How people sign in here, besides name and password.
+         * @description Ways to sign in, besides name and password.
          */
         WaysIn: {
             /**
              * Openid
-             * @description What the clinic's OpenID provider is called; null: there is none.
+             * @description Name of the clinic's OpenID provider; null: there is none.
              */
             openid: string | null;
         };
