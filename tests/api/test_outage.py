@@ -38,7 +38,7 @@ from tests.support.visits import eventually, programme
 
 LIMIT_S = 60.0
 FEW_S = 8.0
-"""So long the first who ask may wait until they are told; everybody after them is told at once."""
+"""Longest wait of the first requests in an outage. Later requests are refused at once."""
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) 
 
 
 @pytest.fixture(scope="module")
-def told(client: TestClient) -> list[NewDeviceEvent]:
+def recorded(client: TestClient) -> list[NewDeviceEvent]:
     """What the device tells from now on, as it is put down."""
     app: Any = client.app
     heard: list[NewDeviceEvent] = []
@@ -66,18 +66,18 @@ def told(client: TestClient) -> list[NewDeviceEvent]:
     return heard
 
 
-def all_is_there(client: TestClient, told: list[NewDeviceEvent], run_id: str) -> dict[str, Any]:
+def all_is_there(client: TestClient, recorded: list[NewDeviceEvent], run_id: str) -> dict[str, Any]:
     """Every event once and in order, every sample of the run once; the run itself."""
     app: Any = client.app
     assert app.state.services.event_spool.until_taken(LIMIT_S)
     limit = time.monotonic() + LIMIT_S
     while client.get(f"/api/runs/{run_id}").json()["outcome"] == "loaded":
         assert time.monotonic() < limit
-    ids = [one.id for one in told]
+    ids = [one.id for one in recorded]
     assert len(set(ids)) == len(ids) > 3
     with app.state.services.database.read() as session:
         rows = session.scalars(select(DeviceEventRow).where(DeviceEventRow.id.in_(ids))).all()
-        assert sorted((row.at, row.code) for row in rows) == sorted((one.at, one.code) for one in told)
+        assert sorted((row.at, row.code) for row in rows) == sorted((one.at, one.code) for one in recorded)
         (file,) = (app.state.folder / "journal").glob(f"imported/*{run_id}*")
         measured = journal.read(file)
         assert len(runs.samples(session, UUID(run_id))["time_s"]) == len(measured.t_ns) > 50
@@ -96,7 +96,7 @@ def noted(client: TestClient) -> list[str]:
 
 
 def test_session_continues_while_the_database_hangs_and_page_shows_it(
-    client: TestClient, server: postgresql.Server, told: list[NewDeviceEvent]
+    client: TestClient, server: postgresql.Server, recorded: list[NewDeviceEvent]
 ) -> None:
     until_mode(client, "idle")
     patient = client.post(
@@ -135,7 +135,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
         stopped = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         assert stopped["database"]["waiting"] > 0
     until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
-    assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+    assert all_is_there(client, recorded, run["id"])["outcome"] == "stopped"
     # Who pressed what meanwhile is in the trail, in the order in which it was pressed.
     assert noted(client)[-4:] == ["pause", "play", "stop", "database_away"]
     until(client, lambda live: "acknowledge" not in live["refusals"])
@@ -143,7 +143,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
 
 
 def test_run_ended_during_an_outage_exists_after_a_restart(
-    client: TestClient, server: postgresql.Server, told: list[NewDeviceEvent]
+    client: TestClient, server: postgresql.Server, recorded: list[NewDeviceEvent]
 ) -> None:
     until_mode(client, "idle")
     patient = client.post(
@@ -159,7 +159,7 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
         until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         problem(client.post("/api/sessions", json={"patient_id": str(uuid4())}), 503, "database_away")
     until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
-    assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+    assert all_is_there(client, recorded, run["id"])["outcome"] == "stopped"
     until(client, lambda live: "acknowledge" not in live["refusals"])
     accepted(client, "acknowledge")
 
@@ -167,7 +167,7 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
 THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
-def still_open_ahead(offline_sessions: OfflineSessions, session_id: str, recording_id: str) -> list[str] | None:
+def open_checks(offline_sessions: OfflineSessions, session_id: str, recording_id: str) -> list[str] | None:
     """As :func:`still_open`, by what was fetched; None while nothing is."""
     found = offline_sessions.checklist(UUID(session_id), UUID(recording_id), THERE)
     return None if found is None else [one.need.check for one in found if one.answer is None]
@@ -187,7 +187,7 @@ def visit(client: TestClient) -> dict[str, Any]:
     session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
     go_through_checklist(client, session["id"], first["id"])
     offline_sessions: OfflineSessions = app.state.services.offline_sessions
-    eventually(lambda: still_open_ahead(offline_sessions, session["id"], second["id"]) == ["fixtures"])
+    eventually(lambda: open_checks(offline_sessions, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
 
 
@@ -203,7 +203,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
 
 
 def test_session_continues_its_programme_during_an_outage(
-    client: TestClient, server: postgresql.Server, told: list[NewDeviceEvent], visit: dict[str, Any]
+    client: TestClient, server: postgresql.Server, recorded: list[NewDeviceEvent], visit: dict[str, Any]
 ) -> None:
     second = {
         "session_id": visit["id"],
@@ -230,7 +230,7 @@ def test_session_continues_its_programme_during_an_outage(
             "invalid",
         )
 
-        # What was not fetched is not known, and nothing of it is played or told.
+        # Records that were not fetched are unknown: they are neither played nor returned.
         unknown = {"session_id": str(uuid4())}, {"recording_id": str(uuid4())}
         for other in unknown:
             problem(client.post("/api/station/load", json=second | other), 503, "database_away")
@@ -249,7 +249,7 @@ def test_session_continues_its_programme_during_an_outage(
         accepted(client, "play")
         until_mode(client, "idle", within_s=60.0)
     until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
-    assert all_is_there(client, told, run["id"])["outcome"] == "completed"
+    assert all_is_there(client, recorded, run["id"])["outcome"] == "completed"
     session = client.get(f"/api/sessions/{visit['id']}").json()
     assert [one["id"] for one in session["runs"]] == [run["id"]]
     assert still_open(client, visit["id"], visit["second"]["id"]) == []

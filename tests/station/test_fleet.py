@@ -23,12 +23,12 @@ ID = UUID(int=7)
 BEGIN = Moment(1000.0, datetime(2026, 3, 1, 9, 0, tzinfo=UTC))
 
 
-def state(station: str = "Station 2", service: int = 1, **told: Any) -> StationReport:
+def state(station: str = "Station 2", service: int = 1, **fields: Any) -> StationReport:
     given: dict[str, Any] = {
         "simulated": True, "device": "running", "mode": "idle", "torque": "off", "estop": "closed", "causes": [],
         "arm_held": False, "operator": None, "patient": None, "recording_name": None, "progress": None, "take_s": None,
     }  # fmt: skip
-    return StationReport(station=station, service=UUID(int=service), **(given | told))
+    return StationReport(station=station, service=UUID(int=service), **(given | fields))
 
 
 def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationStatus:
@@ -53,7 +53,7 @@ def test_registered_station_never_heard_is_silent() -> None:
     roster = Roster("Station 2")
     roster.register(["Station 1", "Station 2", "Station 3"])
     shown = roster.statuses(BEGIN)
-    assert [(told.name, told.here, told.silent, told.heard_at) for told in shown] == [
+    assert [(status.name, status.here, status.silent, status.heard_at) for status in shown] == [
         ("Station 2", True, True, None),
         ("Station 1", False, True, None),
         ("Station 3", False, True, None),
@@ -82,9 +82,9 @@ def test_duplicate_service_names_are_reported_but_restarts_are_not() -> None:
 
 
 def test_progress_alone_is_no_news_and_everything_else_is() -> None:
-    def at(position_s: float, **told: Any) -> StationReport:
+    def at(position_s: float, **fields: Any) -> StationReport:
         progress = PlaybackProgress(position_s=position_s, duration_s=9.0, left_s=9.0 - position_s, reversing=False)
-        return state(mode="playing", progress=progress, **told)
+        return state(mode="playing", progress=progress, **fields)
 
     assert at(1.0).without_progress == at(2.0).without_progress
     assert state(take_s=1.0).without_progress == state(take_s=2.0).without_progress
@@ -96,14 +96,14 @@ def test_progress_alone_is_no_news_and_everything_else_is() -> None:
 def test_station_messages_never_exceed_the_database_column(length: int) -> None:
     cause = StopCauseLive(code="bus_lost", category=0, message="線" * length, next_step="n", axis=None, cleared=False)
     patient = PatientRef(id=ID, name="長" * min(length, 200))
-    told = state(mode="stopped", causes=[cause] * 5, patient=patient, recording_name="曲" * length)
-    text = as_json(told)
+    report = state(mode="stopped", causes=[cause] * 5, patient=patient, recording_name="曲" * length)
+    text = as_json(report)
     assert len(text.encode()) <= MAX_REPORT_BYTES
     read = StationReport.model_validate_json(text)
     assert (read.mode, read.estop, read.station) == ("stopped", "closed", "Station 2")
-    assert length > 100 or read == told
+    assert length > 100 or read == report
 
 
 def test_unknown_fields_of_a_newer_version_are_ignored() -> None:
-    told = json.loads(as_json(state())) | {"something_new": [1, 2]}
-    assert StationReport.model_validate_json(json.dumps(told)) == state()
+    report = json.loads(as_json(state())) | {"something_new": [1, 2]}
+    assert StationReport.model_validate_json(json.dumps(report)) == state()

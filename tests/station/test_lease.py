@@ -68,8 +68,8 @@ def test_takeover_must_be_explicit_and_both_users_are_notified(lease: Lease) -> 
     assert lease.take(KATO, at(2), take_over=True) is None
 
     for browser, mine in ((SATO, False), (KATO, True)):
-        told = lease.live(browser, at(2))
-        assert (told.holder, told.mine, told.taken_from, told.since) == ("Kato", mine, "Sato", at(2).at)
+        seen = lease.live(browser, at(2))
+        assert (seen.holder, seen.mine, seen.taken_from, seen.since) == ("Kato", mine, "Sato", at(2).at)
     assert lease.refusal(SATO) is not None
 
 
@@ -81,8 +81,8 @@ def test_same_person_in_another_browser_counts_as_another(lease: Lease) -> None:
 
 def test_taking_an_own_lease_changes_nothing(lease: Lease) -> None:
     assert lease.take(SATO, at(9), take_over=True) is None
-    told = lease.live(SATO, at(9))
-    assert (told.since, told.taken_from) == (NOON.at, None)
+    seen = lease.live(SATO, at(9))
+    assert (seen.since, seen.taken_from) == (NOON.at, None)
 
 
 def test_lease_is_returned_only_without_torque_and_by_its_holder(lease: Lease) -> None:
@@ -120,7 +120,7 @@ def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: L
     lease.page_closed(SATO, at(10))
     assert due(lease, 11.99, "playing") is None
     assert due(lease, 12.0, "playing") == "pause"
-    # Until it stands, and it is told why.
+    # Until it stands, and it is seen why.
     assert due(lease, 12.1, "playing") == "pause"
     lease.note_pause()
     assert lease.live(KATO, at(13)).paused is True
