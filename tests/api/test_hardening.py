@@ -2,14 +2,15 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, cast
+from urllib.parse import urlsplit
 
 import pytest
 from fastapi.testclient import TestClient
 from pydantic import ValidationError
 from starlette.websockets import WebSocketDisconnect
 
-from kata.api import security_middleware
+from kata.api import body_limits, security_middleware
 from kata.settings import Settings
 from kata.station.station import Station
 from tests.support.service import running
@@ -136,7 +137,7 @@ def test_tls_answers_require_tls_in_future(client: TestClient) -> None:
 
 
 def test_oversized_request_is_refused_with_or_without_a_length(client: TestClient) -> None:
-    long = b'"' + b"a" * security_middleware.LARGEST_BODY + b'"'
+    long = b'"' + b"a" * body_limits.LARGEST_BODY + b'"'
     json = {"content-type": "application/json"}
     said = client.post("/api/patients", content=long, headers=json)
     counted = client.post("/api/patients", content=iter([long[:1000], long[1000:]]), headers=json)
@@ -144,13 +145,63 @@ def test_oversized_request_is_refused_with_or_without_a_length(client: TestClien
     assert (counted.status_code, counted.json()["code"]) == (413, "content_too_large")
 
 
+IMPORT: Final = "/api/patients/00000000-0000-0000-0000-000000000000/recordings/import/preview?side=right"
+
+
+@pytest.mark.parametrize(
+    ("path", "kind", "status"),
+    [
+        ("/api/sign-in", "text/csv", 413),
+        ("/api/sign-in", "application/json", 413),
+        ("/api/nowhere", "text/csv", 405),
+        ("/api/patients", "application/json", 401),
+        ("/api/patients", "text/csv", 401),
+        (IMPORT, "text/csv", 401),
+        ("/api/patients/import/fhir?affected_side=left", "application/fhir+json", 401),
+    ],
+)
+def test_little_is_read_of_a_client_without_a_login(client: TestClient, path: str, kind: str, status: int) -> None:
+    piece, received, answered = b"a" * (1 << 14), 0, []
+
+    async def receive() -> dict[str, Any]:
+        nonlocal received
+        received += len(piece)
+        return {"type": "http.request", "body": piece, "more_body": received < body_limits.LARGEST_FILE}
+
+    async def send(message: Any) -> None:
+        answered.append(message.get("status"))
+
+    url = urlsplit(path)
+    headers = [(b"host", b"testserver"), (b"content-type", kind.encode())]
+    scope: dict[str, Any] = {
+        "type": "http",
+        "method": "POST",
+        "path": url.path,
+        "query_string": url.query.encode(),
+        "headers": headers,
+    }
+    scope |= {
+        "http_version": "1.1",
+        "scheme": "http",
+        "server": ("testserver", 80),
+        "client": ("192.0.2.1", 1),
+        "state": {},
+    }
+    assert client.portal is not None
+    client.portal.call(cast(Any, client.app), scope, receive, send)
+    assert answered[0] == status
+    assert received <= body_limits.ANONYMOUS_BODY + len(piece)
+
+
+def test_large_file_is_taken_on_file_routes_only(client: TestClient) -> None:
+    long = "time_s\n" + "0\n" * body_limits.LARGEST_BODY
+    answer = client.post("/api/patients", content=long, headers={"content-type": "text/csv"})
+    assert (answer.status_code, answer.json()["code"]) == (413, "content_too_large")
+
+
 def test_a_file_may_be_longer_than_a_form(client: TestClient) -> None:
-    long = "time_s\n" + "0\n" * security_middleware.LARGEST_BODY
-    answer = client.post(
-        "/api/patients/00000000-0000-0000-0000-000000000000/recordings/import/preview?side=right",
-        content=long,
-        headers={"content-type": "text/csv"},
-    )
+    long = "time_s\n" + "0\n" * body_limits.LARGEST_BODY
+    answer = client.post(IMPORT, content=long, headers={"content-type": "text/csv"})
     assert answer.status_code == 404
 
 

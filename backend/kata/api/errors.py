@@ -55,6 +55,9 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def http(request: Request, error: HTTPException) -> JSONResponse:
+        if isinstance(error.__cause__, ProblemError):
+            # FastAPI turns a problem that occurs while it reads the body into a 400.
+            return problem(request, error.__cause__)
         if error.status_code == HTTPStatus.BAD_REQUEST:
             if refusal := await _not_allowed(request):
                 return problem(request, refusal)

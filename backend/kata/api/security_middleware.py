@@ -10,18 +10,13 @@ from ipaddress import ip_address
 from typing import Final
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from kata.api import errors, texts
+from kata.api.body_limits import LARGEST_FILE, limited_body
 from kata.messages import NO_TEXT, Text
 from kata.settings import Settings
 
-LARGEST_BODY: Final = 1 << 20
-"""Largest JSON request in bytes: a hundred times the longest note."""
-LARGEST_FILE: Final = 1 << 26
-"""Largest file in bytes: an hour of motion as CSV, or a FHIR bundle."""
-_FILES: Final = ("text/csv", "application/fhir+json")
 _LOOPBACK: Final = frozenset({"localhost", "127.0.0.1", "[::1]"})
 _HOST: Final = re.compile(
     r"(?P<name>[A-Za-z0-9](?:[A-Za-z0-9.-]{0,252}[A-Za-z0-9])?|\[[0-9A-Fa-f:.]{2,45}\])(?::[0-9]{1,5})?"
@@ -87,7 +82,7 @@ class SecurityMiddleware:
         elif refused:
             await errors.document(*refused)(scope, receive, _headed(send, scope))
         else:
-            await self._app(scope, _measured(receive, _limit(Headers(scope=scope))), _headed(send, scope))
+            await self._app(scope, limited_body(scope, receive), _headed(send, scope))
 
     def refusal(self, scope: Scope) -> tuple[int, str, Text, Text] | None:
         """Return status, code, message and next step if the request must be refused, else None."""
@@ -104,8 +99,8 @@ class SecurityMiddleware:
         if _is_foreign(scope, headers, f"{'https' if _encrypted(scope) else 'http'}://{host}".lower()):
             return 403, "foreign_origin", texts.FOREIGN_ORIGIN(), texts.OPEN_OWN_PAGE()
         length = headers.get("content-length", "0")
-        if scope["type"] == "http" and (not length.isdecimal() or int(length) > _limit(headers)):
-            return 413, "content_too_large", texts.TOO_MUCH_SENT(limit=_limit(headers)), NO_TEXT
+        if scope["type"] == "http" and (not length.isdecimal() or int(length) > LARGEST_FILE):
+            return 413, "content_too_large", texts.TOO_MUCH_SENT(limit=LARGEST_FILE), NO_TEXT
         return None
 
     def _is_own(self, name: str, scope: Scope) -> bool:
@@ -134,26 +129,6 @@ def _only(headers: Headers, name: str) -> str | None:
     """Return the value of a header, empty if it is missing; None if it occurs twice."""
     values = headers.getlist(name)
     return None if len(values) > 1 else "".join(values)
-
-
-def _limit(headers: Headers) -> int:
-    """Return the largest allowed body in bytes."""
-    return LARGEST_FILE if headers.get("content-type", "").split(";")[0].strip().lower() in _FILES else LARGEST_BODY
-
-
-def _measured(receive: Receive, limit: int) -> Receive:
-    """Count the received bytes, for bodies without a length."""
-    received = 0
-
-    async def counting() -> Message:
-        nonlocal received
-        message = await receive()
-        received += len(message.get("body", b""))
-        if received > limit:
-            raise HTTPException(413, texts.TOO_MUCH_SENT(limit=limit))
-        return message
-
-    return counting
 
 
 def _encrypted(scope: Scope) -> bool:
