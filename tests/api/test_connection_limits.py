@@ -26,6 +26,10 @@ async def echo(scope: Any, receive: Any, send: Any) -> None:
         while (message := await receive())["type"] == "websocket.receive":
             await send({"type": "websocket.send", "text": message["text"]})
         return
+    if scope["path"] == "/refused":
+        await send({"type": "http.response.start", "status": 413, "headers": [(b"content-length", b"0")]})
+        await send({"type": "http.response.body", "body": b""})
+        return
     taken, more = 0, True
     while more:
         message = await receive()
@@ -177,6 +181,25 @@ def test_empty_lines_after_an_answer_keep_no_connection(monkeypatch: pytest.Monk
         assert await ask(client) == b"0"
         client[1].write(b"\r\n")
         assert (await client[0].read())[:12] == b"HTTP/1.1 408"
+
+    run(test)
+
+
+def test_refused_body_is_not_read_to_its_end() -> None:
+    async def test(_: int, connect: Connect) -> None:
+        reader, writer = await connect()
+        writer.write(b"POST /refused HTTP/1.1\r\nhost: kata\r\ncontent-length: 1000000000\r\n\r\n")
+        answer = asyncio.create_task(reader.read(12))
+        sent = 0
+        while sent < 200_000_000:
+            writer.write(b"z" * 100_000)
+            sent += 100_000
+            try:
+                await writer.drain()
+            except ConnectionError:
+                break
+        assert sent < 50_000_000
+        assert await answer == b"HTTP/1.1 413"
 
     run(test)
 

@@ -20,6 +20,8 @@ HEADERS_WITHIN_S: Final = 10.0
 """From the connection, or from the first byte of the next request, until the headers are complete."""
 BODY_WITHIN_S: Final = 120.0
 """From the headers until the body is complete: 64 MiB at 0.6 MB/s."""
+ANSWER_READ_WITHIN_S: Final = 1.0
+"""From the answer to an unfinished request, such as a refused file, until the connection is closed."""
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 _TOO_SLOW: Final = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 
@@ -117,6 +119,14 @@ class LimitedProtocol(HttpToolsProtocol):
         self._in_headers = False
         self._limit_time(BODY_WITHIN_S)
         super().on_headers_complete()
+
+    def on_body(self, body: bytes) -> None:
+        """Stop reading a body whose request has been answered, and close soon: the client may still read the answer."""
+        if self.cycle.response_complete:
+            self.transport.pause_reading()
+            self._stop_timer()
+            self._timer = self.loop.call_later(ANSWER_READ_WITHIN_S, self.transport.close)
+        super().on_body(body)
 
     def on_message_complete(self) -> None:
         """The whole request has arrived."""
