@@ -181,7 +181,7 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
 def test_backup_is_made_by_keyboard_and_its_trial_reported(page: Page, artefacts: Path) -> None:
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Backups"))
-    expect(page.get_by_test_id("last-good")).to_contain_text("no backup that is known to come back")
+    expect(page.get_by_test_id("last-good")).to_contain_text("No backup has passed a test restore")
     press(page, page.get_by_role("button", name="Back up now"))
     expect(page.get_by_test_id("last-good")).to_contain_text("matched completely", timeout=LONG_MS)
     page.screenshot(path=artefacts / "backups.png")
