@@ -204,7 +204,8 @@ class Judge:
     def _registers(self, n: int) -> None:
         """A drive with torque has exactly the configured registers, except during the time to detect a difference."""
         known, drive = self._motors[n], self.world.apparatus.drives[n]
-        if not drive.torque_on or known.torque_since_ns is None:
+        # An arm that was held when the port was lost is held until a confirmation, whatever its registers are.
+        if not drive.torque_on or known.torque_since_ns is None or known.energised_at_loss:
             known.wrong_since_ns = None
             return
         wrong = self._wrong_registers(n + 1, drive.watchdog_s)
