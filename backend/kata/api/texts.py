@@ -35,7 +35,7 @@ SECOND_FACTOR_MISSING: Final = message("second_factor_missing", "Your account ne
 SET_UP_SECOND_FACTOR: Final = message("set_up_second_factor", "Set it up; it takes a minute.")
 ROLE_NOT_ALLOWED: Final = message("role_not_allowed", "Your role does not allow this.")
 ASK_PERMITTED_PERSON: Final = message("ask_permitted_person", "Ask a person whose role allows it, or an administrator.")
-OTHER_STATION: Final = message("other_station", "You do not work at this station.")
+OTHER_STATION: Final = message("other_station", "You are not assigned to this station.")
 USE_OWN_STATION: Final = message(
     "use_own_station", "Use your own station, or ask an administrator to assign you to this one."
 )

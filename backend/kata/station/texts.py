@@ -30,7 +30,9 @@ COMMAND_IN_FUTURE: Final = message(
     "command_in_future", "The command names a state of the apparatus that lies in the future."
 )
 RELOAD_AND_TRY_AGAIN: Final = message("reload_and_try_again", "Reload the page, then try again.")
-TURN_ONLY_WHEN_IDLE: Final = message("turn_only_when_idle", "The apparatus is turned only while nothing is going on.")
+TURN_ONLY_WHEN_IDLE: Final = message(
+    "turn_only_when_idle", "The apparatus can be set up for the other side only while it is idle."
+)
 END_OR_ACKNOWLEDGE_FIRST: Final = message(
     "end_or_acknowledge_first", "End the teaching or playback, or acknowledge the stop, first."
 )
