@@ -118,7 +118,7 @@ def test_an_administrator_has_to_have_a_second_factor(
     sign_in(hers, "mori")
     hers.get_by_label("Code").fill(codes[0])
     hers.get_by_role("button", name="Sign in", exact=True).click()
-    expect(hers.get_by_role("alert").filter(has_text="wrong, or was used before")).to_be_visible()
+    expect(hers.get_by_role("alert").filter(has_text="The code is incorrect or was used before")).to_be_visible()
 
 
 def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
