@@ -48,10 +48,40 @@ def test_second_factor_is_required_and_each_code_works_once(shared: Clinic) -> N
 def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) -> None:
     browser = shared.sign_in(shared.account("administrator"))
     assert browser.get("/api/me").json()["enrolling"] is True
-    enrol(browser, shared.clock.seconds())
+    _, recovery = enrol(browser, shared.clock.seconds())
     assert browser.get("/api/me").json()["enrolling"] is False
-    assert browser.request("DELETE", "/api/me/second-factor", json={}).status_code == 204
+    proof = {"password": PASSWORD, "code": recovery[0]}
+    assert browser.request("DELETE", "/api/me/second-factor", json=proof).status_code == 204
     assert browser.get("/api/me").json()["enrolling"] is True, "taken away, it is asked for again at once"
+
+
+def test_second_factor_is_removed_only_with_password_and_code(shared: Clinic) -> None:
+    browser = shared.sign_in(shared.account())
+    app, _ = enrol(browser, shared.clock.seconds())
+    shared.clock.forward(60)
+
+    def remove(**given: str) -> Any:
+        return browser.request("DELETE", "/api/me/second-factor", json=given)
+
+    # The user has just signed in, and still both are needed.
+    digits = app.at(shared.clock.seconds())
+    assert remove().status_code == 422
+    assert code(remove(code=digits), 403) == "password_needed"
+    assert code(remove(code=digits, password=OTHER), 403) == "wrong_password"
+    assert code(remove(code="000000", password=PASSWORD), 403) == "wrong_code"
+    assert browser.get("/api/me").json()["second_factor"] is True
+    assert remove(code=digits, password=PASSWORD).status_code == 204
+    assert browser.get("/api/me").json()["second_factor"] is False
+
+
+def test_codes_of_a_removal_cannot_be_guessed(shared: Clinic) -> None:
+    browser = shared.sign_in(shared.account())
+    enrol(browser, shared.clock.seconds())
+    statuses = [
+        browser.request("DELETE", "/api/me/second-factor", json={"password": PASSWORD, "code": "000000"}).status_code
+        for _ in range(6)
+    ]
+    assert statuses == [403] * 5 + [429]
 
 
 @pytest.fixture(scope="module")

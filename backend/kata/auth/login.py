@@ -309,15 +309,19 @@ def me(session: Session, actor: Actor, access: Access) -> Me:
     )
 
 
-def check_it_is_them(database: Database, access: Access, actor: Actor, password: str | None) -> None:
+def check_it_is_them(
+    database: Database, access: Access, actor: Actor, password: str | None, *, password_always: bool = False
+) -> None:
     """Reauthenticate before an action that a passer-by at an open screen must not take. A recent authentication is enough.
 
+    :param password_always: a recent authentication is enough only for an account without a password.
     :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many attempts.
     """
     with database.read() as session:
-        if password is None and login_session.is_fresh(session, actor.login_session_id, access.now()):
-            return
         account = session.get_one(AccountRow, actor.account_id)
+        is_fresh = login_session.is_fresh(session, actor.login_session_id, access.now())
+        if password is None and is_fresh and not (password_always and account.password_hash):
+            return
         if password is None and account.password_hash is None and access.openid:
             raise ProblemError(
                 403, "openid_needed", texts.OPENID_NEEDED(provider=access.openid.name), texts.SIGN_IN_THERE_FIRST()

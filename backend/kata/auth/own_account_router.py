@@ -10,8 +10,9 @@ from kata.auth import accounts, login_session, second_factor
 from kata.auth import texts as access_texts
 from kata.auth.login import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
 from kata.auth.tables import AccountRow, LoginSessionRow
+from kata.auth.throttle import OF_A_NAME
 from kata.dependencies import PROBLEMS, TheDatabase
-from kata.errors import not_found
+from kata.errors import ProblemError, not_found
 from kata.i18n import Language
 from kata.pagination import Page
 from kata.types import Moment, Schema
@@ -42,6 +43,13 @@ class Reauthentication(Schema):
     """The password; not needed within ten minutes after the last authentication."""
 
     password: Password | None = None
+
+
+class SecondFactorRemoval(Schema):
+    """The password, and a code of the second factor that is removed."""
+
+    password: Password | None = Field(None, description="Null only for an account without a password.")
+    code: Secret = Field(description="Six digits, or a recovery code.", examples=["123456"])
 
 
 class Confirm(Schema):
@@ -154,12 +162,20 @@ def confirm_second_factor(
     "/second-factor", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429), summary="Remove the second factor"
 )
 def remove_second_factor(
-    database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[Reauthentication, Body()]
+    database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[SecondFactorRemoval, Body()]
 ) -> None:
-    """Remove the second factor. An account that needs one must set up another at once."""
-    check_it_is_them(database, access, actor, given.password)
+    """Remove the second factor, always with the password and a code. An account that needs one must set up another at once."""
+    check_it_is_them(database, access, actor, given.password, password_always=True)
+    key = f"second factor {actor.account_id}"
+    access.throttle.begin((key, OF_A_NAME))
     with database.write() as session:
-        second_factor.remove(session, accounts.get(session, actor.account_id))
+        account = accounts.get(session, actor.account_id)
+        if account.totp_confirmed_at and not second_factor.accepted(
+            session, access.factor_key, account, given.code, access.now()
+        ):
+            raise ProblemError(403, "wrong_code", access_texts.CODE_WRONG_OR_USED(), access_texts.WAIT_FOR_NEXT_CODE())
+        second_factor.remove(session, account)
+    access.throttle.succeeded(key)
 
 
 @router.get("/sign-ins", responses=PROBLEMS.of(401), summary="List the own login sessions")

@@ -3,7 +3,8 @@ import { t } from "../../lib/i18n";
 import classes from "./access.module.css";
 
 /** The field for a code of the authenticator app, or a recovery code. */
-export function CodeField({ value, onChange }: { value: string; onChange: (code: string) => void }) {
+export function CodeField(props: { value: string; onChange: (code: string) => void; focused?: boolean }) {
+  const { value, onChange, focused = true } = props;
   return (
     <TextInput
       className={classes.code ?? ""}
@@ -12,8 +13,8 @@ export function CodeField({ value, onChange }: { value: string; onChange: (code:
       autoComplete="one-time-code"
       inputMode="text"
       autoCapitalize="none"
-      data-autofocus
-      autoFocus
+      data-autofocus={focused || undefined}
+      autoFocus={focused}
       size="lg"
       value={value}
       onChange={(event) => onChange(event.currentTarget.value)}

@@ -1,4 +1,4 @@
-import { Button, Group, Stack, Text, TextInput } from "@mantine/core";
+import { Button, Group, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
 import { IconCircleCheck, IconDeviceMobile, IconPrinter } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
@@ -6,6 +6,8 @@ import { api, type Me, ProblemError, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import classes from "./access.module.css";
+import { CodeField } from "./CodeField";
+import { OpenIdReauthentication } from "./OpenIdReauthentication";
 import { ReauthenticateForm } from "./ReauthenticateForm";
 
 /** The user's second factor: its state, and the actions to set it up or remove it. */
@@ -36,9 +38,7 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
         <Text>{t("auth:secondFactor.none")}</Text>
       )}
       {me.second_factor ? (
-        <ReauthenticateForm action={api.removeSecondFactor} onDone={onChanged} variant="default">
-          {t("auth:secondFactor.remove")}
-        </ReauthenticateForm>
+        <RemoveSecondFactor me={me} onDone={onChanged} />
       ) : (
         <ReauthenticateForm
           action={api.beginSecondFactor}
@@ -49,6 +49,60 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
         </ReauthenticateForm>
       )}
     </Stack>
+  );
+}
+
+/** Removes the second factor, with the password and a code of it. */
+function RemoveSecondFactor({ me, onDone }: { me: Me; onDone: () => void }) {
+  const [open, setOpen] = useState(false);
+  const [password, setPassword] = useState("");
+  const [code, setCode] = useState("");
+  const remove = useMutation({
+    mutationFn: () => api.removeSecondFactor(me.password ? password : null, code),
+    onSuccess: onDone,
+  });
+  const openIdNeeded = remove.error instanceof ProblemError && remove.error.code === "openid_needed";
+  if (!open) {
+    return (
+      <Button variant="default" onClick={() => setOpen(true)}>
+        {t("auth:secondFactor.remove")}
+      </Button>
+    );
+  }
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    remove.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        {me.password && (
+          <PasswordInput
+            label={t("auth:reauthentication.password")}
+            autoComplete="current-password"
+            autoFocus
+            value={password}
+            onChange={(event) => setPassword(event.currentTarget.value)}
+          />
+        )}
+        <CodeField value={code} onChange={setCode} focused={!me.password} />
+        {openIdNeeded && me.openid ? (
+          <OpenIdReauthentication name={me.openid} nextStep={t("auth:reauthentication.pressAgain")} />
+        ) : (
+          <ProblemNote error={remove.error} />
+        )}
+        <Group>
+          <Button
+            type="submit"
+            variant="default"
+            disabled={(me.password && password === "") || code.trim() === ""}
+            loading={remove.isPending}
+          >
+            {t("auth:secondFactor.remove")}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
   );
 }
 

@@ -22,8 +22,8 @@ export const loginApi = {
   beginSecondFactor: (password: string | null) =>
     unwrap(client.POST("/api/me/second-factor", { body: { password } })),
   confirmSecondFactor: (code: string) => unwrap(client.PUT("/api/me/second-factor", { body: { code } })),
-  removeSecondFactor: (password: string | null) =>
-    expectSuccess(client.DELETE("/api/me/second-factor", { body: { password } })),
+  removeSecondFactor: (password: string | null, code: string) =>
+    expectSuccess(client.DELETE("/api/me/second-factor", { body: { password, code } })),
   loginSessions: () => unwrap(client.GET("/api/me/sign-ins")),
   endLoginSession: (sign_in_id: string, password: string | null) =>
     expectSuccess(
