@@ -41,8 +41,8 @@ async def echo(scope: Any, receive: Any, send: Any) -> None:
 
 
 @asynccontextmanager
-async def serving(trusted_proxies: str = "") -> AsyncIterator[int]:
-    protocol: Any = limited_protocol(PER_ADDRESS, trusted_proxies)
+async def serving(trusted_proxies: str, on_unlisted_proxy: Callable[[str], None]) -> AsyncIterator[int]:
+    protocol: Any = limited_protocol(PER_ADDRESS, trusted_proxies, on_unlisted_proxy)
     server = uvicorn.Server(uvicorn.Config(echo, http=protocol, lifespan="off", log_level="error"))
     with socket.create_server(("127.0.0.1", 0)) as listening:
         running = asyncio.create_task(server.serve([listening]))
@@ -51,10 +51,14 @@ async def serving(trusted_proxies: str = "") -> AsyncIterator[int]:
         await running
 
 
-def run(test: Callable[[int, Connect], Awaitable[None]], trusted_proxies: str = "") -> None:
+def run(
+    test: Callable[[int, Connect], Awaitable[None]],
+    trusted_proxies: str = "",
+    on_unlisted_proxy: Callable[[str], None] = lambda address: None,
+) -> None:
     async def whole() -> None:
         opened: list[Client] = []
-        async with serving(trusted_proxies) as port:
+        async with serving(trusted_proxies, on_unlisted_proxy) as port:
 
             async def connect() -> Client:
                 opened.append(await asyncio.open_connection("127.0.0.1", port))
@@ -108,6 +112,28 @@ def test_trusted_proxy_has_no_limit_of_its_own() -> None:
             assert await ask(await connect()) == b"0"
 
     run(test, trusted_proxies="192.0.2.1, 127.0.0.0/8")
+
+
+@pytest.mark.parametrize(
+    ("header", "trusted", "noticed"),
+    [
+        (b"X-Forwarded-For: 192.0.2.7", "", ["127.0.0.1"]),
+        (b"Forwarded: for=192.0.2.7", "192.0.2.1", ["127.0.0.1"]),
+        (b"X-Forwarded-For: 192.0.2.7", "192.0.2.1, 127.0.0.1", []),
+        (b"Accept: text/html", "", []),
+    ],
+)
+def test_unlisted_proxy_is_noticed_once(header: bytes, trusted: str, noticed: list[str]) -> None:
+    found: list[str] = []
+
+    async def test(_: int, connect: Connect) -> None:
+        for _ in range(2):
+            reader, writer = await connect()
+            writer.write(b"GET / HTTP/1.1\r\nhost: kata\r\n" + header + b"\r\n\r\n")
+            assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 200")
+
+    run(test, trusted, found.append)
+    assert found == noticed
 
 
 def test_all_connections_together_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,7 @@ BODY_WITHIN_S: Final = 120.0
 """From the headers until the body is complete: 64 MiB at 0.6 MB/s."""
 ANSWER_READ_WITHIN_S: Final = 1.0
 """From the answer to an unfinished request, such as a refused file, until the connection is closed."""
+_OF_PROXIES: Final = frozenset({b"x-forwarded-for", b"forwarded"})
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 _TOO_SLOW: Final = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 
@@ -34,12 +35,15 @@ class OpenConnections:
     """Most connections of one address."""
     trusted_proxies: str = ""
     """Addresses and networks without a limit of their own, separated by commas: all clients behind a proxy share its address."""
+    on_unlisted_proxy: Callable[[str], None] = lambda address: None
+    """Called once with the address of a proxy that is not in ``trusted_proxies``."""
     _of: dict[str, set[asyncio.BaseTransport]] = field(default_factory=lambda: defaultdict(set))
+    _unlisted_seen: bool = False
 
     def admit(self, address: str, transport: asyncio.BaseTransport) -> bool:
         """Count a new connection. Return False if it must be closed."""
         known = self._of[address]
-        if len(known) >= self.per_address and not self._is_proxy(address):
+        if len(known) >= self.per_address and not is_listed(address, self.trusted_proxies):
             return False
         known.add(transport)
         return True
@@ -56,9 +60,18 @@ class OpenConnections:
         self._of = defaultdict(set, {address: left for address, known in self._of.items() if (left := _open(known))})
         return sum(map(len, self._of.values()))
 
-    def _is_proxy(self, address: str) -> bool:
-        proxies = [name.strip() for name in self.trusted_proxies.split(",") if name.strip()]
-        return any(ip_address(address) in ip_network(proxy) for proxy in proxies)
+    def note_headers(self, address: str, headers: list[tuple[bytes, bytes]]) -> None:
+        """Notice the headers of a proxy at an address that is not listed: all its clients then share one address."""
+        if not self._unlisted_seen and any(name in _OF_PROXIES for name, _ in headers):
+            self._unlisted_seen = not is_listed(address, self.trusted_proxies)
+            if self._unlisted_seen:
+                self.on_unlisted_proxy(address)
+
+
+def is_listed(address: str, trusted_proxies: str) -> bool:
+    """Return whether ``KATA_TRUSTED_PROXIES`` contains an address."""
+    proxies = [name.strip() for name in trusted_proxies.split(",") if name.strip()]
+    return any(ip_address(address) in ip_network(proxy) for proxy in proxies)
 
 
 def _open(transports: set[asyncio.BaseTransport]) -> set[asyncio.BaseTransport]:
@@ -117,6 +130,7 @@ class LimitedProtocol(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         """Begin with the body of a request."""
         self._in_headers = False
+        self._open_connections.note_headers(self._address, self.headers)
         self._limit_time(BODY_WITHIN_S)
         super().on_headers_complete()
 
@@ -155,9 +169,11 @@ class LimitedProtocol(HttpToolsProtocol):
         self.transport.close()
 
 
-def limited_protocol(per_address: int, trusted_proxies: str) -> Callable[..., asyncio.Protocol]:
+def limited_protocol(
+    per_address: int, trusted_proxies: str, on_unlisted_proxy: Callable[[str], None] = lambda address: None
+) -> Callable[..., asyncio.Protocol]:
     """Return the ``http`` class of a uvicorn configuration: its connections share one count."""
-    shared = OpenConnections(per_address, trusted_proxies)
+    shared = OpenConnections(per_address, trusted_proxies, on_unlisted_proxy)
 
     class Protocol(LimitedProtocol):
         def __init__(self, *args: Any, **options: Any) -> None:

@@ -6,7 +6,8 @@ import os
 import signal
 import socket
 from collections.abc import AsyncIterator, Iterator
-from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, suppress
+from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, Final
@@ -145,7 +146,9 @@ def _configured(application: Any, settings: Settings, certificate: tls.Certifica
         log_level="warning",
         timeout_graceful_shutdown=2,
         server_header=False,
-        http=limited_protocol(settings.connections_per_address, settings.trusted_proxies),  # type: ignore[arg-type]
+        http=limited_protocol(  # type: ignore[arg-type]
+            settings.connections_per_address, settings.trusted_proxies, partial(_warn_of_proxy, settings)
+        ),
         # Uvicorn's default trusts every proxy on this computer.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,
@@ -155,6 +158,17 @@ def _configured(application: Any, settings: Settings, certificate: tls.Certifica
         ws_ping_timeout=live.PONG_S,
         ssl_context_factory=(lambda config, default: certificate.context) if certificate else None,
     )
+
+
+def _warn_of_proxy(settings: Settings, address: str) -> None:
+    """Log that a proxy is not listed, and store its address for ``kata doctor``."""
+    log.warning(
+        "a request from %s came through a proxy that is not in KATA_TRUSTED_PROXIES: all users behind it count as one address, "
+        "so one user's wrong passwords slow the login of all, and the audit trail names the proxy; add its address there",
+        address,
+    )
+    with suppress(OSError):
+        settings.unlisted_proxy_file.write_text(address)
 
 
 def _listen(settings: Settings) -> socket.socket:
