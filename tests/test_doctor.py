@@ -14,6 +14,7 @@ from kata.backups.create import create_backup
 from kata.backups.key import make_key
 from kata.cli import doctor
 from kata.cli.doctor import CheckResult, examine
+from kata.cli.serve import _warn_of_proxy
 from kata.database.engine import Database
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
@@ -144,3 +145,25 @@ def test_command_prints_lines_and_exits_1_on_problems(tmp_path: Path, station: s
     states = {finding["state"] for finding in json.loads(told.stdout)}
     assert states <= {"ok", "warning", "problem"}
     assert ("problem" in states) == bool(code)
+
+
+def test_unlisted_proxy_is_reported_until_it_is_listed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    settings = Settings(data=tmp_path, database_url="")
+    _warn_of_proxy(settings, "192.0.2.9")
+    assert "192.0.2.9 came through a proxy that is not in KATA_TRUSTED_PROXIES" in caplog.text
+    (shown,) = [finding for finding in examine(settings) if finding.name == "Proxy"]
+    assert (shown.state, "192.0.2.9" in shown.message) == ("warning", True)
+    assert shown.what_to_do.startswith("KATA_TRUSTED_PROXIES=192.0.2.9")
+    listed = Settings(data=tmp_path, database_url="", trusted_proxies="192.0.2.0/24")
+    assert not [finding for finding in examine(listed) if finding.name == "Proxy"]
+
+
+def test_audit_trail_without_a_copy_elsewhere_is_reported(tmp_path: Path) -> None:
+    assert found("Audit trail", tmp_path).state == "warning"
+    beside = Settings(data=tmp_path, database_url="", audit_anchor_copy=tmp_path / "copy.anchor")
+    (shown,) = [finding for finding in examine(beside) if finding.name == "Audit trail"]
+    assert (shown.state, "same disk" in shown.message) == ("warning", True)
+    elsewhere = Path("/dev/shm/kata.anchor")
+    other = Settings(data=tmp_path, database_url="", audit_anchor_copy=elsewhere)
+    (shown,) = [finding for finding in examine(other) if finding.name == "Audit trail"]
+    assert (shown.state, str(elsewhere) in shown.message) == ("ok", True)

@@ -90,8 +90,10 @@ class Settings(BaseSettings):
     backup_recipients: str = ""
     """Further public keys (age1...) that backups are encrypted for, separated by commas."""
     audit_anchor: Path | None = None
-    """File outside the database that anchors the audit trail; default: in the data folder. On another disk or computer it also reveals
-    that database and anchor were replaced together by older copies."""
+    """File outside the database that anchors the audit trail; default: in the data folder."""
+    audit_anchor_copy: Path | None = None
+    """A second file, on another disk or computer, that gets every line of the anchor, too. Its folder must exist. It reveals that database
+    and anchor were cut or replaced together. A program or person that can also change this file can hide that."""
     host: str = "127.0.0.1"
     port: int = 8000
     allowed_hosts: str = ""
@@ -243,6 +245,11 @@ class Settings(BaseSettings):
     def spool(self) -> Path:
         """Return the folder of records of the station that are not yet in the database."""
         return self.data / "spool"
+
+    @property
+    def unlisted_proxy_file(self) -> Path:
+        """Return the file with the address of a proxy that ``trusted_proxies`` lacks; the service writes it, ``kata doctor`` reads it."""
+        return self.data / "unlisted-proxy.txt"
 
     @property
     def effective_second_factor_key(self) -> Path:

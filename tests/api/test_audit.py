@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 from uuid import uuid4
 
@@ -225,3 +226,21 @@ def test_program_actions_are_recorded_as_the_programs(client: TestClient) -> Non
     }
     assert {who for who, _ in by_nobody} == {"Kata"}
     assert {action for _, action in by_nobody} <= _BY_PROGRAM
+
+
+def test_audit_page_says_where_the_heads_are_stored(client: TestClient, tmp_path: Path) -> None:
+    heads = client.get("/api/audit").json()["heads"]
+    assert heads == {"elsewhere": [], "copy_file": None, "failing_since": None, "log": False, "other_stations": False}
+    missing = tmp_path / "share" / "copy.anchor"
+    with running(tmp_path / "data", simulate=False, audit_anchor_copy=missing) as other:
+        heads = other.get("/api/audit").json()["heads"]
+        assert (heads["copy_file"], heads["elsewhere"]) == (str(missing), [])
+        assert heads["failing_since"] is not None
+    with TemporaryDirectory(dir="/dev/shm") as disk:
+        copy = Path(disk) / "copy.anchor"
+        with running(tmp_path / "data", simulate=False, audit_anchor_copy=copy, log_format="json") as other:
+            trail = other.app.state.services.audit_log  # type: ignore[attr-defined]
+            assert trail.until_written() and trail.copy.until_written(10.0)
+            heads = other.get("/api/audit").json()["heads"]
+        assert (heads["elsewhere"], heads["failing_since"], heads["log"]) == ([str(copy)], None, True)
+        assert copy.read_bytes() == (tmp_path / "data" / "audit.anchor").read_bytes()

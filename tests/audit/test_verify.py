@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
+from tempfile import TemporaryDirectory
 
 import pytest
 from sqlalchemy.orm import Session
@@ -90,6 +91,39 @@ def test_external_head_reveals_older_copies_of_database_and_anchor_together(
     assert (finding.first, finding.last) == (161, 200)
 
 
+def test_copy_of_the_anchor_reveals_and_names_a_cut_of_database_and_anchor_together(
+    audit_log: tuple[Database, Path], tmp_path: Path
+) -> None:
+    database, file = audit_log
+    before = file.read_bytes()
+    copy = tmp_path / "copy.anchor"
+    copy.write_bytes(before)
+    try:
+        with guards_down(database) as session:
+            assert verify(session, [file], copies=[copy]).findings == []
+            cut(session, ROWS, 40)
+            cut_anchor(file, 2)
+            assert verify(session, [file]).findings == []
+            findings = verify(session, [file], copies=[copy]).findings
+    finally:
+        file.write_bytes(before)
+    assert [(finding.first, finding.last) for finding in findings] == [(180, 200), (161, 200)]
+    assert findings[0].message.startswith("The anchor lacks line 9 of its copy, and 2 lines in all, up to row 200")
+    assert findings[1].message == "Rows 161 to 200 are missing from the end: the anchor's copy contains them."
+
+
+def test_copy_that_could_not_be_written_for_a_while_is_a_remark(
+    audit_log: tuple[Database, Path], tmp_path: Path
+) -> None:
+    database, file = audit_log
+    copy = tmp_path / "copy.anchor"
+    copy.write_bytes(b"".join(file.read_bytes().splitlines(keepends=True)[:-3]))
+    with database.read() as session:
+        verdict = verify(session, [file], copies=[copy])
+    assert verdict.findings == []
+    assert verdict.remarks[-1].startswith(f"The copy {copy} ends 3 lines before the anchor.")
+
+
 def test_only_the_last_anchor_line_can_be_missing_without_notice(
     audit_log: tuple[Database, Path],
 ) -> None:
@@ -116,7 +150,8 @@ class TestCommand:
     def test_verify_reports_a_complete_trail_and_what_to_store(self, folder: Path) -> None:
         status, told = self.run(folder)
         assert status == 0
-        assert "intact: 60 rows, 3 anchors" in told
+        assert "No gap and no change was found: 60 rows, 3 anchors" in told
+        assert "Not proven: that the trail is complete." in told
         head = named(last_line(folder / "audit.anchor"))
         assert head in told
         assert self.run(folder, "--head", head)[0] == 0
@@ -132,6 +167,28 @@ class TestCommand:
         assert status == 1
         assert "NOT INTACT  Row 17 or the row before it, 16, was changed." in told
         assert json.loads(self.run(folder, "--json")[1])["findings"][0]["first"] == 17
+
+    def test_verify_compares_with_the_configured_copy(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        copy = folder / "elsewhere" / "copy.anchor"
+        monkeypatch.setenv("KATA_AUDIT_ANCHOR_COPY", str(copy))
+        status, told = self.run(folder)
+        assert (status, f"copy {copy} cannot be read" in told) == (2, True)
+        copy.parent.mkdir()
+        copy.write_bytes((folder / "audit.anchor").read_bytes())
+        status, told = self.run(folder)
+        # On the same disk it proves nothing more.
+        assert (status, "Not proven: that the trail is complete." in told) == (0, True)
+        cut_anchor(folder / "audit.anchor", 1)
+        status, told = self.run(folder)
+        assert (status, "NOT INTACT  The anchor lacks line 3 of its copy" in told) == (1, True)
+        assert "The audit trail is not intact: 60 rows" in told
+
+    def test_verify_says_what_a_copy_on_another_disk_proves(self, folder: Path) -> None:
+        with TemporaryDirectory(dir="/dev/shm") as other:
+            copy = Path(other) / "copy.anchor"
+            copy.write_bytes((folder / "audit.anchor").read_bytes())
+            status, told = self.run(folder, "--anchor-copy", str(copy))
+        assert (status, f"Compared with {copy}. Not proven: that nobody changed this file" in told) == (0, True)
 
     def test_verify_exports_what_it_has_read(self, folder: Path) -> None:
         assert self.run(folder, "--export", str(folder / "trail.jsonl"))[0] == 0

@@ -158,7 +158,8 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     database.monitor = AvailabilityMonitor(database.writer)
     event_spool = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
     stack.push_async_callback(asyncio.to_thread, event_spool.close)
-    audit_log = await asyncio.to_thread(AuditLog, database, settings.effective_audit_anchor, event_spool)
+    anchor, copy = settings.effective_audit_anchor, settings.audit_anchor_copy
+    audit_log = await asyncio.to_thread(AuditLog, database, anchor, event_spool, copy=copy, data=settings.data)
     stack.push_async_callback(asyncio.to_thread, audit_log.close)
     database.monitor.on_back = partial(_record_outage, audit_log)
     # Events of the last service are stored before new ones.

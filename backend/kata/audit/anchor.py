@@ -43,6 +43,12 @@ def read(path: Path) -> list[AnchorLine]:
     return lines
 
 
+def encode(line: AnchorLine) -> bytes:
+    """Return a line as it is in the file."""
+    fields = {"line": line.line, "anchor": line.anchor, "number": line.head.number, "hash": line.head.hash.hex()}
+    return json.dumps(fields).encode() + b"\n"
+
+
 class Anchor:
     """The anchor file, opened for appending. One process opens it at a time, and one thread uses it."""
 
@@ -69,8 +75,7 @@ class Anchor:
         :raises OSError: when the disk refuses.
         """
         line = AnchorLine(self.lines + 1, self.id, head)
-        fields = {"line": line.line, "anchor": line.anchor, "number": head.number, "hash": head.hash.hex()}
-        os.write(self._file, json.dumps(fields).encode() + b"\n")
+        os.write(self._file, encode(line))
         os.fsync(self._file)
         self.last = line
 

@@ -22,6 +22,7 @@ from sqlalchemy.orm import Session
 from kata.actor import REQUEST_CONTEXT
 from kata.audit import chain
 from kata.audit.anchor import Anchor, AnchorLine
+from kata.audit.anchor_copy import AnchorCopy, is_elsewhere
 from kata.audit.chain import Entry, Head
 from kata.audit.changes import Changes
 from kata.audit.deduplication import Deduplicator
@@ -41,7 +42,10 @@ _SHUTDOWN_LIMIT_S: Final = 10.0
 """The service's shutdown waits this long for the database."""
 _FOREIGN_HEAD_PERIOD_S: Final = 60.0
 """Period of anchoring heads that other services on the same database have written."""
+_HEAD_LOG_PERIOD_S: Final = 3600.0
+"""Period of writing the head to the log, from where a log collector takes it to another computer."""
 _ANCHOR_RETRY_S: Final = 5.0
+_RECENT_ROWS: Final = 1000
 _CHANGES: Final = "changes"
 _HEAD: Final = "head"
 
@@ -108,10 +112,19 @@ class AuditLog(AuditHook):
     """
 
     def __init__(
-        self, database: Database, anchor: Path, spool: EntrySpool, *, clock: Callable[[], float] = time.monotonic
+        self,
+        database: Database,
+        anchor: Path,
+        spool: EntrySpool,
+        *,
+        copy: Path | None = None,
+        data: Path | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Compare the anchor with the chain, record the result, and start the thread.
+        """Compare the anchor and its copy with the chain, record the result, and start the threads.
 
+        :param copy: a second file for the lines of the anchor.
+        :param data: the data folder; default: the anchor's folder.
         :raises AnchorError: when the anchor cannot be written.
         """
         super().__init__(database)
@@ -124,7 +137,12 @@ class AuditLog(AuditHook):
         self._head: Head | None = None
         self._closing = False
         self._look_s = clock() + _FOREIGN_HEAD_PERIOD_S
+        self._log_s = clock() + _HEAD_LOG_PERIOD_S
         self._begin()
+        data = data or anchor.parent
+        self._anchor_elsewhere = [anchor] if is_elsewhere(anchor, data) else []
+        self.copy = AnchorCopy(copy, anchor, data, self._report_cut) if copy else None
+        """The anchor's copy, if one is configured."""
         self._thread = threading.Thread(target=self._run, name="audit trail", daemon=True)
         self._thread.start()
 
@@ -164,6 +182,8 @@ class AuditLog(AuditHook):
         if self._anchor.last:
             log.info("the audit trail ends at %s", named(self._anchor.last.head))
         self._anchor.close()
+        if self.copy:
+            self.copy.close()
 
     def _note_head(self, head: Head) -> None:
         with self._something:
@@ -178,21 +198,37 @@ class AuditLog(AuditHook):
             present = chain.head(session)
             broken = last and not _continues(session, last)
         if last and broken:
-            log.critical(
-                "the audit trail does not contain its anchored head %s: it ends at %s; run kata audit verify",
-                named(last.head),
-                named(present),
-            )
-            detail = {
-                "anchor": last.anchor,
-                "line": last.line,
-                "anchored": last.head.number,
-                "head": present.number,
-            }
-            self._spool.put_entry(entry("audit_broken", "failed", detail=detail))
+            self._report_missing(last, present)
         not_anchored = {"not_anchored": present.number - last.head.number} if last else None
         self._spool.put_entry(entry("service_started", "done", detail=not_anchored))
         log.info("the audit trail begins at %s", named(present))
+
+    def _report_missing(self, last: AnchorLine, present: Head) -> None:
+        log.critical(
+            "the audit trail does not contain its anchored head %s: it ends at %s; run kata audit verify",
+            named(last.head),
+            named(present),
+        )
+        detail = {"anchor": last.anchor, "line": last.line, "anchored": last.head.number, "head": present.number}
+        self._spool.put_entry(entry("audit_broken", "failed", detail=detail))
+
+    def _report_cut(self, last: AnchorLine) -> None:
+        """Report that the anchor lacks lines of its copy. Called from the copy's thread."""
+        with contextlib.suppress(SQLAlchemyError), self._database.read() as session:
+            if not any(gap.explains(last) for gap in restored_gaps(session)):
+                self._report_missing(last, chain.head(session))
+
+    @property
+    def elsewhere(self) -> list[Path]:
+        """Return the files on another disk or computer that contain the heads."""
+        return self._anchor_elsewhere + ([self.copy.file] if self.copy and self.copy.is_elsewhere else [])
+
+    def has_other_anchors(self, session: Session) -> bool:
+        """Return whether other services on this database anchor the trail, too: recent rows name another anchor."""
+        newest = chain.head(session).number
+        other = AuditRow.anchor.not_in(("", self._anchor_id))
+        query = select(AuditRow.number).where(AuditRow.number > newest - _RECENT_ROWS, other).limit(1)
+        return session.scalar(query) is not None
 
     def _run(self) -> None:
         while True:
@@ -218,6 +254,11 @@ class AuditLog(AuditHook):
         try:
             if self._anchor.last is None or self._anchor.last.head != head:
                 self._anchor.add(head)
+                if self.copy and self._anchor.last:
+                    self.copy.add(self._anchor.last)
+                if self._clock() >= self._log_s:
+                    self._log_s = self._clock() + _HEAD_LOG_PERIOD_S
+                    log.info("the audit trail has reached %s", named(head))
         except OSError as error:
             log.critical("the audit trail's anchor cannot be written: %s", error)
             self._look_s = self._clock() + _ANCHOR_RETRY_S

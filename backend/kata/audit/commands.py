@@ -1,6 +1,7 @@
 """``kata audit``: verify the audit trail. The command imports its modules when it runs."""
 
 import json
+import os
 import re
 import time
 from contextlib import ExitStack
@@ -31,6 +32,10 @@ def verify_trail(
         list[Path] | None,
         typer.Option(help="The anchor of each service on this database; default: this computer's."),
     ] = None,
+    anchor_copy: Annotated[
+        list[Path] | None,
+        typer.Option(help="The copy of each anchor on another disk or computer; default: KATA_AUDIT_ANCHOR_COPY."),
+    ] = None,
     head: Annotated[
         str,
         typer.Option(help="NUMBER:HASH from the service's log or an earlier verification."),
@@ -38,7 +43,7 @@ def verify_trail(
     export: Annotated[Path | None, typer.Option(help="Write all rows to this file, one JSON object per line.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
-    """Verify the audit trail and print every gap and change. Status 1 when it is not intact, 2 when it cannot be read."""
+    """Verify the audit trail and print every gap and change. Status 1 when it is not intact, 2 when it or the anchor's copy cannot be read."""
     from sqlalchemy.exc import SQLAlchemyError
 
     from kata.audit.audit_log import named
@@ -48,6 +53,8 @@ def verify_trail(
     given: dict[str, Any] = {"data": data} if data else {}
     settings = Settings(**given)
     anchors = anchor or [settings.effective_audit_anchor]
+    copies = anchor_copy or ([settings.audit_anchor_copy] if settings.audit_anchor_copy else [])
+    lost = [file for file in copies if not os.access(file, os.R_OK)]
     known_head = _head(head)
     began_s = time.perf_counter()
     try:
@@ -56,7 +63,7 @@ def verify_trail(
             stack.callback(database.close)
             session = stack.enter_context(database.read())
             file = stack.enter_context(export.open("w", encoding="utf-8")) if export else None
-            verdict = verify(session, anchors, known_head, file)
+            verdict = verify(session, anchors, known_head, file, copies=copies)
     except (DatabaseError, SQLAlchemyError, OSError) as error:
         typer.echo(f"The audit trail cannot be read: {getattr(error, 'orig', None) or error}", err=True)
         raise typer.Exit(2) from error
@@ -64,8 +71,11 @@ def verify_trail(
         typer.echo(json.dumps(_as_json(verdict, named(verdict.head)), indent=2))
     else:
         _print(verdict, named(verdict.head), anchors, time.perf_counter() - began_s)
-    if not verdict.intact:
-        raise typer.Exit(1)
+        typer.echo(_proof(settings.data, [*copies, *anchors], lost, with_head=known_head is not None))
+    for unread in lost:
+        typer.echo(f"The anchor's copy {unread} cannot be read, so it was not compared.", err=True)
+    if not verdict.intact or lost:
+        raise typer.Exit(2 if verdict.intact else 1)
 
 
 def _head(given: str) -> "Head | None":
@@ -98,9 +108,21 @@ def _print(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) ->
         typer.echo(remark)
     for finding in verdict.findings:
         typer.echo(f"NOT INTACT  {finding.message}")
-    state = "intact" if verdict.intact else "not intact"
-    typer.echo(f"The audit trail is {state}: {verdict.rows} rows, {verdict.lines} anchors, in {took_s:.1f} s.")
+    state = "No gap and no change was found" if verdict.intact else "The audit trail is not intact"
+    typer.echo(f"{state}: {verdict.rows} rows, {verdict.lines} anchors, in {took_s:.1f} s.")
     typer.echo(f"It ends at {head}")
-    typer.echo(
-        "Keep this line on another computer or on paper. With --head it reveals that database and anchor were replaced together."
+
+
+def _proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) -> str:
+    """Return what the verification proves, and what it does not."""
+    from kata.audit.anchor_copy import is_elsewhere
+
+    elsewhere = [file for file in files if file not in lost and file.exists() and is_elsewhere(file, data)]
+    if elsewhere:
+        return f"Compared with {', '.join(map(str, elsewhere))}. Not proven: that nobody changed this file together with database and anchor."
+    if with_head:
+        return "Compared with the given head. Rows after it are compared only with the anchor on this computer."
+    return (
+        "Not proven: that the trail is complete. A user with full access to this computer can cut database and anchor together. Keep the "
+        "line above elsewhere for --head, or set KATA_AUDIT_ANCHOR_COPY to a file on another disk or computer."
     )

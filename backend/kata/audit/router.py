@@ -8,6 +8,7 @@ from uuid import UUID
 from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, RequestContext
@@ -18,6 +19,7 @@ from kata.audit.tables import AuditRow
 from kata.database.availability import DATABASE_UNAVAILABLE
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.pagination import After, Keyset, Limit, Page
+from kata.settings import Settings
 from kata.types import NO_NUL, Moment, Schema
 
 router = APIRouter(tags=["audit"])
@@ -45,6 +47,10 @@ class AuditServices(Protocol):
     @property
     def audit_log(self) -> AuditLog:
         """Return the audit log."""
+
+    @property
+    def settings(self) -> Settings:
+        """Return the service's settings."""
 
 
 class AuditMiddleware:
@@ -131,6 +137,24 @@ class AuditEntry(Schema):
     detail: dict[str, Any] = Field(description="Changed rows and fields, or the reason of a refusal.")
 
 
+class AuditHeads(Schema):
+    """The places outside the database that store heads of the trail, which reveal a cut."""
+
+    elsewhere: list[str] = Field(description="Files with every head on another disk or computer.")
+    copy_file: str | None = Field(description="KATA_AUDIT_ANCHOR_COPY; null: not set.")
+    failing_since: Moment | None = Field(
+        description="Since when the copy cannot be written; null: it can, or there is none."
+    )
+    log: bool = Field(description="Every row is written to the log, for a log collector.")
+    other_stations: bool = Field(description="Other stations on the same database anchor the trail, too.")
+
+
+class AuditPage(Page[AuditEntry]):
+    """Entries, newest first, and where the heads of the trail are stored."""
+
+    heads: AuditHeads
+
+
 _Text = Annotated[str | None, Query(max_length=100, pattern=NO_NUL)]
 
 
@@ -147,7 +171,7 @@ def list_audit(
     until: Annotated[Moment | None, Query(description="UTC; before this.")] = None,
     limit: Limit = 50,
     after: After = None,
-) -> Page[AuditEntry]:
+) -> AuditPage:
     """Return the audit trail, newest first. Every given filter must match."""
     services: AuditServices = request.app.state.services
     services.audit_log.until_written(1.0)
@@ -166,7 +190,19 @@ def list_audit(
     with database.read() as session:
         rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
         shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
-        return Page[AuditEntry](items=[_entry(row) for row in shown], next=further)
+        heads = _heads(services.audit_log, services.settings, shared=database.file is None, session=session)
+        return AuditPage(items=[_entry(row) for row in shown], next=further, heads=heads)
+
+
+def _heads(audit_log: AuditLog, settings: Settings, *, shared: bool, session: Session) -> AuditHeads:
+    copy = audit_log.copy
+    return AuditHeads(
+        elsewhere=[str(file) for file in audit_log.elsewhere],
+        copy_file=str(copy.file) if copy else None,
+        failing_since=copy.failing_since if copy else None,
+        log=settings.log_format == "json",
+        other_stations=shared and audit_log.has_other_anchors(session),
+    )
 
 
 def _entry(row: AuditRow) -> AuditEntry:

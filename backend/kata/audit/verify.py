@@ -1,7 +1,8 @@
 """Verify the audit trail (``kata audit verify``): find rows that were changed, added or removed.
 
 Four checks: each row against its hash, each number against the previous one, the chain against the anchor, and the anchor's length against
-the rows. They cannot detect an older copy of both database and anchor. A head that is stored elsewhere reveals it.
+the rows. They cannot detect that database and anchor were cut or replaced together. The anchor's copy or a head that is stored elsewhere
+reveals it.
 """
 
 import json
@@ -80,19 +81,22 @@ def verify(
     known_head: Head | None = None,
     export: IO[str] | None = None,
     *,
+    copies: Sequence[Path] = (),
     of_backup: int | None = None,
 ) -> Verdict:
     """Verify the whole trail against all anchors, also while services write to both.
 
     :param known_head: a head that was stored elsewhere.
+    :param copies: copies of these anchors, stored elsewhere.
     :param export: receives each row as a line of JSON.
     :param of_backup: the rows are a backup's, and the anchor had this many lines when the backup began. Further lines may contain later
         rows, and anchors of other services are not checked.
     """
     # Before the rows, because later lines contain later rows; and again after them, because later rows name more lines.
     before = [_lines(file) for file in anchors]
+    elsewhere = [_lines(file) for file in copies]
     verdict = Verdict()
-    numbers = {line.head.number for lines in before for line in lines}
+    numbers = {line.head.number for lines in (*before, *elsewhere) for line in lines}
     seen = _Seen(numbers | ({known_head.number} if known_head else set()))
     _rows(session, verdict, seen, export)
     gaps = list(restored_gaps(session))
@@ -105,6 +109,10 @@ def verify(
             if of_backup is None or line.line <= of_backup or line.head.number <= verdict.head.number
         ]
         _compare([line for line in of_rows if not any(gap.explains(line) for gap in gaps)], verdict, seen)
+    for file, copied in zip(copies, elsewhere, strict=True):
+        _compare_copy(copied, before, verdict, file)
+        of_rows = [line for line in copied if not any(gap.explains(line) for gap in gaps)]
+        _compare(of_rows, verdict, seen, "the anchor's copy")
     after = [_lines(file) for file in anchors]
     for lines in after:
         _check_anchor(lines, verdict, seen)
@@ -180,13 +188,36 @@ def _row(session: Session, query: Select[Any], number: int) -> tuple[Any, ...]:
         return (number,)
 
 
-def _compare(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Seen) -> None:
-    """Compare the chain with these lines."""
+def _compare_copy(
+    copied: Sequence[AnchorLine], anchors: Sequence[Sequence[AnchorLine]], verdict: Verdict, file: Path
+) -> None:
+    """Find lines of an anchor's copy that the anchor lacks. The anchor may have later ones, which the copy has not received yet."""
+    present = {line for lines in anchors for line in lines}
+    missing = [line for line in copied if line not in present]
+    if missing:
+        first, last = missing[0], missing[-1]
+        verdict.add(
+            first.head.number,
+            last.head.number,
+            f"The anchor lacks line {first.line} of its copy, and {len(missing)} lines in all, up to row {last.head.number}: it was cut "
+            "or changed.",
+        )
+    for name in {line.anchor for line in copied}:
+        ends = max(line.line for line in copied if line.anchor == name)
+        more = [line for line in present if line.anchor == name and line.line > ends]
+        if more:
+            verdict.remarks.append(
+                f"The copy {file} ends {len(more)} lines before the anchor. What follows is stored only on this computer."
+            )
+
+
+def _compare(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Seen, name: str = "the anchor") -> None:
+    """Compare the chain with these lines of ``name``."""
     last = max((line.head.number for line in lines), default=0)
     end = verdict.head.number
     if last > end:
         contained = "it" if last == end + 1 else "them"
-        message = f"{_named(end + 1, last)} missing from the end: the anchor contains {contained}."
+        message = f"{_named(end + 1, last)} missing from the end: {name} contains {contained}."
         verdict.add(end + 1, last, message)
     good = 0
     for line in sorted(lines, key=lambda line: line.head.number):

@@ -209,10 +209,9 @@ def _with_audit_result(copy: Database, contents: Contents, anchor: Path) -> Veri
 
 def _revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, now: datetime) -> None:
     """End all login sessions and one-time codes, which may have been revoked since the backup. Record the restore in the audit trail."""
-    here = settings.effective_audit_anchor
     AuditHook(copy)
     with copy.write() as session:
-        note_restored(session, here if here.exists() else folder / DATA / ANCHOR, file.name)
+        note_restored(session, _newest_anchor(settings, folder / DATA / ANCHOR), file.name)
         session.execute(
             update(LoginSessionRow)
             .where(LoginSessionRow.ended_at.is_(None))
@@ -223,6 +222,14 @@ def _revoke_access(settings: Settings, copy: Database, file: Path, folder: Path,
         )
 
 
+def _newest_anchor(settings: Settings, restored: Path) -> Path:
+    """Return this computer's anchor. On another computer, return the anchor's copy elsewhere, else the backup's anchor."""
+    for file in (settings.effective_audit_anchor, settings.audit_anchor_copy):
+        if file and file.exists():
+            return file
+    return restored
+
+
 def _replace_files(settings: Settings, previous: list[Path], restored: Path, aside: Path) -> None:
     """Move the previous files aside and the restored ones into the data folder. An existing audit anchor stays, and an existing key of the
     second factors gets the backup's keys in addition.
@@ -231,7 +238,7 @@ def _replace_files(settings: Settings, previous: list[Path], restored: Path, asi
     if anchor.exists():
         if not settings.effective_audit_anchor.exists():
             settings.effective_audit_anchor.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(anchor, settings.effective_audit_anchor)
+            shutil.copy(_newest_anchor(settings, anchor), settings.effective_audit_anchor)
         anchor.unlink()
     if key.exists():
         adopt(settings.effective_second_factor_key, key)

@@ -22,6 +22,8 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import inspect
 from sqlalchemy.exc import SQLAlchemyError
 
+from kata.api.connection_limits import is_listed
+from kata.audit.anchor_copy import is_elsewhere
 from kata.auth.openid import OpenIdError, Provider
 from kata.backups.catalogue import last_good
 from kata.backups.key import key_location
@@ -70,6 +72,8 @@ def examine(settings: Settings) -> list[CheckResult]:
         _data,
         _database,
         _backups,
+        _audit,
+        _proxy,
         _openid,
     ]
     return [finding for check in checks for finding in check(settings)]
@@ -326,6 +330,37 @@ def _backups(settings: Settings) -> Iterator[CheckResult]:
         f"{last}; the key is {key_location(settings)}.",
         "kata backup makes one and reports problems; kata restore FILE --verify --key KEY verifies one where the key is.",
     )
+
+
+def _audit(settings: Settings) -> Iterator[CheckResult]:
+    copy = settings.audit_anchor_copy
+    for file in (copy, settings.effective_audit_anchor):
+        if file and is_elsewhere(file, settings.data):
+            yield CheckResult("Audit trail", "ok", f"Its heads are stored in {file}.")
+            return
+    where = f"{copy} is on the same disk or its folder does not exist" if copy else "there is no copy of the anchor"
+    yield CheckResult(
+        "Audit trail",
+        "warning",
+        f"On this computer alone, database and anchor can be cut together without a trace: {where}.",
+        "Set KATA_AUDIT_ANCHOR_COPY to a file on another disk or computer, or collect the log (KATA_LOG_FORMAT=json).",
+    )
+
+
+def _proxy(settings: Settings) -> Iterator[CheckResult]:
+    try:
+        address = settings.unlisted_proxy_file.read_text()
+        listed = is_listed(address, settings.trusted_proxies)
+    except (OSError, ValueError):
+        return
+    if not listed:
+        yield CheckResult(
+            "Proxy",
+            "warning",
+            f"Requests came through a proxy at {address} that is not in KATA_TRUSTED_PROXIES: all users behind it count as one "
+            "address, so one user's wrong passwords slow the login of all.",
+            f"KATA_TRUSTED_PROXIES={address}, if this is the clinic's proxy.",
+        )
 
 
 def _openid(settings: Settings) -> Iterator[CheckResult]:

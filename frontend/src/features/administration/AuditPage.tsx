@@ -11,6 +11,7 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { type AuditFilters, toAuditQuery } from "./auditFilters";
 import { actionChoices, describeAction, describeDetail, describeSubject } from "./describeAuditEntry";
+import { HeadStorage } from "./HeadStorage";
 
 /** The audit trail, newest entry first. The address holds the filters. */
 export function AuditPage() {
@@ -18,12 +19,14 @@ export function AuditPage() {
   const filters = useSearch({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const entries = usePagedQuery(["audit", filters], (after) => api.audit(toAuditQuery(filters), after));
+  const heads = entries.data?.pages[0]?.heads;
   return (
     <Stack component="section" aria-label={t("administration:audit.title")}>
       <Title order={2} size="h3">
         {t("administration:audit.title")}
       </Title>
       <Text>{t("administration:audit.description")}</Text>
+      {heads && <HeadStorage heads={heads} />}
       <FilterFields filters={filters} accounts={accounts.data?.items ?? []} />
       {filters.patient_id && <Text>{t("administration:audit.onePatient")}</Text>}
       <ProblemNote error={entries.error ?? accounts.error} />

@@ -1617,7 +1617,7 @@ export interface paths {
         post: operations["begin_second_factor"];
         /**
          * Remove the second factor
-         * @description Remove the second factor. An account that needs one must set up another at once.
+         * @description Remove the second factor, always with the password and a code. An account that needs one must set up another at once.
          */
         delete: operations["remove_second_factor"];
         options?: never;
@@ -2828,6 +2828,51 @@ export interface components {
             detail: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * AuditHeads
+         * @description The places outside the database that store heads of the trail, which reveal a cut.
+         */
+        AuditHeads: {
+            /**
+             * Elsewhere
+             * @description Files with every head on another disk or computer.
+             */
+            elsewhere: string[];
+            /**
+             * Copy File
+             * @description KATA_AUDIT_ANCHOR_COPY; null: not set.
+             */
+            copy_file: string | null;
+            /**
+             * Failing Since
+             * @description Since when the copy cannot be written; null: it can, or there is none.
+             */
+            failing_since: string | null;
+            /**
+             * Log
+             * @description Every row is written to the log, for a log collector.
+             */
+            log: boolean;
+            /**
+             * Other Stations
+             * @description Other stations on the same database anchor the trail, too.
+             */
+            other_stations: boolean;
+        };
+        /**
+         * AuditPage
+         * @description Entries, newest first, and where the heads of the trail are stored.
+         */
+        AuditPage: {
+            /** Items */
+            items: components["schemas"]["AuditEntry"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+            heads: components["schemas"]["AuditHeads"];
         };
         /**
          * Away
@@ -4754,16 +4799,6 @@ export interface components {
              */
             next: string | null;
         };
-        /** Page[AuditEntry] */
-        Page_AuditEntry_: {
-            /** Items */
-            items: components["schemas"]["AuditEntry"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
-        };
         /** Page[BreakGlassAccess] */
         Page_BreakGlassAccess_: {
             /** Items */
@@ -6367,6 +6402,23 @@ export interface components {
              * @description The address as a QR code: a `data:` address of an SVG.
              */
             picture: string;
+        };
+        /**
+         * SecondFactorRemoval
+         * @description The password, and a code of the second factor that is removed.
+         */
+        SecondFactorRemoval: {
+            /**
+             * Password
+             * @description Null only for an account without a password.
+             */
+            password?: string | null;
+            /**
+             * Code
+             * @description Six digits, or a recovery code.
+             * @example 123456
+             */
+            code: string;
         };
         /**
          * SeenState
@@ -8864,7 +8916,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_AuditEntry_"];
+                    "application/json": components["schemas"]["AuditPage"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -15097,7 +15149,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Reauthentication"];
+                "application/json": components["schemas"]["SecondFactorRemoval"];
             };
         };
         responses: {
