@@ -21,7 +21,8 @@ LIMIT_S = 30.0
 
 @contextmanager
 def copying(file: Path, of: Path, ahead: list[AnchorLine] | None = None) -> Iterator[AnchorCopy]:
-    copy = AnchorCopy(file, of, of.parent, [].append if ahead is None else ahead.append, retry_s=0.02)
+    known: list[AnchorLine] = [] if ahead is None else ahead
+    copy = AnchorCopy(file, of, of.parent, known.append, retry_s=0.02)
     try:
         yield copy
     finally:
