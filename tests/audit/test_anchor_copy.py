@@ -39,7 +39,7 @@ def extend(file: Path, heads: int, copy: AnchorCopy | None = None) -> None:
     opened.close()
 
 
-def test_copy_gets_all_lines_also_those_from_before_it_was_configured(tmp_path: Path) -> None:
+def test_copy_gets_all_lines_also_former_ones(tmp_path: Path) -> None:
     file, second = tmp_path / "audit.anchor", tmp_path / "copy.anchor"
     extend(file, 3)
     with copying(second, file) as copy:
@@ -52,9 +52,7 @@ def test_copy_gets_all_lines_also_those_from_before_it_was_configured(tmp_path: 
     assert second.stat().st_mode & 0o777 == 0o600
 
 
-def test_copy_that_cannot_be_written_is_logged_once_and_retried(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_unwritable_copy_is_logged_once_and_retried(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO, "kata.audit")
     file, second = tmp_path / "audit.anchor", tmp_path / "share" / "copy.anchor"
     with copying(second, file) as copy:
@@ -69,7 +67,7 @@ def test_copy_that_cannot_be_written_is_logged_once_and_retried(
     assert "can be written again" in caplog.messages[-1]
 
 
-def test_line_that_a_power_cut_has_damaged_spoils_no_other(tmp_path: Path) -> None:
+def test_line_damaged_by_a_power_cut_spoils_no_other(tmp_path: Path) -> None:
     file, second = tmp_path / "audit.anchor", tmp_path / "copy.anchor"
     extend(file, 3)
     second.write_bytes(file.read_bytes()[:-20])
@@ -91,7 +89,7 @@ def test_copy_keeps_the_lines_that_the_anchor_has_lost(tmp_path: Path) -> None:
     assert [line.line for line in anchor.read(second)] == [1, 2, 3, 4, 5, 4]
 
 
-def test_service_reports_at_its_start_that_database_and_anchor_were_cut(
+def test_service_reports_a_cut_of_database_and_anchor(
     database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file, second = tmp_path / "audit.anchor", tmp_path / "copy.anchor"

@@ -91,9 +91,7 @@ def test_external_head_reveals_older_copies_of_database_and_anchor_together(
     assert (finding.first, finding.last) == (161, 200)
 
 
-def test_copy_of_the_anchor_reveals_and_names_a_cut_of_database_and_anchor_together(
-    audit_log: tuple[Database, Path], tmp_path: Path
-) -> None:
+def test_anchor_copy_reveals_a_cut_of_database_and_anchor(audit_log: tuple[Database, Path], tmp_path: Path) -> None:
     database, file = audit_log
     before = file.read_bytes()
     copy = tmp_path / "copy.anchor"
@@ -112,9 +110,7 @@ def test_copy_of_the_anchor_reveals_and_names_a_cut_of_database_and_anchor_toget
     assert findings[1].message == "Rows 161 to 200 are missing from the end: the anchor's copy contains them."
 
 
-def test_copy_that_could_not_be_written_for_a_while_is_a_remark(
-    audit_log: tuple[Database, Path], tmp_path: Path
-) -> None:
+def test_copy_that_lags_behind_is_a_remark(audit_log: tuple[Database, Path], tmp_path: Path) -> None:
     database, file = audit_log
     copy = tmp_path / "copy.anchor"
     copy.write_bytes(b"".join(file.read_bytes().splitlines(keepends=True)[:-3]))
