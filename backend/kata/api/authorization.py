@@ -276,8 +276,13 @@ def _fields(body: Any) -> Iterator[tuple[str, Any]]:
 
 
 async def _body(connection: HTTPConnection) -> Any:
-    """Return the JSON body, also with content types that FastAPI would not parse. Starlette caches the bytes for the route."""
-    if not isinstance(connection, Request) or "json" not in connection.headers.get("content-type", "").lower():
+    """Return the JSON body, also with content types that FastAPI would not parse. Starlette caches the bytes for the route.
+
+    A file names no record. It is not parsed here, because parsing it would block the event loop.
+    """
+    if not isinstance(connection, Request) or RULES[connection.scope["route"].name].file:
+        return None
+    if "json" not in connection.headers.get("content-type", "").lower():
         return None
     try:
         return json.loads(await connection.body() or b"null")

@@ -1,9 +1,10 @@
 """Limits on the body of a request: little before the user is authorized, and a large file only on a route that takes one."""
 
-from typing import Any, Final
+from typing import Final
 
 from fastapi import Request
 from fastapi.routing import APIRoute
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import Message, Receive, Scope
 
@@ -16,7 +17,9 @@ LARGEST_BODY: Final = 1 << 20
 """Bytes of a request in JSON: a hundred times the longest note."""
 LARGEST_FILE: Final = 1 << 26
 """Bytes of a file: an hour's motion as CSV, a FHIR bundle."""
-_FILES: Final = ("text/csv", "application/fhir+json")
+MOST_PARTS: Final = 20_000
+"""Commas and opening brackets of a request in JSON, an upper bound of its values. Parsing and checking them blocks the event loop."""
+_OPENING: Final = (b",", b"[", b"{")
 
 
 def limited_body(scope: Scope, receive: Receive) -> Receive:
@@ -25,16 +28,20 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
     The returned function raises HTTPException (413) when the body is too long for its route, and ProblemError (401, 403 or 423) when a
     long body comes from a user who may not use the route. FastAPI reads a body before it authorizes.
     """
-    received = 0
+    received = parts = 0
     authorized = False
 
     async def counted() -> Message:
-        nonlocal received, authorized
+        nonlocal received, parts, authorized
         message = await receive()
-        received += len(message.get("body", b""))
+        piece = message.get("body", b"")
+        received += len(piece)
+        parts += sum(map(piece.count, _OPENING))
+        if parts > MOST_PARTS and not _is_file(scope):
+            raise HTTPException(413, texts.TOO_MANY_PARTS(limit=MOST_PARTS))
         if received > ANONYMOUS_BODY:
             # The router has found the route by now: nothing before it reads the body.
-            if received > (limit := _limit(scope.get("route"))):
+            if received > (limit := _limit(scope)):
                 raise HTTPException(413, texts.TOO_MUCH_SENT(limit=limit))
             if not authorized:
                 await authorization.allowed_first(Request(scope))
@@ -44,9 +51,17 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
     return counted
 
 
-def _limit(route: Any) -> int:
-    """Return the largest body of a route in bytes."""
+def _limit(scope: Scope) -> int:
+    """Return the largest body of a request in bytes."""
+    route = scope.get("route")
     if not isinstance(route, APIRoute) or RULES[route.name].needs == "public":
         return ANONYMOUS_BODY
-    media_type = getattr(route.body_field.field_info, "media_type", "") if route.body_field else ""
-    return LARGEST_FILE if media_type in _FILES else LARGEST_BODY
+    return LARGEST_FILE if _is_file(scope) else LARGEST_BODY
+
+
+def _is_file(scope: Scope) -> bool:
+    """Return whether the body is a file of the type that its route takes. FastAPI would parse a CSV file that is sent as JSON."""
+    route = scope.get("route")
+    file = RULES[route.name].file if isinstance(route, APIRoute) else ""
+    sent = Headers(scope=scope).get("content-type", "").partition(";")[0].strip().lower()
+    return bool(file) and (sent == file or "json" not in sent)

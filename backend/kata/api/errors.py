@@ -22,6 +22,8 @@ from kata.station.schemas import TextKey
 log = logging.getLogger(__name__)
 
 _RETRY_AFTER_S: Final = 5
+_MOST_FIELDS: Final = 50
+"""Invalid fields that an answer names. Describing thousands would block the event loop for seconds."""
 _OF_STATUS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
 """Messages for Starlette's own errors, by status."""
 
@@ -75,7 +77,7 @@ def install(app: FastAPI) -> None:
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
         if refusal := await _not_allowed(request):
             return problem(request, refusal)
-        invalid_fields = [_invalid_field(detail, error.body) for detail in error.errors()]
+        invalid_fields = [_invalid_field(detail, error.body) for detail in error.errors()[:_MOST_FIELDS]]
         problems = [texts.FIELD_PROBLEM(field=field, problem=problem) for _, field, problem in invalid_fields]
         fields = [_field(*invalid_field) for invalid_field in invalid_fields]
         return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)

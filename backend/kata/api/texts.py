@@ -55,6 +55,7 @@ USE_PRINTED_ADDRESS: Final = message(
 )
 FOREIGN_ORIGIN: Final = message("foreign_origin", "The request came from another site's page.")
 OPEN_OWN_PAGE: Final = message("open_own_page", "Open Kata's own page.")
+TOO_MANY_PARTS: Final = message("too_many_parts", "The request has more than {limit:d} values.")
 TOO_MUCH_SENT: Final = message("too_much_sent", "The request is larger than {limit:d} bytes.")
 ADDRESS_NOT_FOUND: Final = message("address_not_found", "There is no such address.")
 FILE_NOT_FOUND: Final = message("file_not_found", "There is no such file.")

@@ -57,6 +57,8 @@ class RouteRule:
     (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
     """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
+    file: str = ""
+    """Media type of a file that the body is. It may be large, names no record, and is parsed outside the service's process."""
 
 
 def granted(actor: Actor, rule: RouteRule) -> bool:
@@ -210,9 +212,9 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_run_parquet": _READ,
         "get_patient_fhir": _READ,
         "export_patient": _READ,
-        "preview_imported_motion": _WRITE,
-        "import_motion": _WRITE,
-        "import_fhir_patients": _WRITE,
+        "preview_imported_motion": RouteRule("write_records", file="text/csv"),
+        "import_motion": RouteRule("write_records", file="text/csv"),
+        "import_fhir_patients": RouteRule("write_records", file="application/fhir+json"),
         # Requests for erasure: recorded by a therapist, decided by an administrator.
         "list_erasures": _READ,
         "list_patient_erasures": _READ,
@@ -252,6 +254,6 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "set_estop": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,
         "release_arm": _DIAGNOSE,
-        "upload_motion": _DIAGNOSE,
+        "upload_motion": RouteRule("diagnose", here=True, offline=True, file="text/csv"),
     }
 )

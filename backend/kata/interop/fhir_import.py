@@ -1,5 +1,6 @@
 """Import patients from FHIR R4. Unsupported elements are named, elements that are not understood are refused with their path."""
 
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -14,6 +15,10 @@ from kata.interop.codes import CLINIC_NUMBER, NAME_REPRESENTATION
 from kata.types import Side
 
 MOST_PATIENTS: Final = 500
+MOST_PARTS: Final = 1_000_000
+"""Commas and opening brackets of a file, an upper bound of its values: 2,000 for each patient."""
+MOST_PLACES: Final = 200
+"""Places that an answer names, of each kind."""
 _NOT_KEPT: Final = {
     "telecom", "address", "maritalStatus", "multipleBirthBoolean", "multipleBirthInteger", "photo", "contact",
     "communication", "generalPractitioner", "managingOrganization", "text", "contained", "extension", "meta", "language",
@@ -34,10 +39,18 @@ class FhirImportError(ValueError):
     """The resource cannot be imported. ``places`` has each path and its problem."""
 
     def __init__(self, places: list[tuple[str, str]]) -> None:
-        super().__init__("; ".join(f"{path} {what}" for path, what in places))
+        # An error comes back from the worker process with its arguments.
+        super().__init__(places)
         self.texts = [texts.PLACE_PROBLEM(place=path, problem=what) for path, what in places]
         """The problems, one text per place."""
         self.places = tuple(places)
+
+    def __str__(self) -> str:
+        return "; ".join(f"{path} {what}" for path, what in self.places)
+
+
+class UnreadableFhirError(ValueError):
+    """The file is not a JSON object within the limits. The argument is the Text with the reason."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +67,25 @@ class _Reading:
     left_out: list[str] = field(default_factory=list)
 
 
+def read_file(content: bytes, affected_side: Side) -> tuple[list[ImportedPatient], list[str]]:
+    """Return what :func:`read_patients` returns for a file. Run it in the worker process: parsing holds the interpreter's lock.
+
+    :raises UnreadableFhirError: when the file is not a JSON object, or exceeds a limit.
+    :raises FhirImportError: as :func:`read_patients`.
+    """
+    if sum(map(content.count, (b",", b"[", b"{"))) > MOST_PARTS:
+        raise UnreadableFhirError(texts.FHIR_TOO_MANY_PARTS(limit=MOST_PARTS))
+    try:
+        resource = json.loads(content.decode(), object_pairs_hook=_object, parse_constant=_no_constant, parse_int=_int)
+        if not isinstance(resource, dict):
+            raise UnreadableFhirError(texts.FHIR_UNREADABLE())
+        return read_patients(resource, affected_side)
+    except RecursionError as error:
+        raise UnreadableFhirError(texts.FHIR_TOO_DEEP()) from error
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise UnreadableFhirError(texts.FHIR_UNREADABLE()) from error
+
+
 def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[ImportedPatient], list[str]]:
     """Return the patients of a Patient or a Bundle, and the paths of the elements that are not stored.
 
@@ -66,8 +98,29 @@ def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[I
         if (patient := _patient(patient_resource, path, affected_side, reading))
     ]
     if reading.wrong:
-        raise FhirImportError(reading.wrong)
-    return found, reading.left_out
+        raise FhirImportError(reading.wrong[:MOST_PLACES])
+    hidden = len(reading.left_out) - MOST_PLACES
+    more = [str(texts.FHIR_MORE_PLACES(count=hidden))] if hidden > 0 else []
+    return found, reading.left_out[:MOST_PLACES] + more
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        # Another program could read the other value.
+        raise UnreadableFhirError(texts.FHIR_NAME_TWICE())
+    return found
+
+
+def _int(digits: str) -> int:
+    try:
+        return int(digits)
+    except ValueError as error:
+        raise UnreadableFhirError(texts.FHIR_NOT_A_NUMBER()) from error
+
+
+def _no_constant(name: str) -> None:
+    raise UnreadableFhirError(texts.FHIR_NOT_A_NUMBER())
 
 
 def _patients(resource: dict[str, Any], reading: _Reading) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -122,6 +175,8 @@ def _patient(resource: dict[str, Any], path: str, affected_side: Side, reading: 
 def _elements(resource: dict[str, Any], path: str, reading: _Reading) -> None:
     for name, value in resource.items():
         where = f"{path}.{_shown(name)}"
+        if len(reading.wrong) > MOST_PLACES:
+            return
         if name in _CHANGES_MEANING:
             reading.wrong.append((where, _CHANGES_MEANING[name]))
         elif name == "deceasedBoolean":

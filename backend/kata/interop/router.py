@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 from uuid import UUID
 
-from fastapi import APIRouter, Body, Query
+from fastapi import APIRouter, Body, Depends, Query, Request
 from fastapi.responses import StreamingResponse
 
 from kata.clinic import texts as clinic_texts
@@ -16,7 +16,7 @@ from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
 from kata.interop import bundle, patient_export, samples, service, texts
-from kata.interop.fhir_import import FhirImportError, read_patients
+from kata.interop.fhir_import import FhirImportError, UnreadableFhirError, read_file
 from kata.interop.files import file_response
 from kata.interop.motion_csv import ParsedMotion, parse_motion
 from kata.interop.samples import Origin, SampleFormat
@@ -53,6 +53,28 @@ MotionCsv = Annotated[
         description="UTF-8 with a header: time_s and the five columns of a pose, or motor_1_deg to motor_5_deg; degrees.",
     ),
 ]
+
+
+_FHIR_BODY: Final[dict[str, Any]] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            bundle.MEDIA_TYPE: {
+                "schema": {
+                    "type": "object",
+                    "additionalProperties": True,
+                    "title": "Resource",
+                    "description": "A FHIR R4 Patient, or a Bundle with Patients.",
+                }
+            }
+        },
+    }
+}
+
+
+async def _file(request: Request) -> bytes:
+    """Return the body. FastAPI would parse it in the event loop."""
+    return await request.body()
 
 
 @router.get(
@@ -172,21 +194,26 @@ def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingRespon
 
 
 @router.post(
-    "/api/patients/import/fhir", summary="Import patients from FHIR", status_code=201, responses=PROBLEMS.of(409, 422)
+    "/api/patients/import/fhir",
+    summary="Import patients from FHIR",
+    status_code=201,
+    responses=PROBLEMS.of(409, 422),
+    openapi_extra=_FHIR_BODY,
 )
 def import_fhir_patients(
     database: TheDatabase,
+    worker: TheFigures,
     affected_side: Annotated[Side, Query(description="The treated shoulder. An episode of care is opened for it.")],
-    resource: Annotated[
-        dict[str, Any], Body(media_type=bundle.MEDIA_TYPE, description="A FHIR R4 Patient, or a Bundle with Patients.")
-    ],
+    file: Annotated[bytes, Depends(_file)],
 ) -> ImportedPatients:
     """Register the patients of a FHIR resource: all of them, or none if an element is not understood or a clinic number is taken.
 
     Elements that are not stored here, such as a telephone number, are named. Existing records do not change.
     """
     try:
-        found, left_out = read_patients(resource, affected_side)
+        found, left_out = worker.build(read_file, file, affected_side)
+    except UnreadableFhirError as error:
+        raise ProblemError(422, "invalid", error.args[0], _MEND) from error
     except FhirImportError as error:
         raise ProblemError(
             422, "not_understood", texts.IMPORT_REFUSED(reasons=error.texts), _MEND, error.places

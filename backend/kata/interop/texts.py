@@ -33,6 +33,14 @@ FILE_UTF16: Final = message("file_utf16", "the file is in UTF-16; save it as CSV
 LINE_NOT_UTF8: Final = message("line_not_utf8", "line {line:d} is not text in UTF-8; is this a CSV file?")
 LINE_SHIFT_JIS: Final = message("line_shift_jis", "line {line:d} is in Shift-JIS; save the file as CSV in UTF-8")
 IMPORT_REFUSED: Final = message("import_refused", "This cannot be imported: {reasons:texts}.")
+FHIR_UNREADABLE: Final = message("fhir_unreadable", "This is not a JSON object in UTF-8.")
+FHIR_TOO_MANY_PARTS: Final = message("fhir_too_many_parts", "The file has more than {limit:d} values.")
+FHIR_TOO_DEEP: Final = message("fhir_too_deep", "The file has values nested in too many others.")
+FHIR_NAME_TWICE: Final = message("fhir_name_twice", "An object of the file has two elements of the same name.")
+FHIR_NOT_A_NUMBER: Final = message(
+    "fhir_not_a_number", "The file has a number that JSON or this service does not know."
+)
+FHIR_MORE_PLACES: Final = message("fhir_more_places", "and {count:d} more")
 FILE_REFUSED: Final = message("file_refused", "This file cannot be used: {reason:text}.")
 NOTHING_MEASURED: Final = message("nothing_measured", "Nothing was measured in this run.")
 NOTHING_TO_DOWNLOAD: Final = message("nothing_to_download", "There is nothing to download.")
