@@ -59,7 +59,10 @@ def test_manual_opens_in_the_browsers_language(client: TestClient, accepted: str
         assert client.get(path, params={"language": accepted}).text == f"manual {language}"
 
 
-@pytest.mark.parametrize("path", ["docs/missing.html", "docs/../secret.html", "docs/manual/../../secret.html"])
+@pytest.mark.parametrize(
+    "path",
+    ["docs/missing.html", "docs/\0", "docs/" + "a" * 300, "docs/../secret.html", "docs/manual/../../secret.html"],
+)
 def test_page_outside_the_site_is_not_found(folder: Path, path: str) -> None:
     answer = documentation.respond(path, "", folder)
     assert answer.status_code == 404

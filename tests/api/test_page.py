@@ -85,6 +85,14 @@ def test_the_compressed_form_has_no_address_of_its_own(client: TestClient) -> No
     assert client.get(f"{ADDRESS}.gz").status_code == 404
 
 
+@pytest.mark.parametrize("path", ["/%00", "/a%00b.js", "/" + "a" * 300 + ".js", "/" + "a/" * 3000 + "x"])
+def test_impossible_file_name_is_no_error(client: TestClient, path: str) -> None:
+    answer = client.get(path)
+    # The page shows an address without a file's suffix as one of its screens.
+    assert answer.status_code == (404 if path.endswith(".js") else 200)
+    assert answer.status_code == 404 or "the page" in answer.text
+
+
 def test_resumed_download_keeps_its_encoding(client: TestClient) -> None:
     """A download that was broken off goes on in the same form; in the other one it begins anew."""
     packed = client.get(ADDRESS, headers={"accept-encoding": "gzip"}).headers["etag"]

@@ -1,13 +1,16 @@
-"""Every route and the WebSocket, asked by everybody there is, of records that are open to them and of one that is not."""
+"""The declared matrix of identity, operation and record: every route, WebSocket and static address, asked by every identity."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from datetime import date, timedelta
 from typing import Any, Final
 from uuid import UUID, uuid4
 
 import pytest
-from fastapi import Depends, FastAPI
+from fastapi import Depends, FastAPI, WebSocket
+from fastapi.routing import APIWebSocketRoute, iter_route_contexts
+from fastapi.staticfiles import StaticFiles
 from fastapi.testclient import TestClient
 from sqlalchemy import select, update
 from starlette.websockets import WebSocketDisconnect
@@ -33,19 +36,22 @@ _WRITE: Final[frozenset[Role]] = frozenset({"therapist", "administrator"})
 _DEVICE: Final[frozenset[Role]] = frozenset({"technician", "therapist", "administrator"})
 _ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
 
-# What the clinic was promised, by kind of route and not by rule; a route in none of these fails.
+# What the clinic was promised, by kind of route and not by rule. Every route belongs to exactly one group of GROUPS.
 PUBLIC: Final = {
     "get_health_live", "get_health_ready", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
     "get_ways_in", "begin_openid", "sign_in_by_openid", "confirm_openid",
 }  # fmt: skip
+STATIC: Final = {"page", "openapi"}
+"""Outside the OpenAPI document."""
+SOCKETS: Final = {"live": "/api/live", "live_stations": "/api/stations/live"}
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
 OWN: Final = ENROLLING | {
     "remove_second_factor", "change_password", "choose_language", "list_own_sign_ins", "end_own_sign_in",
 }  # fmt: skip
-LEAVES_LESS: Final = {"lock_screen", "remove_second_factor"}
-"""Whoever is let through to it may do less from then on; tests/api/test_accounts.py asks for them."""
+LEAVES_LESS: Final = {"lock_screen"}
+"""After it the user may do less; tests/api/test_accounts.py asks for it."""
 STATION: Final = {"get_station", "list_stations", "list_events", "stop"}
-BEHIND_A_LOCK: Final = {"get_station", "list_stations", "stop", "get_me", "lock_screen", "unlock_screen"}
+BEHIND_A_LOCK: Final = set(SOCKETS) | {"get_station", "list_stations", "stop", "get_me", "lock_screen", "unlock_screen"}
 DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
     "set_side", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "reduce_range", "return_to_rest",
@@ -61,8 +67,40 @@ AT_ONES_STATION: Final = (
     DEVICE - {"get_simulator"} | OPERATE | {"create_session", "confirm_check", "list_ready_patients"}
 )
 WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
-LOOKS_BY_POST: Final = {"break_glass"}
-"""Changes nothing of a record: whoever reads may."""
+READ: Final = {
+    "get_assessment_form", "list_assessments", "list_patient_assessments", "get_assessment", "list_episodes", "get_episode",
+    "list_erasures", "list_patient_erasures", "get_recording_samples", "get_recording_parquet", "get_run_samples", "get_run_parquet",
+    "get_patient_fhir", "export_patient", "list_patients", "get_patient", "list_programmes", "get_programme", "get_session_plan",
+    "get_adherence", "get_progress", "list_recordings", "get_recording", "get_recording_figure", "get_recording_motion",
+    "get_session_report_html", "get_session_report_pdf", "get_episode_report_html", "get_episode_report_pdf", "get_note_draft",
+    "get_record_access", "break_glass", "list_sessions", "get_session_filter_options", "list_patient_sessions", "list_ready_patients",
+    "get_session", "get_checklist", "get_teaching_checklist", "get_run", "get_run_motion", "get_run_figures",
+}  # fmt: skip
+WRITE: Final = {
+    "create_assessment", "update_assessment", "withdraw_assessment", "open_episode", "update_episode", "close_episode",
+    "reopen_episode", "add_stage", "remove_stage", "request_erasure", "preview_imported_motion", "import_motion",
+    "import_fhir_patients", "create_patient", "update_patient", "create_programme", "preview_programme", "update_programme",
+    "create_programme_version", "update_recording", "derive_recording", "preview_derived_recording", "create_session",
+    "update_session", "confirm_check", "end_session", "sign_session", "add_addendum",
+}  # fmt: skip
+GROUPS: Final[tuple[tuple[Collection[str], frozenset[Role]], ...]] = (
+    (PUBLIC, _EVERYBODY),
+    (STATIC, _EVERYBODY),
+    (SOCKETS, _EVERYBODY),
+    (OWN, _EVERYBODY),
+    (STATION, _EVERYBODY),
+    (DEVICE, _DEVICE),
+    (OPERATE, _WRITE),
+    (ADMINISTER, _ADMINISTER),
+    (OPERATION, frozenset({"technician", "administrator"})),
+    (READ, _READ),
+    (WRITE, _WRITE),
+)
+"""Every route by name, and the roles that may use it."""
+AUTHORIZATION: Final = frozenset(
+    {"not_signed_in", "locked", "second_factor_needed", "not_allowed", "other_station", "restricted"}
+)
+"""Codes of refusals before the route."""
 
 
 @dataclass(frozen=True)
@@ -217,36 +255,27 @@ def sign_in_as(client: TestClient, asker: Asker) -> str:
     return cookie
 
 
-def roles_of(operation: Operation) -> frozenset[Role]:
-    """Who was promised it."""
-    if operation.name in ADMINISTER:
-        return _ADMINISTER
-    if operation.name in OPERATION:
-        return frozenset({"technician", "administrator"})
-    if operation.name in OWN | STATION:
-        return _EVERYBODY
-    if operation.name in DEVICE:
-        return _DEVICE
-    if operation.method == "GET" or operation.name in LOOKS_BY_POST:
-        return _READ
-    return _WRITE
+def roles_of(name: str) -> frozenset[Role]:
+    """Return the roles that may use a route. Fails for a route that is not declared."""
+    (roles,) = (roles for names, roles in GROUPS if name in names)
+    return roles
 
 
-def expected(operation: Operation, asker: Asker, whose: str) -> tuple[int, str] | None:
-    """How it is refused; None: it is not."""
-    if operation.name in PUBLIC:
+def expected(name: str, asker: Asker, whose: str = "") -> tuple[int, str] | None:
+    """Return the refusal of a cell of the matrix; None: allowed."""
+    if name in PUBLIC or name in STATIC:
         return None
     if asker.role is None or asker.gone:
         return 401, "not_signed_in"
-    if asker.locked and operation.name not in BEHIND_A_LOCK:
+    if asker.locked and name not in BEHIND_A_LOCK:
         return 423, "locked"
-    if asker.enrolling and operation.name not in ENROLLING | {"stop"}:
+    if asker.enrolling and name not in ENROLLING | {"stop"}:
         return 403, "second_factor_needed"
-    if asker.role not in roles_of(operation) or (whose and asker.role == "technician"):
+    if asker.role not in roles_of(name) or (whose and asker.role == "technician"):
         return 403, "not_allowed"
-    if not asker.here and operation.name in AT_ONES_STATION:
+    if not asker.here and name in AT_ONES_STATION:
         return 403, "other_station"
-    if whose == "restricted" and operation.name not in WITHOUT_THE_GLASS:
+    if whose in ("restricted", "mixed") and name not in WITHOUT_THE_GLASS:
         return 403, "restricted"
     return None
 
@@ -284,22 +313,27 @@ def test_every_role_is_limited_to_its_rights(
     client = TestClient(app, raise_server_exceptions=False)
     wrong, cells = [], 0
     cookie = sign_in_as(service, asker)
-    for operation in operations(_document(service)):
-        of_a_patient = any(name in OF_A_PATIENT for name in operation.ids)
-        for whose in ("open", "restricted") if of_a_patient else ("",):
-            refusal = expected(operation, asker, whose)
-            if refusal is None and operation.name in PUBLIC | {"export_patient"} | LEAVES_LESS | _SLOW:
+    # Signing out comes last, because it ends the login session.
+    for operation in sorted(operations(_document(service)), key=lambda operation: operation.name == "sign_out"):
+        named = [name for name in dict.fromkeys(operation.ids) if name in OF_A_PATIENT]
+        for whose in RECORDS if len(named) > 1 else RECORDS[:2] if named else ("",):
+            refusal = expected(operation.name, asker, whose)
+            if refusal is None and operation.name in {"export_patient"} | LEAVES_LESS | _SLOW:
                 continue
-            answer = ask(client, operation, cookie, records[whose or "open"])
+            ids = records["restricted" if whose == "restricted" else "open"]
+            if whose == "mixed":
+                ids = ids | {named[-1]: records["restricted"][named[-1]]}
+            answer = ask(client, operation, cookie, ids)
             code = answer.json().get("code") if answer.status_code >= 400 else None
-            got = (answer.status_code, code) if answer.status_code in (401, 403, 423) else None
             cells += 1
-            if got != refusal:
-                wrong.append((operation.name, whose, refusal, answer.status_code, code))
+            if (got := (answer.status_code, code) if code in AUTHORIZATION else None) != refusal:
+                wrong.append((operation.name, whose, refusal, answer.status_code, code, got))
     assert wrong == []
-    assert cells > 100
+    assert cells > 120
 
 
+RECORDS: Final = ("open", "restricted", "mixed")
+"""Records that a request names: a patient's whose record is open, a patient's whose record is restricted, and both."""
 _SLOW: Final = {"get_session_report_pdf", "get_episode_report_pdf", "make_backup"}
 """Let through, they take seconds; tests/api/test_reports.py and test_backups.py ask for them."""
 
@@ -310,15 +344,65 @@ def test_every_role_sees_only_permitted_station_data(service: TestClient, asker:
     cookie = sign_in_as(service, asker)
     if cookie:
         client.cookies.set(COOKIE, cookie)
-    if asker.role is None or asker.gone or asker.enrolling:
-        for path in ("/api/live", "/api/stations/live"):
-            with pytest.raises(WebSocketDisconnect), client.websocket_connect(path):
+    for name, path in SOCKETS.items():
+        refusal = expected(name, asker)
+        if refusal:
+            with pytest.raises(WebSocketDisconnect) as closed, client.websocket_connect(path):
                 pass
-    else:
-        with client.websocket_connect("/api/stations/live") as socket:
-            assert [one["here"] for one in socket.receive_json()["stations"]] == [True]
-        with client.websocket_connect("/api/live") as socket:
-            assert socket.receive_json()["kind"] == "snapshot"
+            assert (closed.value.code, closed.value.reason) == (1008, refusal[1])
+            continue
+        with client.websocket_connect(path) as socket:
+            first = socket.receive_json()
+        assert (
+            [one["here"] for one in first["stations"]] == [True] if "stations" in first else first["kind"] == "snapshot"
+        )
+
+
+@pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
+def test_static_addresses_are_public_and_contain_only_files(
+    service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
+) -> None:
+    client = TestClient(service.app)
+    cookie = sign_in_as(service, asker)
+    if cookie:
+        client.cookies.set(COOKIE, cookie)
+    patient_id = records["open"]["patient_id"]
+    answers = {path: client.get(path) for path in (*STATIC_ADDRESSES, f"/patients/{patient_id}")}
+    # Without a built page or documentation the service says so.
+    assert {path for path, answer in answers.items() if answer.status_code not in (200, 404, 503)} == set()
+    assert {path for path, answer in answers.items() if _reveals(answer.content, service, patient_id)} == set()
+    for path in FOREIGN_FILES:
+        answer = client.get(path)
+        # The shell of the page, or nothing.
+        assert answer.status_code in (400, 404, 503) or answer.text.startswith("<!doctype html>"), path
+        assert not _reveals(answer.content, service, patient_id), path
+    for method in ("POST", "PUT", "PATCH", "DELETE"):
+        assert client.request(method, "/docs/").status_code == 405
+
+
+STATIC_ADDRESSES: Final = (
+    "/",
+    "/index.html",
+    "/docs",
+    "/docs/",
+    "/docs/manual/",
+    "/assets/none.js",
+    "/api/openapi.json",
+)
+FOREIGN_FILES: Final = (
+    "/kata.db", "/..%2fkata.db", "/%2e%2e/%2e%2e/etc/passwd", "/docs/..%2f..%2fkata.db", "/docs/%2fetc%2fpasswd", "//etc/passwd",
+    "/assets/..%2f..%2fpyproject.toml", "/audit.anchor", "/docs/%00", "/%00",
+)  # fmt: skip
+"""Files outside the folders of the page and of the documentation."""
+
+
+def _reveals(content: bytes, service: TestClient, patient_id: UUID) -> bool:
+    """Return whether an answer contains a file of this computer or of a record."""
+    data = str(_services(service).settings.data).encode()
+    return any(
+        found in content
+        for found in (b"SQLite format", b"root:", b"[project]", data, str(patient_id).encode(), b"Patient open")
+    )
 
 
 def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> None:
@@ -334,9 +418,52 @@ def test_every_id_in_a_request_leads_to_its_patient(service: TestClient) -> None
     assert set(OF_A_PATIENT) <= named
 
 
+def _routes(app: FastAPI) -> set[str]:
+    """Return the names of all routes, those outside the OpenAPI document too."""
+    return {found.name or "" for found in iter_route_contexts(app.routes)}
+
+
+def _undeclared(app: FastAPI) -> set[str]:
+    """Return the routes that do not belong to exactly one group."""
+    declared = Counter(name for names, _ in GROUPS for name in names)
+    return {name for name in _routes(app) | set(declared) if declared[name] != 1 or name not in _routes(app)}
+
+
+def test_every_route_has_a_declared_cell(service: TestClient) -> None:
+    app: Any = service.app
+    assert _undeclared(app) == set()
+    in_document = {operation.name for operation in operations(_document(service))}
+    assert _routes(app) == in_document | STATIC | set(SOCKETS)
+    assert {name for name, path in SOCKETS.items() if path in _paths_of_sockets(app)} == set(SOCKETS)
+    assert len(SOCKETS) == len(_paths_of_sockets(app))
+
+
+def _paths_of_sockets(app: FastAPI) -> set[str]:
+    found = (context.original_route for context in iter_route_contexts(app.routes))
+    return {route.path for route in found if isinstance(route, APIWebSocketRoute)}
+
+
+def test_undeclared_route_fails_the_walk(service: TestClient) -> None:
+    app = FastAPI()
+    app.router.routes.extend(service.app.router.routes)  # type: ignore[attr-defined]
+
+    @app.get("/api/secret")
+    def secret() -> None:
+        """A route that no group contains."""
+
+    @app.websocket("/api/secret/live")
+    async def secret_live(socket: WebSocket) -> None:
+        """A WebSocket that no group contains."""
+
+    app.mount("/secret", StaticFiles(directory="."), name="secret_files")
+    assert _undeclared(app) >= {"secret", "secret_live", "secret_files"}
+    with pytest.raises(ValueError, match="not enough values"):
+        roles_of("secret")
+
+
 def test_routes_and_rules_match_one_to_one(service: TestClient) -> None:
-    outside_the_document = {"page", "openapi", "live", "live_stations"}
-    assert {operation.name for operation in operations(_document(service))} | outside_the_document == set(RULES)
+    app: Any = service.app
+    assert _routes(app) == set(RULES)
 
 
 def test_service_with_a_route_without_a_rule_does_not_start() -> None:

@@ -37,6 +37,16 @@ def is_built(folder: Path = FOLDER) -> bool:
     return (folder / "index.html").is_file()
 
 
+def find(folder: Path, path: str) -> Path | None:
+    """Return the file or folder of this path within ``folder``, else None. The path may contain anything."""
+    try:
+        found = (folder / path.lstrip("/")).resolve(strict=True)
+    except (OSError, ValueError):
+        # Missing, too long, or with a NUL.
+        return None
+    return found if found.is_relative_to(folder.resolve()) else None
+
+
 def respond(path: str, accept_language: str, folder: Path = FOLDER) -> Response:
     """Return a file of the documentation, a redirect to a folder's page, or a page that says what is missing.
 
@@ -47,8 +57,8 @@ def respond(path: str, accept_language: str, folder: Path = FOLDER) -> Response:
     if path.rstrip("/") == _MANUAL:
         language = "ja" if accept_language.strip().lower().startswith("ja") else "en"
         return RedirectResponse(f"/{_MANUAL}/{language}/")
-    file = (folder / path.removeprefix("docs").lstrip("/")).resolve()
-    if not file.is_relative_to(folder.resolve()):
+    file = find(folder, path.removeprefix("docs"))
+    if file is None:
         return _missing(*_NO_PAGE)
     if file.is_dir() and (file / "index.html").is_file():
         # Links of a folder's page count from the folder.

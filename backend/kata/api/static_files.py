@@ -34,10 +34,10 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
             raise HTTPException(404, texts.ADDRESS_NOT_FOUND())
         if documentation.is_documentation(path):
             return documentation.respond(path, request.headers.get("accept-language", ""))
-        file = (folder / path).resolve()
+        file = documentation.find(folder, path)
         # A compressed file is another form of its original and has no address.
-        named = path not in ("", "index.html") and file.suffix != _COMPRESSED
-        if named and file.is_relative_to(folder.resolve()) and file.is_file():
+        is_named = path not in ("", "index.html")
+        if is_named and file and file.is_file() and file.suffix != _COMPRESSED:
             # Names of built assets change with their content.
             cache = _FOR_EVER if path.startswith("assets/") else "no-cache"
             return _file(file, cache, _takes_gzip(",".join(request.headers.getlist("accept-encoding"))))
