@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
 
 from kata.api.security_middleware import allowed_hosts
 from kata.api.tls import Certificate, TlsError, refreshed
@@ -180,3 +181,78 @@ def test_ciphers_without_authentication_or_forward_secrecy_are_refused(
 
 def test_our_tls_context_refuses_versions_older_than_1_2(tmp_path: Path) -> None:
     assert made(tmp_path).context.minimum_version == ssl.TLSVersion.TLSv1_2
+
+
+def _handshake(port: int, version: ssl.TLSVersion, ciphers: str) -> tuple[str, str | None, bytes] | None:
+    """Return cipher, compression and certificate of a connection with only this version and these ciphers; None if it is refused."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    context.set_ciphers(ciphers)
+    context.minimum_version = context.maximum_version = version
+    context.options &= ~ssl.OP_NO_COMPRESSION
+    try:
+        connection = socket.create_connection(("127.0.0.1", port), timeout=20)
+        with connection, context.wrap_socket(connection) as wrapped:
+            cipher = wrapped.cipher()
+            assert cipher
+            return cipher[0], wrapped.compression(), wrapped.getpeercert(binary_form=True) or b""
+    except (ssl.SSLError, ConnectionError):
+        return None
+
+
+def test_every_accepted_cipher_is_authenticated_with_forward_secrecy(
+    on_the_network: tuple[int, ssl.SSLContext, Path],
+) -> None:
+    port = on_the_network[0]
+    every = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    every.set_ciphers("ALL:COMPLEMENTOFALL:@SECLEVEL=0")
+    names = [one["name"] for one in every.get_ciphers() if one["protocol"] != "TLSv1.3"]
+    assert len(names) > 50
+    assert {name for name in names if _handshake(port, ssl.TLSVersion.TLSv1_2, f"{name}:@SECLEVEL=0")} == {
+        "ECDHE-ECDSA-AES256-GCM-SHA384",
+        "ECDHE-ECDSA-AES128-GCM-SHA256",
+        "ECDHE-ECDSA-CHACHA20-POLY1305",
+    }
+
+
+@pytest.mark.filterwarnings("ignore:ssl.TLSVersion:DeprecationWarning")
+def test_old_versions_are_refused_and_new_ones_without_compression(
+    on_the_network: tuple[int, ssl.SSLContext, Path],
+) -> None:
+    port = on_the_network[0]
+    for old in (ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1):
+        assert _handshake(port, old, "ALL:@SECLEVEL=0") is None
+    for new in (ssl.TLSVersion.TLSv1_2, ssl.TLSVersion.TLSv1_3):
+        shaken = _handshake(port, new, "ALL")
+        assert shaken is not None
+        assert shaken[1] is None
+    # The order of the server counts, not that of the client.
+    weakest_first = "ECDHE-ECDSA-AES128-GCM-SHA256:ECDHE-ECDSA-AES256-GCM-SHA384"
+    shaken = _handshake(port, ssl.TLSVersion.TLSv1_2, weakest_first)
+    assert shaken is not None
+    assert shaken[0] == "ECDHE-ECDSA-AES256-GCM-SHA384"
+
+
+def test_served_certificate_is_strong_named_and_short_lived(
+    on_the_network: tuple[int, ssl.SSLContext, Path],
+) -> None:
+    port, _, log = on_the_network
+    shaken = _handshake(port, ssl.TLSVersion.TLSv1_3, "ALL")
+    assert shaken is not None
+    served = x509.load_der_x509_certificate(shaken[2])
+    key = served.public_key()
+    assert isinstance(key, ec.EllipticCurvePublicKey) and key.curve.name == "secp256r1"
+    assert isinstance(served.signature_hash_algorithm, hashes.SHA256)
+    assert served.not_valid_before_utc <= utc_now()
+    assert timedelta(days=360) < served.not_valid_after_utc - utc_now() <= timedelta(days=397)
+    names = served.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    assert {"localhost", "127.0.0.1"} <= {str(name.value) for name in names}
+    usage = served.extensions.get_extension_for_class(x509.KeyUsage).value
+    assert usage.digital_signature and not usage.key_cert_sign
+    assert (log.parent / "tls" / "key.pem").stat().st_mode & 0o777 == 0o600
+
+
+def test_neither_renegotiation_nor_compression_is_offered(tmp_path: Path) -> None:
+    options = made(tmp_path).context.options
+    assert options & ssl.OP_NO_RENEGOTIATION
+    assert options & ssl.OP_NO_COMPRESSION

@@ -1,6 +1,7 @@
 """The clinic's letterhead: name, address, telephone and logo."""
 
 import base64
+import re
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,20 @@ LARGEST_LOGO: Final = 256 * 1024
 _LARGEST_SIDE: Final = 4000
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _HEADER_LENGTH: Final = 24
+_DEEPEST_SVG: Final = 100
+_SVG_ELEMENTS: Final = frozenset(
+    {
+        "svg", "g", "defs", "symbol", "title", "desc", "metadata", "path", "rect", "circle", "ellipse", "line", "polyline", "polygon",
+        "text", "tspan", "textPath", "use", "image", "style", "linearGradient", "radialGradient", "stop", "clipPath", "mask", "pattern",
+        "marker", "switch", "filter", "feBlend", "feColorMatrix", "feComponentTransfer", "feComposite", "feDropShadow", "feFlood", "feFuncA",
+        "feFuncB", "feFuncG", "feFuncR", "feGaussianBlur", "feMerge", "feMergeNode", "feMorphology", "feOffset", "feTile",
+    }
+)  # fmt: skip
+"""Elements of a drawing. Without animation, no address comes later."""
+_MOST_COPIES: Final = 10
+"""``use`` elements. Each can copy what others have copied already."""
+_EDITORS: Final = ("sodipodi", "inkscape", "rdf", "cc", "dc")
+"""Prefixes of the notes of drawing programs."""
 
 
 class LetterheadError(ValueError):
@@ -64,27 +79,66 @@ def _wrong_svg(image: bytes) -> str:
     """Return the errors of an SVG. An image element runs no scripts and fetches nothing; an SVG that tries to is refused nevertheless."""
     wrong: list[str] = []
     names: list[str] = []
+    depth = 0
 
     def begins(name: str, attributes: dict[str, str]) -> None:
-        names.append(name.rpartition(":")[2])
-        if names[-1] in ("script", "foreignObject") or any(key.lower().startswith("on") for key in attributes):
+        nonlocal depth
+        depth += 1
+        prefix, _, local = name.rpartition(":")
+        names.append(local)
+        if local.lower() == "script" or any(key.lower().startswith("on") for key in attributes):
             wrong.append("is an SVG with a script or foreign parts")
-        if any(
-            key.rpartition(":")[2] == "href" and not value.startswith(("#", "data:image/"))
-            for key, value in attributes.items()
-        ):
+        if local not in _SVG_ELEMENTS and prefix not in _EDITORS:
+            wrong.append(f"is an SVG with the element {name[:40]}, which a logo does not need")
+        if any(_is_external(key, value) for key, value in attributes.items()):
             wrong.append("is an SVG with external content")
+        if depth > _DEEPEST_SVG:
+            wrong.append("is an SVG with elements nested in too many others")
+
+    def ends(name: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def writes(text: str) -> None:
+        styles.append(text if names[-1:] == ["style"] else "")
 
     def declares(*declared: object) -> None:
         wrong.append("is an SVG with a document type")
 
+    def instructs(*instruction: object) -> None:
+        wrong.append("is an SVG with external content")
+
+    styles: list[str] = []
     parser = expat.ParserCreate()
     parser.StartElementHandler = begins
+    parser.EndElementHandler = ends
+    parser.CharacterDataHandler = writes
     parser.StartDoctypeDeclHandler = declares
+    parser.ProcessingInstructionHandler = instructs
     try:
         parser.Parse(image, True)
     except expat.ExpatError:
         return "is neither PNG nor SVG"
+    if names.count("use") > _MOST_COPIES:
+        wrong.append("is an SVG with too many copies (use)")
     if names[0] != "svg":
         return "is neither PNG nor SVG"
+    if _style_fetches("".join(styles)):
+        wrong.append("is an SVG with external content")
     return wrong[0] if wrong else ""
+
+
+def _is_external(name: str, value: str) -> bool:
+    if name.startswith("xmlns"):
+        return False
+    if name.rpartition(":")[2] in ("href", "src", "base"):
+        # An SVG inside the SVG would have to be checked as well.
+        return not value.startswith(("#", "data:image/png;", "data:image/jpeg;"))
+    return _style_fetches(value)
+
+
+def _style_fetches(text: str) -> bool:
+    """Return whether CSS names anything outside the image. A backslash could hide such a name."""
+    lower = text.lower()
+    addresses = re.findall(r"url\s*\(\s*['\"]?(.?)", lower, re.DOTALL)
+    return "\\" in text or "@import" in lower or "image-set" in lower or any(first != "#" for first in addresses)
