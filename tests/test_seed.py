@@ -65,7 +65,7 @@ def test_the_same_number_makes_the_same_clinic(databases: list[Database]) -> Non
 
 def test_every_seeded_patient_is_marked_as_invented(databases: list[Database]) -> None:
     before = told(databases[0])
-    with pytest.raises(SeedError, match="only put into an empty one"):
+    with pytest.raises(SeedError, match="only added to an empty clinic"):
         fill(databases[0], 2, NOW)
     assert told(databases[0]) == before
 

@@ -173,7 +173,7 @@ def p95_ms(kind: RequestKind, of: Sequence[tuple[HistoryService, History]], time
 class _NoAuditLog:
     """Replaces the audit log: accesses to invented patients are not recorded."""
 
-    async def tell(self, _: Entry) -> None:
+    async def record(self, _: Entry) -> None:
         """Ignore an access."""
 
     def record_at_once(self, _: Entry) -> None:

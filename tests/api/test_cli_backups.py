@@ -127,7 +127,7 @@ def test_restore_over_an_existing_clinic_sets_it_aside(data: Path) -> None:
 
 def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Path) -> None:
     file = backup_of(data)
-    refused(kata("restore", file, "--data", tmp_path / "new", folder=tmp_path), "name the copy that was kept elsewhere")
+    refused(kata("restore", file, "--data", tmp_path / "new", folder=tmp_path), "give a copy of it with --key")
     done = kata("restore", file, "--key", data / "backup-key.txt", "--data", tmp_path / "new", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert "Previous data: nothing" in done.stdout

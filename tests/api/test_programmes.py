@@ -75,7 +75,7 @@ def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestCl
     assert told["detail"].startswith("Item 2 cannot be played with these settings: motor ")
     told = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
     assert "longer than an hour" in told["detail"]
-    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
+    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": [], "next": None}
 
 
 def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestClient, lift: dict[str, Any]) -> None:
@@ -111,7 +111,7 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
 
     told = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")
     assert told["detail"] == beyond["problem"]
-    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
+    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": [], "next": None}
     assert post(client, lift, less).status_code == 201
 
 

@@ -104,7 +104,7 @@ def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patien
         ({(3, 4): "10 deg"}, "line 3, column shoulder_abduction", "'10 deg' is not a number"),
         ({(3, 4): "1_0"}, "line 3, column shoulder_abduction", "'1_0' is not a number"),
         ({(3, 4): "inf"}, "line 3, column shoulder_abduction", "'inf' is not a number"),
-        ({(3, 6): "0,oops"}, "line 3, column after external_rotation", "'oops' is more than the first line"),
+        ({(3, 6): "0,oops"}, "line 3, column after external_rotation", "'oops' is in a column without a name in the first line"),
         ({(5, 1): "0.01"}, "line 5, column time_s", "time must increase, 0.01 follows 0.02"),
         ({(5, 1): "0.02"}, "line 5, column time_s", "time must increase, 0.02 follows 0.02"),
         ({(402, 1): "5.5"}, "line 402, column time_s", "there is a gap of 1.5 s before this row"),

@@ -2,7 +2,7 @@ import { afterEach, expect, test } from "vitest";
 import { manualAddress } from "./manual";
 
 afterEach(() => {
-  document.head.innerHTML = "";
+  document.head.replaceChildren();
 });
 
 test.each([
@@ -10,7 +10,10 @@ test.each([
   ["no", null],
   ["KATA-MANUAL", null],
 ])("links to the manual if the service says %s", (content, address) => {
-  document.head.innerHTML = `<meta name="kata-manual" content="${content}" />`;
+  const meta = document.createElement("meta");
+  meta.name = "kata-manual";
+  meta.content = content;
+  document.head.replaceChildren(meta);
   expect(manualAddress()).toBe(address);
 });
 
