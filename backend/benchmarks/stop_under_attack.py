@@ -23,7 +23,6 @@ from kata.bench.running_service import BenchError, RunningService, prepare_recor
 from kata.database.engine import Database
 
 GOAL_MS: Final = 100.0
-MEMORY_GOAL_MB: Final = 50.0
 _RATE_HZ: Final = 100
 _PLOT_S: Final = 600.0
 _BEFORE_S: Final = 2.0

@@ -7,7 +7,7 @@ check covers pages, PDFs, exports and commands.
 import asyncio
 import json
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
@@ -117,8 +117,7 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     if actor is None:
         actor = await _asked(connection, rule, cookie)
     CURRENT_ACTOR.set(actor)
-    _check_sign_in(actor, rule)
-    _check_role(actor, rule, context.station, named)
+    check_user(actor, rule, context.station, named)
     if named:
         await run_in_threadpool(_wait_for_arrival, services, named)
         try:
@@ -196,14 +195,16 @@ def _record_activity(database: Database, actor: Actor, now: datetime) -> None:
         log.warning("user activity could not be stored: %s", error)
 
 
-def _check_sign_in(actor: Actor, rule: RouteRule) -> None:
+def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tuple[str, UUID]] = ()) -> None:
+    """Check that the user may do what the rule needs at this station, whichever of the records ``named`` may be restricted.
+
+    :raises ProblemError: 403 or 423.
+    """
     if actor.locked and not rule.locked:
         raise ProblemError(423, "locked", texts.SCREEN_LOCKED(), texts.GIVE_PASSWORD_STOP_WORKS())
     if actor.enrolling and not rule.enrolling:
         raise ProblemError(403, "second_factor_needed", texts.SECOND_FACTOR_MISSING(), texts.SET_UP_SECOND_FACTOR())
 
-
-def _check_role(actor: Actor, rule: RouteRule, station: str, named: list[tuple[str, UUID]]) -> None:
     granted = OF_ROLE[actor.role]
     # Without permission to read records, no route may name one.
     if rule.needs not in granted or (named and "read_records" not in granted):

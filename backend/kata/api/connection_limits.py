@@ -7,6 +7,7 @@ import asyncio
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from ipaddress import ip_address, ip_network
 from typing import Any, Final
 
@@ -173,10 +174,4 @@ def limited_protocol(
     per_address: int, trusted_proxies: str, on_unlisted_proxy: Callable[[str], None] = lambda address: None
 ) -> Callable[..., asyncio.Protocol]:
     """Return the ``http`` class of a uvicorn configuration: its connections share one count."""
-    shared = OpenConnections(per_address, trusted_proxies, on_unlisted_proxy)
-
-    class Protocol(LimitedProtocol):
-        def __init__(self, *args: Any, **options: Any) -> None:
-            super().__init__(shared, *args, **options)
-
-    return Protocol
+    return partial(LimitedProtocol, OpenConnections(per_address, trusted_proxies, on_unlisted_proxy))

@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import Final
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT
+from kata.api.authorization import check_user
 from kata.api.services import Services
 from kata.audit.chain import Outcome
 from kata.audit.entries import entry
-from kata.auth.permissions import RULES, RouteRule, granted
+from kata.auth.permissions import RULES, RouteRule
 from kata.device.messages import Refusal, Stop
 
 _RULE: Final[RouteRule] = RULES["stop"]
@@ -19,11 +20,12 @@ _ACTION: Final = "stop"
 async def stop_by_user(services: Services) -> Refusal | None:
     """Stop the apparatus for the current user, then record it. Return the device's refusal, or None once it has confirmed the Stop.
 
-    :raises PermissionError: when the user's role may not stop the apparatus.
+    :raises ProblemError: when the user may not stop the apparatus.
     """
     actor = CURRENT_ACTOR.get()
-    if actor is None or not granted(actor, _RULE):
-        raise PermissionError(_ACTION)
+    # Both routes require a login.
+    assert actor is not None
+    check_user(actor, _RULE, services.station_name)
     outcome: Outcome = "failed"
     refusal: Refusal | None = None
     try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
 
-from kata.actor import Actor, Role
+from kata.actor import Role
 
 Permission = Literal[
     "public",
@@ -59,15 +59,6 @@ class RouteRule:
     """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
     file: str = ""
     """Media type of a file that the body is. It may be large, names no record, and is parsed outside the service's process."""
-
-
-def granted(actor: Actor, rule: RouteRule) -> bool:
-    """Return whether the user's role and the state of the login session allow what the rule needs, whichever record is named."""
-    return (
-        rule.needs in OF_ROLE[actor.role]
-        and (rule.locked or not actor.locked)
-        and (rule.enrolling or not actor.enrolling)
-    )
 
 
 _PUBLIC: Final = RouteRule("public")

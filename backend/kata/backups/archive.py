@@ -24,6 +24,7 @@ from kata.backups.catalogue import Kind
 from kata.backups.key import BackupError
 from kata.database.database_copy import DatabaseKind
 from kata.database.table_checksums import Tally
+from kata.system.sync import sync_folder
 
 SUFFIX: Final = ".kata-backup"
 DATABASE: Final = "database"
@@ -113,15 +114,6 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
     except (tarfile.TarError, EOFError) as error:
         raise _incomplete(file) from error
     return found[0]
-
-
-def sync_folder(folder: Path) -> None:
-    """Sync a folder, so that its file names survive a power cut."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _incomplete(file: Path) -> BackupError:

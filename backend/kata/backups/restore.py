@@ -25,7 +25,7 @@ from kata.audit.tables import AuditRow
 from kata.audit.verify import verify
 from kata.auth.factor_key import adopt
 from kata.auth.tables import AccountRow, LoginSessionRow
-from kata.backups.archive import ANCHOR, DATA, DATABASE, FACTOR_KEY, Contents, read_archive, sync_folder
+from kata.backups.archive import ANCHOR, DATA, DATABASE, FACTOR_KEY, Contents, read_archive
 from kata.backups.catalogue import BackupRecord, write_record
 from kata.backups.folder import (
     aside_folder,
@@ -42,6 +42,7 @@ from kata.database.engine import Database
 from kata.database.table_checksums import differences, tallies
 from kata.database.upgrade import migrations, upgrade
 from kata.settings import Settings
+from kata.system.sync import sync_folder
 
 _NAMES: Final[Mapping[DatabaseKind, str]] = MappingProxyType({"sqlite": "SQLite", "postgresql": "PostgreSQL"})
 _COPIES: Final = 2

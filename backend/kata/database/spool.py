@@ -22,6 +22,7 @@ from uuid import UUID, uuid4
 import msgspec
 
 from kata.database.base import utc_now
+from kata.system.sync import sync_folder
 
 log = logging.getLogger(__name__)
 
@@ -205,7 +206,7 @@ class Spool:
         try:
             os.write(file, line + b"\n")
             os.fsync(file)
-            _sync(self.folder)
+            sync_folder(self.folder)
         except OSError:
             os.close(file)
             raise
@@ -262,14 +263,6 @@ class Spool:
             os.ftruncate(self._file, size)
             raise
         self._size, self._crc = self._size + len(framed), crc
-
-
-def _sync(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _first(path: Path) -> int:

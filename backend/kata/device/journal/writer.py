@@ -20,6 +20,7 @@ from kata.device.journal.format import (
     JournalHeader,
     Sample,
 )
+from kata.system.sync import sync_folder
 
 _RING_RECORDS: Final = 6000
 """A minute at 100 Hz: longer than any disk may delay a write."""
@@ -42,11 +43,7 @@ class JournalDisk:
 
     def sync_folder(self, folder: Path) -> None:
         """Wait until the names in the folder survive a power cut."""
-        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        sync_folder(folder)
 
     def close(self, file: int) -> None:
         """Close the file."""
