@@ -1,4 +1,4 @@
-"""JSON and FHIR that are expensive to read: refused with a clear answer, while the event loop goes on and Stop is answered."""
+"""JSON and FHIR that are expensive to read: refused with a clear answer, and a Stop is answered meanwhile."""
 
 import asyncio
 import json

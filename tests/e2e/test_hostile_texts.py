@@ -202,7 +202,7 @@ def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned, texts: 
     told.discard("")
     cursors = {name for name in told if name.endswith(".next")}
     assert told - held - cursors == MADE_BY_KATA, (
-        "an answer has a text that nobody has tried it in, nor said to be nobody's"
+        "an answer has a text field that no hostile text was tried in, and that is not listed as free of user text"
     )
     kept = {name.partition(".")[2] for name in held}
     assert {name for name in taken if name.partition(".")[2] not in kept} == NOT_KEPT

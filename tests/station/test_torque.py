@@ -178,7 +178,7 @@ def test_operator_counts_as_present_while_torque_is_possible(
 ) -> None:
     at, browser = station(), Browser(uuid4(), "Sato")
     silent[0].tell(snapshot(mode="paused", torque=torque))
-    assert at.operator_under_torque is None, "nobody operates"
+    assert at.operator_under_torque is None, "there is no operator"
     at.operating.take(browser)
 
     assert at.operator_under_torque == (browser.id if operator_under_torque else None)

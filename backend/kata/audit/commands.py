@@ -119,7 +119,7 @@ def _proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) 
 
     elsewhere = [file for file in files if file not in lost and file.exists() and is_elsewhere(file, data)]
     if elsewhere:
-        return f"Compared with {', '.join(map(str, elsewhere))}. Not proven: that nobody changed this file together with database and anchor."
+        return f"Compared with {', '.join(map(str, elsewhere))}. Not proven: this file may have been changed together with database and anchor."
     if with_head:
         return "Compared with the given head. Rows after it are compared only with the anchor on this computer."
     return (
