@@ -55,6 +55,14 @@ def commands(command: Any, name: str = "") -> Iterator[str]:
             yield from commands(inner[one], f"{name} {one}".strip())
 
 
+@pytest.fixture(autouse=True)
+def own_umask() -> Iterator[None]:
+    """Restore the umask, which the command sets for its whole process."""
+    before = os.umask(0o022)
+    yield
+    os.umask(before)
+
+
 def ended_with(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
     monkeypatch.setattr(sys, "argv", ["kata", *arguments])
     with pytest.raises(SystemExit) as ended:

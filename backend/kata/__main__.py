@@ -7,9 +7,14 @@ line takes seconds.
 
 def main() -> None:
     """Run the command. Invalid settings end every command with one sentence each and status 2."""
+    import os
+
     from kata.system import scheduling
     from kata.system.gc_freeze import frozen_imports
+    from kata.system.private_files import UMASK
 
+    # For every file of this process and its children.
+    os.umask(UMASK)
     # Before any thread starts. All commands do so: a benchmark or an evaluation beside the service must not delay an apparatus.
     scheduling.set_time_slice(scheduling.LONG_NS)
     with frozen_imports():

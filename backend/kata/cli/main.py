@@ -2,7 +2,6 @@
 
 import json
 import logging
-import os
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -18,7 +17,6 @@ from kata.evaluation.commands import evaluate
 from kata.settings import Settings
 from kata.system.console import console, fail
 from kata.system.gc_freeze import frozen_imports
-from kata.system.private_files import UMASK
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(audit, name="audit")
@@ -33,7 +31,6 @@ app.command()(restore)
 @app.callback(invoke_without_command=True)
 def _common(show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """The software of a shoulder-rehabilitation apparatus."""
-    os.umask(UMASK)
     if show_version:
         typer.echo(f"kata {version('kata')}")
         raise typer.Exit
