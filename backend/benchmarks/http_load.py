@@ -19,6 +19,7 @@ from fastapi import FastAPI
 
 from benchmarks.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
 from kata.api.app import create_app
+from kata.audit.audit_log import AuditLog
 from kata.audit.chain import Entry
 from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
@@ -171,7 +172,12 @@ def p95_ms(kind: RequestKind, of: Sequence[tuple[HistoryService, History]], time
 
 
 class _NoAuditLog:
-    """Replaces the audit log: accesses to invented patients are not recorded."""
+    """Replaces the audit log: accesses to invented patients are not recorded. The query for other anchors is the service's own."""
+
+    copy = None
+    elsewhere: Sequence[Path] = ()
+    _anchor_id = ""
+    has_other_anchors = AuditLog.has_other_anchors
 
     async def record(self, _: Entry) -> None:
         """Ignore an access."""
@@ -193,6 +199,7 @@ class _ListServices:
     offline_cache: OfflineCache
     offline_sessions: OfflineSessions
     access: Access
+    settings: Settings
     auth_cache: AuthCache = field(default_factory=AuthCache)
     audit_log: _NoAuditLog = field(default_factory=_NoAuditLog)
     station_name: str = ""
@@ -201,7 +208,8 @@ class _ListServices:
 @contextmanager
 def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
     """Serve the database over HTTP during the block."""
-    app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
+    settings = Settings(data=folder, database_url=database.url.render_as_string(hide_password=False))
+    app = create_app(settings)
     figures = FigureWorker()
     offline_cache = OfflineCache(database, STATIONS[0])
     links, limits = DemonstrationLinks(allowed=False), Limits()
@@ -211,6 +219,7 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
         offline_cache=offline_cache,
         offline_sessions=OfflineSessions(offline_cache, STATIONS[0]),
         access=Access(Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits),
+        settings=settings,
     )
     # With IPPROTO_TCP asyncio switches off Nagle's algorithm, which would delay every answer by 40 ms.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
