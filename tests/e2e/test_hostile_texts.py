@@ -219,7 +219,7 @@ NOT_KEPT: Final = {
 """Texts that are asked for and told to nobody: secrets; and files, which are numbers."""
 MADE_BY_KATA: Final = {
     # What a file is called, where it lies.
-    "BackupList.folder", "BackupList.key_file",
+    "AuditHeads.copy_file", "AuditHeads.elsewhere", "BackupList.folder", "BackupList.key_file",
     # Words and sentences of the program's own, in which nobody's text stands.
     "AuditEntry.role", "CheckAnswer.subject", "Recording.done", "RecordingDetail.done", "Ready.version", "ItemPreview.problem", "Me.language", "MotionTracking.name",
     "ProgressColumn.name", "ProgressTable.rows", "TextKey.code", "PlacedText.code", "PlacedText.places", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence", "SessionCheck.subject",
