@@ -214,9 +214,9 @@ _NOT_ASKED: Final = {"get_patient_fhir", "list_ready_patients"}
 NOT_KEPT: Final = {
     "", "AccountUpdate.openid", "Reauthentication.password", "BeginOpenId.to", "OidcCallback.iss", "OidcCallback.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
     "LinkSignIn.secret", "SetPassword.password", "SetUp.password", "SetUp.secret",
-    "SignIn.password", "Unlock.password",
+    "SecondFactorRemoval.password", "SignIn.password", "Unlock.password",
 }  # fmt: skip
-"""Texts that are asked for and told to nobody: secrets; and files, which are numbers."""
+"""Texts of requests that no answer contains: secrets, and files, which are numbers."""
 MADE_BY_KATA: Final = {
     # What a file is called, where it lies.
     "AuditHeads.copy_file", "AuditHeads.elsewhere", "BackupList.folder", "BackupList.key_file",
