@@ -15,15 +15,21 @@ from typing import Any, Final
 import typer
 
 from docs.limits import limits
-from kata.auth.permissions import OF_ROLE, RULES
+from docs.paper import paper
+from docs.risk_file import components, hazards, requirements
+from kata.auth.permissions import ROLE_PERMISSIONS, RULES
 from kata.cli.main import app
 from kata.device.config_page import configuration
+from kata.device.drive_health import TEMPERATURE_MARGIN_C, VOLTAGE_MARGIN_V, WARNING_KINDS
 from kata.device.faults import FAULTS
 from kata.device.machine_state import TRANSITIONS
 from kata.settings import Settings
+from kata.simulator.independent.page_geometry import page_geometry
 
 ROOT: Final = Path(__file__).parents[1]
 REFERENCE: Final = ROOT / "docs" / "reference"
+GEOMETRY: Final = ROOT / "frontend" / "src" / "features" / "digital-twin" / "geometry.json"
+"""Lengths of the page's drawing, from the parameters of the MuJoCo model."""
 _CATEGORIES: Final = {
     0: "torque off at once",
     1: "ramp down, then torque off",
@@ -59,21 +65,34 @@ def faults() -> str:
         f"| {fault.next_step.english} |"
         for fault in FAULTS
     )
+    warnings = "\n".join(
+        f"| `{kind.message.code}` | {_with_motor(kind.message.english)} | {kind.next_step.english} |"
+        for kind in WARNING_KINDS
+    )
     return f"""# Faults
 
 {_GENERATED}
 The source is `FAULTS` in `backend/kata/device/faults.py`, in order of urgency. Each row is a pure function of the state at the beginning of
 one cycle. `tests/support/fault_matrix.py` lists the expected result for each kind of fault of each signal in each mode. `make test`
-runs the cells of two of the five motors for each kind, `make campaign` those of the other three.
+runs the cells of one of the five motors for each kind, `make campaign` those of the other four.
 
 | Code | Stop | What the therapist reads | What to do |
 |---|---|---|---|
 {rows}
+
+## Warnings
+
+A warning is an alarm and not a stop. It comes {TEMPERATURE_MARGIN_C:g} °C below the temperature, and {VOLTAGE_MARGIN_V:g} V before the voltage, at which the drive itself
+switches its torque off (`drive_error`). These limits are read from the drive. The source is `backend/kata/device/drive_health.py`.
+
+| Code | What the therapist reads | What to do |
+|---|---|---|
+{warnings}
 """
 
 
 def _with_motor(message: str) -> str:
-    return message.replace("{motor:d}", "*n*")
+    return re.sub(r"\{(\w+):[^}]*\}", lambda found: "*n*" if found[1] == "motor" else f"*{found[1][0]}*", message)
 
 
 def settings() -> str:
@@ -172,7 +191,9 @@ def api() -> str:
         f"## {name[:1].upper()}{name[1:]}\n\n| Operation | Purpose | Permission |\n|---|---|---|\n" + "\n".join(rows)
         for name, rows in sorted(groups.items())
     )
-    roles = "\n".join(f"| {role} | {', '.join(f'`{one}`' for one in sorted(may))} |" for role, may in OF_ROLE.items())
+    roles = "\n".join(
+        f"| {role} | {', '.join(f'`{one}`' for one in sorted(may))} |" for role, may in ROLE_PERMISSIONS.items()
+    )
     return f"""# API
 
 {_GENERATED}
@@ -216,13 +237,18 @@ PAGES: Final = {
     "api.md": api,
     "messages.md": messages,
     "limits.md": limits,
+    "paper.md": paper,
+    "requirements.md": requirements,
+    "hazards.md": hazards,
+    "components.md": components,
 }
 
 
 def main() -> None:
-    """Write every page."""
+    """Write every page, and the geometry of the page's drawing."""
     for name, page in PAGES.items():
         (REFERENCE / name).write_text(page())
+    GEOMETRY.write_text(json.dumps(page_geometry(), indent=2) + "\n")
 
 
 if __name__ == "__main__":

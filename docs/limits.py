@@ -69,6 +69,18 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("device/resistance.py", "RESISTS_NS", "A push lasts so long before it counts as resistance."),
         ("device/resistance.py", "RELIEVE_NS", "After a reversal the push has so long to end."),
         ("device/config.py", "StationConfig.reversal_s", "Resistance takes the arm back along the path by so much."),
+        (
+            "device/drive_health.py",
+            "TEMPERATURE_MARGIN_C",
+            "A drive warns so much below the temperature at which it switches off.",
+        ),
+        (
+            "device/drive_health.py",
+            "VOLTAGE_MARGIN_V",
+            "A drive warns so much within the lowest and highest voltage of its supply.",
+        ),
+        ("device/drive_health.py", "WARNING_HOLD_S", "A warning remains for so long after its condition has ended."),
+        ("station/drive_trend.py", "KEPT_HOURS", "Voltage and temperature of the drives are kept for so long."),
         ("device/messages.py", "LOAD_LEVELS", "Number of resistance levels."),
         ("device/range_override.py", "REDUCTION_STEP", "One press of Reduce range removes this share of the range."),
         ("device/range_override.py", "MIN_SHARE", "Reduce range leaves at least this share."),
@@ -84,24 +96,24 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
             "Limits.extension",
             "A login session that operates a moving arm is extended by at most this.",
         ),
-        ("auth/login_session.py", "_FRESH", "A login or reauthentication counts as recent for so long."),
+        ("auth/login_session.py", "_RECENT", "A login or reauthentication counts as recent for so long."),
         (
             "auth/auth_cache.py",
-            "_STOPS_FOR_S",
+            "_STOP_VALID_S",
             "A user who was authenticated within this time can stop without the database.",
         ),
-        ("auth/login.py", "_LOOK_EVERY_S", "Ended login sessions are looked for so often."),
-        ("auth/accounts.py", "CODE_LASTS", "A one-time code is valid."),
+        ("auth/login.py", "_CHECK_PERIOD_S", "Ended login sessions are looked for so often."),
+        ("auth/accounts.py", "CODE_VALIDITY", "A one-time code is valid."),
         ("auth/set_up.py", "LASTS", "The set-up link is valid."),
         ("auth/passwords.py", "SHORTEST", "Shortest password, in characters."),
         ("auth/openid.py", "_CONNECT_S", "The OpenID provider accepts a connection within this time."),
-        ("auth/openid_router.py", "_LONGEST_S", "The OpenID provider answers within this time."),
+        ("auth/openid_router.py", "_PROVIDER_LIMIT_S", "The OpenID provider answers within this time."),
         ("clinic/restricted/service.py", "GLASS_LASTS", "Emergency access to a restricted record lasts."),
     ),
     "The database and the station's disk": (
-        ("database/engine.py", "_CONNECT_S", "A connection to PostgreSQL takes at most this."),
+        ("database/engine.py", "_CONNECT_TIMEOUT_S", "A connection to PostgreSQL takes at most this."),
         ("database/engine.py", "SERVICE_ANSWER_S", "The database answers within this time or counts as unavailable."),
-        ("database/availability.py", "_AGAIN_S", "An unavailable database is tried again so often."),
+        ("database/availability.py", "_RETRY_S", "An unavailable database is tried again so often."),
         ("database/delivery.py", "_LONGEST_PAUSE_S", "Longest pause between two deliveries of the spool."),
         ("database/spool.py", "_MAX_WAITING", "Records that may wait in memory while the disk is full."),
         ("clinic/sessions/offline_cache.py", "_REFRESH_S", "The offline cache is refreshed this often."),
@@ -117,7 +129,6 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("api/security_middleware.py", "LARGEST_FILE", "Largest file to import, in bytes."),
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
         ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
-        ("clinic/assessments/spadi.py", "MOST_UNANSWERED", "SPADI items that may be left out."),
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
         ("backups/create.py", "_KEEP_ALL_DAYS", "Days for which every backup is kept."),
         ("backups/create.py", "_KEEP_MONTHLY_MONTHS", "Months for which the first backup is kept."),
@@ -215,7 +226,7 @@ def _assigned(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 
 
 _UNITS: Final = {
-    "_S": "s", "_MS": "ms", "_HZ": "Hz", "_DEG": "deg", "_BYTES": "bytes", "_S2": "deg/s²", "_NM": "Nm", "_NS": "ms", "_MINUTES": "minutes",
+    "_S": "s", "_PER_S": "a second", "_MS": "ms", "_HZ": "Hz", "_DEG": "deg", "_BYTES": "bytes", "_S2": "deg/s²", "_NM": "Nm", "_V": "V", "_C": "°C", "_NS": "ms", "_MINUTES": "minutes",
     "_HOURS": "hours", "_DEG_S": "deg/s", "_KEEP_ALL_DAYS": "days", "_KEEP_MONTHLY_MONTHS": "months", "_CYCLES": "cycles",
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-import { readFileSync, writeFileSync } from "node:fs";
+import { globSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
 import react from "@vitejs/plugin-react";
@@ -6,7 +6,8 @@ import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 import { checkCatalogues } from "./catalogues.mjs";
 
-const service = "http://127.0.0.1:8000";
+/** The service that `npm run dev` asks. */
+const service = process.env.KATA_SERVICE ?? "http://127.0.0.1:8000";
 
 const COMPRESS_FROM_BYTES = 1000;
 
@@ -27,6 +28,13 @@ const compressed: Plugin = {
   },
 };
 
+const TESTS = "src/**/*.test.{ts,tsx}";
+
+/** Test files that replace modules, which other files must not see. */
+const replacing = globSync(TESTS).filter((file) =>
+  /\bvi\.(mock|doMock|resetModules)\(/.test(readFileSync(file, "utf8")),
+);
+
 /** A missing or surplus translation fails the build. */
 const catalogues: Plugin = { name: "catalogues", buildStart: checkCatalogues };
 
@@ -43,6 +51,17 @@ export default defineConfig({
     // One file for the first page, instead of two dozen that load one after the other.
     rolldownOptions: { output: { codeSplitting: { groups: [{ name: "page", tags: ["$initial"] }] } } },
   },
-  // Generous, so that a busy machine does not fail tests.
-  test: { environment: "jsdom", setupFiles: "src/app/test-setup.ts", testTimeout: 60_000 },
+  test: {
+    environment: "jsdom",
+    setupFiles: "src/app/test-setup.ts",
+    // Generous, so that a busy machine does not fail tests.
+    testTimeout: 60_000,
+    // The icons' ES modules are six thousand files, which Node would read for each test file. This is one file.
+    alias: { "@tabler/icons-react": "@tabler/icons-react/dist/cjs/tabler-icons-react.cjs" },
+    // A new environment and the imports take two seconds for each file, so most files share theirs.
+    projects: [
+      { extends: true, test: { name: "shared", isolate: false, include: [TESTS], exclude: replacing } },
+      { extends: true, test: { name: "isolated", include: replacing } },
+    ],
+  },
 });

@@ -1,5 +1,6 @@
 """``kata doctor``: what it says of a computer."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -15,9 +16,15 @@ from kata.backups.key import make_key
 from kata.cli import doctor
 from kata.cli.doctor import CheckResult, examine
 from kata.cli.serve import _warn_of_proxy
+from kata.commissioning.latency import measure_adapter
 from kata.database.engine import Database
+from kata.device.config import simulated
+from kata.evaluation.world import World
 from kata.settings import Settings
+from kata.simulator.adapter import AdapterLatency
+from kata.simulator.process import SimulatorProcess
 from tests.support.databases import upgraded_file
+from tests.support.other_disk import other_disk
 
 
 @pytest.fixture
@@ -70,6 +77,44 @@ def test_adapter_that_delays_replies_is_reported(tmp_path: Path, port: str, monk
         told = found("Adapter's latency timer", tmp_path, f'port = "{port}"')
         assert told.state == state
     assert told.message == "1 ms"
+
+
+STATION = """name = "Station"
+port = "{port}"
+[inputs]
+estop_second_port = 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("latency_ms", "state"), [((0.0, 0.0), "ok"), ((16.0, 0.0), "problem")], ids=["quick", "latency timer at 16 ms"]
+)
+def test_an_adapter_is_judged_by_its_latency(latency_ms: tuple[float, float], state: str) -> None:
+    world = World(simulated("virtual"))
+    world.latency = AdapterLatency(*latency_ms)
+    figures = measure_adapter(world.config, world.open_transport)
+    assert figures.silent == () and figures.damaged == 0
+    # These drives are new: their own return delay is 0.5 ms.
+    assert figures.late_ms == pytest.approx(latency_ms[0] + 0.5, abs=0.1)
+    verdict = doctor._adapter(world.config, figures)
+    assert verdict.state == state
+    assert f"{int(figures.carried_hz)} cycles a second; the station uses 100" in verdict.message
+    assert ("latency timer" in verdict.what_to_do) == (state == "problem")
+
+
+def test_the_doctor_speaks_to_the_drives(tmp_path: Path) -> None:
+    simulator = SimulatorProcess(tmp_path)
+    try:
+        station = STATION.format(port=simulator.port)
+        assert found("Drives", tmp_path, station).state == "ok"
+        with contextlib.closing(simulator.client()) as client:
+            client.fault("silent", motor=3)
+            client.fault("noise")
+        told = found("Drives", tmp_path, station)
+        assert (told.state, told.message) == ("problem", "These motors do not answer at 1000000 bit/s: 3.")
+        assert found("Bus noise", tmp_path, station).state == "problem"
+    finally:
+        simulator.close()
 
 
 def test_global_huge_pages_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,7 +208,8 @@ def test_audit_trail_without_a_copy_elsewhere_is_reported(tmp_path: Path) -> Non
     beside = Settings(data=tmp_path, database_url="", audit_anchor_copy=tmp_path / "copy.anchor")
     (shown,) = [finding for finding in examine(beside) if finding.name == "Audit trail"]
     assert (shown.state, "same disk" in shown.message) == ("warning", True)
-    elsewhere = Path("/dev/shm/kata.anchor")
-    other = Settings(data=tmp_path, database_url="", audit_anchor_copy=elsewhere)
-    (shown,) = [finding for finding in examine(other) if finding.name == "Audit trail"]
+    with other_disk(tmp_path) as disk:
+        elsewhere = disk / "kata.anchor"
+        other = Settings(data=tmp_path, database_url="", audit_anchor_copy=elsewhere)
+        (shown,) = [finding for finding in examine(other) if finding.name == "Audit trail"]
     assert (shown.state, str(elsewhere) in shown.message) == ("ok", True)

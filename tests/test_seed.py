@@ -1,23 +1,31 @@
 """The invented clinic: marked, the same every time, and never among real patients."""
 
+import json
 from collections.abc import Iterator
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from inspect import signature
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
 from sqlalchemy import func, select
 from typer.testing import CliRunner
 
+from kata.cli import seed_course, seed_people
 from kata.cli.main import app, seed
-from kata.cli.seed import MARK, SeedError, fill
+from kata.cli.seed import MARK, SeedError, _Invented, fill
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import journal
+from kata.interop import bundle
+from kata.interop.codes import ClinicNames
+from kata.motion.builtin import built_in_motions
+from tests.support.databases import upgraded_file
+from tests.support.validators import judge
 
 NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
 
@@ -58,6 +66,16 @@ def test_people_have_months_of_history_and_are_marked_as_invented(databases: lis
         assert session.scalar(select(func.count()).select_from(AssessmentRow).where(AssessmentRow.spadi_score > 0))
 
 
+def test_seeded_patients_are_valid_fhir(databases: list[Database], tmp_path: Path) -> None:
+    cases = {}
+    with databases[0].read() as session:
+        for patient in session.scalars(select(PatientRow)):
+            bundle.write(session, patient, tmp_path / "bundle.json", ClinicNames())
+            cases[patient.clinic_number] = json.loads((tmp_path / "bundle.json").read_text())
+    found = judge("validate.mjs", given=json.dumps(cases))
+    assert found == {name: {"medplum": [], "lantana": []} for name in cases}
+
+
 def test_the_same_number_makes_the_same_clinic(databases: list[Database]) -> None:
     one, other = (told(database) for database in databases)
     assert one == other
@@ -74,6 +92,36 @@ def test_command_refuses_while_a_service_runs_there(tmp_path: Path) -> None:
     with journal.claimed(tmp_path, 0.0):
         result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path)])
     assert result.exit_code == 1
+
+
+def test_the_clinic_has_two_years_of_all_kinds_of_courses() -> None:
+    courses = [seed_course.course(Random(f"1 {place}"), place, NOW) for place in range(seed_people.MOST)]
+    assert {course.first_stage for course in courses} == {"freezing", "frozen", "thawing"}
+    assert {course.station for course in courses} == set(seed_course.STATIONS)
+    assert {course.therapist for course in courses} == set(range(5))
+    assert NOW - timedelta(days=730) < min(course.first for course in courses) < NOW - timedelta(days=600)
+    assert max(course.visits[-1] for course in courses) < NOW
+    assert sum(course.left for course in courses) >= 3
+    gains = [course.gain for course in courses]
+    assert min(gains) < 0.2 < 0.8 < max(gains)
+    for language in ("en", "ja"):
+        assert len({seed_people.person(place, language).name for place in range(seed_people.MOST)}) == seed_people.MOST
+
+
+def test_older_playbacks_of_later_patients_have_figures_alone(tmp_path: Path) -> None:
+    database = Database(upgraded_file(tmp_path / "kata.db"))
+    with database.write() as session:
+        place = next(
+            place for place in range(12, 60) if len(seed_course.course(Random(f"1 {place}"), place, NOW).visits) < 9
+        )
+        _Invented(session, Random(f"1 {place}"), place, NOW, built_in_motions()).write("ja")
+    with database.read() as session:
+        assert session.scalars(select(PatientRow.notes)).all() == [seed_people.WORDS["ja"].mark]
+        visits = session.scalars(select(SessionRow).order_by(SessionRow.started_at)).all()
+        *older, newest = visits
+        assert all(run.samples is None and run.played_s for visit in older for run in visit.runs)
+        assert all(run.samples for run in newest.runs if run.outcome == "completed")
+    database.close()
 
 
 def test_seed_accepts_any_number_up_to_the_available_patients(tmp_path: Path) -> None:

@@ -20,14 +20,17 @@ GIVEN: Final[dict[str, tuple[str, ...]]] = {
     "accounts link": (),
     "audit verify": (),
     "backup": (),
+    "data-before-update": ("save",),
     "demo": ("--taught", "motion.csv"),
     "doctor": (),
     "openapi": (),
+    "questionnaires import": ("spadi", "motion.csv"),
     "restore": ("clinic.age",),
     "seed": (),
     "serve": ("--simulate",),
+    "support-bundle": (),
 }
-OF_THEIR_OWN: Final = ("bench ", "evaluate", "messages")
+OF_THEIR_OWN: Final = ("bench ", "commission", "evaluate", "messages", "mjcf", "update", "simulate")
 """Commands without settings, or with settings of their own."""
 WRONG: Final = {
     "KATA_DATABASE_URL": (

@@ -35,7 +35,7 @@ class Target:
     port: int
     cookie: str
     """``Cookie`` header of the attacker's login session."""
-    run_id: str
+    patient_id: str
     session_id: str
 
 
@@ -88,14 +88,23 @@ async def _hold_connection(target: Target, number: int) -> None:
 
 async def _guess_passwords(target: Target, number: int) -> None:
     """Try to sign in with names that do not exist."""
-    body = json.dumps({"username": f"nobody-{os.urandom(4).hex()}", "password": "a wrong password"}).encode()
-    await _ask(target, "POST", "/api/sign-in", body, "application/json", cookie=False)
+    await _ask(target, "POST", "/api/sign-in", _wrong_login(), "application/json", cookie=False)
+
+
+async def _guess_without_waiting(target: Target, number: int) -> None:
+    """Try to sign in and close the connection before the answer."""
+    _, writer = await asyncio.open_connection(target.host, target.port)
+    try:
+        writer.write(_request(target, "POST", "/api/sign-in", _wrong_login(), "application/json", cookie=False))
+        await writer.drain()
+    finally:
+        writer.close()
 
 
 async def _make_reports(target: Target, number: int) -> None:
-    """Ask for a PDF or for all files of the patient."""
-    path = f"/api/sessions/{target.session_id}/report.pdf" if number % 2 else f"/api/runs/{target.run_id}/samples.csv"
-    await _ask(target, "GET", path)
+    """Ask for a PDF, or for all files of the patient as ZIP."""
+    session, patient = f"/api/sessions/{target.session_id}", f"/api/patients/{target.patient_id}"
+    await _ask(target, "GET", f"{session}/report.pdf" if number % 2 else f"{patient}/export.zip")
 
 
 async def _upload(target: Target, number: int) -> None:
@@ -116,17 +125,26 @@ async def _upload(target: Target, number: int) -> None:
 async def _ask(
     target: Target, method: str, path: str, body: bytes = b"", content_type: str = "", *, cookie: bool = True
 ) -> None:
+    """Send a request and read its answer."""
     reader, writer = await asyncio.open_connection(target.host, target.port)
     try:
-        head = f"{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {len(body)}\r\n"
-        head += f"Content-Type: {content_type}\r\n" if content_type else ""
-        head += f"Cookie: {target.cookie}\r\n" if cookie else ""
-        writer.write(head.encode() + b"\r\n" + body)
+        writer.write(_request(target, method, path, body, content_type, cookie=cookie))
         await writer.drain()
         while await reader.read(_PIECE):
             pass
     finally:
         writer.close()
+
+
+def _request(target: Target, method: str, path: str, body: bytes, content_type: str, *, cookie: bool) -> bytes:
+    head = f"{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {len(body)}\r\n"
+    head += f"Content-Type: {content_type}\r\n" if content_type else ""
+    head += f"Cookie: {target.cookie}\r\n" if cookie else ""
+    return head.encode() + b"\r\n" + body
+
+
+def _wrong_login() -> bytes:
+    return json.dumps({"username": f"nobody-{os.urandom(4).hex()}", "password": "a wrong password"}).encode()
 
 
 Attack = Callable[[Target, int], Coroutine[None, None, None]]
@@ -136,6 +154,7 @@ ATTACKS: Final[dict[str, tuple[Attack, int]]] = {
     "slow_headers": (_send_headers_slowly, _SLOW_CONNECTIONS),
     "connections": (_hold_connection, _OPEN_CONNECTIONS),
     "login_storm": (_guess_passwords, _LOGINS_AT_ONCE),
+    "hasty_guesses": (_guess_without_waiting, _LOGINS_AT_ONCE),
     "reports": (_make_reports, _JOBS_AT_ONCE),
     "uploads": (_upload, _UPLOADS),
 }
@@ -171,11 +190,11 @@ def main() -> None:
     parser.add_argument("--name", choices=tuple(ATTACKS), required=True)
     parser.add_argument("--url", required=True)
     parser.add_argument("--cookie", required=True)
-    parser.add_argument("--run", required=True)
+    parser.add_argument("--patient", required=True)
     parser.add_argument("--session", required=True)
     given = parser.parse_args()
     where = urlsplit(given.url)
-    target = Target(where.hostname or "", where.port or 80, given.cookie, given.run, given.session)
+    target = Target(where.hostname or "", where.port or 80, given.cookie, given.patient, given.session)
     sys.stdout.write(str(asyncio.run(_attack(given.name, target))))
 
 

@@ -72,6 +72,9 @@ def password_guessing(
 def stop_under_attack(
     stops: Annotated[int, typer.Option(min=1, help="Number of Stops during each attack.")] = 1000,
     attack: Annotated[list[str] | None, typer.Option(help="Only this attack; may be repeated.")] = None,
+    stations: Annotated[
+        int, typer.Option(min=1, help="Number of stations; several share one PostgreSQL, and the first is attacked.")
+    ] = 1,
     json_out: Json = None,
 ) -> None:
     """Attack the service: the time until a user's Stop is answered, and the service's memory."""
@@ -80,7 +83,7 @@ def stop_under_attack(
     chosen = tuple(attack or benchmark.ALL)
     if unknown := set(chosen) - set(benchmark.ALL):
         raise typer.BadParameter(f"unknown: {', '.join(sorted(unknown))}; there are {', '.join(benchmark.ALL)}")
-    run_benchmark(lambda progress: benchmark.run(stops, chosen, progress), json_out)
+    run_benchmark(lambda progress: benchmark.run(stops, chosen, stations, progress), json_out)
 
 
 @app.command()
@@ -98,3 +101,28 @@ def history(
     from benchmarks import history as benchmark
 
     run_benchmark(lambda progress: benchmark.run(patients, sessions, minutes * 60, times, store, progress), json_out)
+
+
+@app.command()
+def start(
+    rounds: Annotated[int, typer.Option(min=1, help="Number of starts after the first one.")] = 5,
+    against: Annotated[
+        Path | None, typer.Option(help="Another checkout of Kata, started in turns with this one.", exists=True)
+    ] = None,
+    json_out: Json = None,
+) -> None:
+    """Start the service: time until the page answers, and until a session can begin."""
+    from benchmarks import start as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(rounds, against, progress), json_out)
+
+
+@app.command()
+def footprint(
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration idle, and again playing, seconds.")] = 120.0,
+    json_out: Json = None,
+) -> None:
+    """Measure memory of each process, idle processor time of the service, and bytes written per hour."""
+    from benchmarks import footprint as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(seconds, progress), json_out)

@@ -9,6 +9,7 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote, urlencode
@@ -21,9 +22,10 @@ from benchmarks.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS,
 from kata.api.app import create_app
 from kata.audit.audit_log import AuditLog
 from kata.audit.chain import Entry
+from kata.audit.deduplication import RecordedViews
 from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
-from kata.auth.login import Access, SessionRevocations
+from kata.auth.login import Authentication, SessionRevocations
 from kata.auth.login_session import Limits
 from kata.auth.passwords import Passwords, hasher
 from kata.bench.account import sign_in_cookie
@@ -70,6 +72,9 @@ LISTS: Final = (
     RequestKind("/api/patients", {"search": "{born}"}),
     RequestKind("/api/patients/{patient_id}"),
     RequestKind("/api/patients/{patient_id}/sessions"),
+    RequestKind("/api/patients/{patient_id}/sessions", {"limit": "200"}),
+    RequestKind("/api/patients/{patient_id}/banner"),
+    RequestKind("/api/patients/{patient_id}/contraindications"),
     RequestKind("/api/patients/{patient_id}/recordings"),
     RequestKind("/api/patients/{patient_id}/episodes"),
     RequestKind("/api/patients/{patient_id}/assessments"),
@@ -88,8 +93,23 @@ LISTS: Final = (
     RequestKind("/api/sessions", {"therapist": "Nobody", "stop": "{stop}"}),
     RequestKind("/api/patients", {"search": "Nobody"}),
     RequestKind("/api/sessions/{session_id}"),
+    RequestKind("/api/sessions/filter-options"),
+    RequestKind("/api/events", {"session_id": "{session_id}", "kind": "alarm"}),
+    RequestKind("/api/break-glass-accesses", administrator=True),
     RequestKind("/api/events"),
     RequestKind("/api/events", {"station": "{station}"}),
+    RequestKind("/api/notifications", administrator=True),
+    RequestKind("/api/worklist", {"utc_offset_minutes": "540"}),
+    RequestKind("/api/statistics/usage", {"by": "week", "utc_offset_minutes": "540"}, administrator=True),
+    RequestKind(
+        "/api/statistics/usage", {"by": "day", "since": "{years_ago}", "station": "{station}"}, administrator=True
+    ),
+    RequestKind("/api/statistics/tracking", administrator=True),
+    RequestKind("/api/statistics/tracking", {"since": "{years_ago}"}, administrator=True),
+    RequestKind("/api/statistics/stops", administrator=True),
+    RequestKind("/api/statistics/stops", {"since": "{years_ago}"}, administrator=True),
+    RequestKind("/api/statistics/outcomes", administrator=True),
+    RequestKind("/api/statistics/outcomes", {"since": "{years_ago}"}, administrator=True),
     *(
         RequestKind("/api/audit", query, administrator=True)
         for query in (
@@ -159,8 +179,10 @@ class HistoryService:
         return set(kind.query) | ({"after"} if kind.paged else set()) <= known
 
 
-def p95_ms(kind: RequestKind, of: Sequence[tuple[HistoryService, History]], times: int) -> list[float]:
-    """Return the 95th percentile of each service's answer times. Requests alternate, so that other work affects all services.
+def percentiles_ms(
+    kind: RequestKind, of: Sequence[tuple[HistoryService, History]], times: int
+) -> list[tuple[float, float]]:
+    """Return the median and the 95th percentile of each service's answer times. Requests alternate, so that other work affects all services.
 
     :raises BenchError: when a request fails.
     """
@@ -168,7 +190,8 @@ def p95_ms(kind: RequestKind, of: Sequence[tuple[HistoryService, History]], time
         answers = [asking.enter_context(closing(service.answers_ms(kind, history))) for service, history in of]
         took = [[next(durations) for durations in answers] for _ in range(times + 1)]
     # Leave out the first answer, which opens the connection and files.
-    return [float(p95) for p95 in np.percentile(took[1:], 95, axis=0)]
+    medians, p95s = np.percentile(took[1:], (50, 95), axis=0)
+    return [(float(median), float(p95)) for median, p95 in zip(medians, p95s, strict=True)]
 
 
 class _NoAuditLog:
@@ -176,6 +199,7 @@ class _NoAuditLog:
 
     copy = None
     elsewhere: Sequence[Path] = ()
+    recorded_views: Final = RecordedViews()
     _anchor_id = ""
     has_other_anchors = AuditLog.has_other_anchors
 
@@ -198,7 +222,7 @@ class _ListServices:
     figures: FigureWorker
     offline_cache: OfflineCache
     offline_sessions: OfflineSessions
-    access: Access
+    auth: Authentication
     settings: Settings
     auth_cache: AuthCache = field(default_factory=AuthCache)
     audit_log: _NoAuditLog = field(default_factory=_NoAuditLog)
@@ -218,7 +242,9 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
         figures=figures,
         offline_cache=offline_cache,
         offline_sessions=OfflineSessions(offline_cache, STATIONS[0]),
-        access=Access(Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits),
+        auth=Authentication(
+            Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits
+        ),
         settings=settings,
     )
     # With IPPROTO_TCP asyncio switches off Nagle's algorithm, which would delay every answer by 40 ms.
@@ -235,7 +261,10 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
                 raise BenchError("the service did not start")
             time.sleep(0.01)
         yield HistoryService(
-            app, listening.getsockname()[1], sign_in_cookie(database), sign_in_cookie(database, "administrator")
+            app,
+            listening.getsockname()[1],
+            sign_in_cookie(database, name=THERAPISTS[0]),
+            sign_in_cookie(database, "administrator"),
         )
     finally:
         server.should_exit = True
@@ -269,6 +298,8 @@ def _fill(history: History, text: str, n: int, *, quoted: bool = False) -> str:
         "therapist": THERAPISTS,
         "station": STATIONS,
         "stop": STOPS,
+        # The longest time that the page offers.
+        "years_ago": ((utc_now() - timedelta(days=2 * 365)).isoformat(timespec="seconds"),),
         "account_id": ACCOUNTS,
         "action": ACTIONS,
     }

@@ -14,13 +14,13 @@ from typing import Final
 
 from sqlalchemy.engine import make_url
 
-from kata.bench.running_service import children
+from kata.bench.running_service import BenchError, children
 from kata.database.programs import postgresql_program
 
 _USER: Final = "postgres"
 
 
-class MissingError(Exception):
+class MissingError(BenchError):
     """PostgreSQL is not available; the message is the reason."""
 
 

@@ -14,7 +14,7 @@ from kata.auth.passwords import hasher
 from kata.bench.loop import LoopCase, LoopFigures, measure
 from kata.bench.records import BenchRecords
 from kata.bench.report import Report
-from kata.bench.running_service import BenchError, RunningService, prepare_records
+from kata.bench.running_service import WITHOUT_REAL_TIME, BenchError, RunningService, prepare_records
 from kata.database.base import utc_now
 from kata.database.engine import Database
 
@@ -94,7 +94,7 @@ def measure_answer_times(data: Path, records: BenchRecords, pairs: int) -> Answe
     """Measure answer times. Names and addresses change often enough to avoid the back-off."""
     known: list[float] = []
     unknown: list[float] = []
-    with RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, real_time=False) as service:
+    with RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, settings=WITHOUT_REAL_TIME) as service:
         for n in range(pairs):
             which = n // _ATTEMPTS_A_NAME
             # Alternate which comes first, so that the order has no effect.

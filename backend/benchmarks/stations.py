@@ -5,8 +5,8 @@ the delay until one station shows an event at another, and the cycles missed whi
 import random
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -100,7 +100,8 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
     report = Report(
         f"{stations} stations on one PostgreSQL, {_RATE_HZ} Hz each", ("", "p50", "p99", "largest", "all together")
     )
-    with TemporaryDirectory(prefix="kata-bench-") as folder, _server() as server, ExitStack() as stack:
+    with TemporaryDirectory(prefix="kata-bench-") as folder, postgresql.serving() as url, ExitStack() as stack:
+        server = postgresql.Server(url)
         progress("Starting services and apparatuses")
         stations_running = [
             _start(stack, Path(folder), f"Station {n}", server, 2 * seconds + _SPARE_S) for n in range(1, stations + 1)
@@ -131,15 +132,6 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
         "delay of the overview: from the opening of an emergency stop's contact until another station's WebSocket shows it."
     )
     return report
-
-
-@contextmanager
-def _server() -> Iterator[postgresql.Server]:
-    try:
-        with postgresql.serving() as url:
-            yield postgresql.Server(url)
-    except postgresql.MissingError as error:
-        raise BenchError(str(error)) from error
 
 
 def _start(stack: ExitStack, folder: Path, name: str, server: postgresql.Server, play_s: float) -> _Station:

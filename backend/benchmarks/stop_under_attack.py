@@ -5,7 +5,7 @@ import json
 import random
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
+from benchmarks import postgresql
 from benchmarks.attacks import ATTACKS
 from kata.bench.account import sign_in_cookie
 from kata.bench.helper_process import HelperOutput, helper_process
@@ -21,8 +22,11 @@ from kata.bench.records import BenchRecords
 from kata.bench.report import Report
 from kata.bench.running_service import BenchError, RunningService, prepare_records
 from kata.database.engine import Database
+from kata.settings import Settings
 
 GOAL_MS: Final = 100.0
+_CONNECTIONS: Final = str(Settings.model_fields["connections_per_address"].default)
+"""Connections of one address, as in a clinic."""
 _RATE_HZ: Final = 100
 _PLOT_S: Final = 600.0
 _BEFORE_S: Final = 2.0
@@ -45,19 +49,22 @@ class StopsUnderAttack:
     """Most growth of the service's resident memory during the attack."""
 
 
-def run(stops: int, attacks: tuple[str, ...], progress: Callable[[str], None]) -> Report:
+def run(stops: int, attacks: tuple[str, ...], stations: int, progress: Callable[[str], None]) -> Report:
     """Send ``stops`` Stops during each of the named :data:`~benchmarks.attacks.ATTACKS`, and without one.
 
-    :raises BenchError: when the service does not start.
+    One station has SQLite. Several share one PostgreSQL: the first is attacked, and each gets ``stops`` Stops.
+
+    :raises BenchError: when a service does not start, or PostgreSQL is missing.
     """
     report = Report(
-        f"Stop by HTTP to its answer under attack, {stops} each",
+        f"Stop by HTTP to its answer under attack, {stops} each, {f'{stations} stations' if stations > 1 else 'one station'}",
         ("Attack", "Stops", "p50, ms", "p99.9, ms", "goal, ms", "max, ms", "failed", "memory, MB", "attackers begun"),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         for name in (QUIET, *attacks):
             progress(name)
-            _add_row(report, name, _measure(Path(folder) / name, name, stops))
+            for n, measured in enumerate(measure(Path(folder) / name, name, stops, stations)):
+                _add_row(report, name if n == 0 else f"{name}_station_{n + 1}", measured)
     report.notes += [
         "Each Stop has a new connection, as from a page whose WebSocket is lost. The apparatus is idle and simulated. Attackers, service "
         "and simulator share this computer's processors.",
@@ -66,26 +73,63 @@ def run(stops: int, attacks: tuple[str, ...], progress: Callable[[str], None]) -
     return report
 
 
-def _measure(data: Path, name: str, stops: int) -> StopsUnderAttack:
-    records = prepare_records(data, play_s=1.0, plot_s=_PLOT_S)
-    database = Database(f"sqlite:///{data / 'kata.db'}")
-    attacker = sign_in_cookie(database)
-    database.close()
-    with RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as service:
-        took_ms: list[float] = []
-        refused = 0
-        before_mb = largest_mb = service.service_mb
-        with _attacking(name, service, records, attacker) as output:
+def measure(folder: Path, name: str, stops: int, stations: int) -> list[StopsUnderAttack]:
+    """Return the figures of every station. The first is under the attack ``name``.
+
+    :raises BenchError: when a service does not start, or PostgreSQL is missing.
+    """
+    with ExitStack() as stack:
+        url = stack.enter_context(postgresql.serving()) if stations > 1 else None
+        records = [
+            prepare_records(folder / f"{n}", play_s=1.0, plot_s=_PLOT_S if n == 1 else 1.0, database_url=url)
+            for n in range(1, stations + 1)
+        ]
+        database = Database(url or f"sqlite:///{folder / '1/kata.db'}")
+        attacker = sign_in_cookie(database)
+        database.close()
+        targets = [
+            _Target(stack.enter_context(_service(folder, n, one)), one.cookie) for n, one in enumerate(records, start=1)
+        ]
+        with _attacking(name, targets[0].service, records[0], attacker) as output:
             time.sleep(_BEFORE_S)
-            while len(took_ms) + refused < stops:
-                began = time.perf_counter()
-                if _stop(service.url, records.cookie):
-                    took_ms.append((time.perf_counter() - began) * 1000)
-                else:
-                    refused += 1
-                largest_mb = max(largest_mb, service.service_mb)
-                time.sleep(random.uniform(*_BETWEEN_S))
-        return StopsUnderAttack(took_ms, refused, int(output.text or 0), largest_mb - before_mb)
+            for _ in range(stops):
+                for target in targets:
+                    target.stop()
+                    time.sleep(random.uniform(*_BETWEEN_S))
+        begun = int(output.text or 0)
+        return [target.figures(begun if n == 0 else 0) for n, target in enumerate(targets)]
+
+
+def _service(folder: Path, n: int, records: BenchRecords) -> RunningService:
+    return RunningService(
+        folder / f"{n}",
+        records,
+        cycle_hz=_RATE_HZ,
+        rate_hz=_RATE_HZ,
+        settings={"KATA_CONNECTIONS_PER_ADDRESS": _CONNECTIONS},
+        name=f"Station {n}",
+    )
+
+
+class _Target:
+    """A station's service that gets Stops, and what was measured of it."""
+
+    def __init__(self, service: RunningService, cookie: str) -> None:
+        self.service, self._cookie = service, cookie
+        self._took_ms: list[float] = []
+        self._refused = 0
+        self._before_mb = self._largest_mb = service.service_mb
+
+    def stop(self) -> None:
+        began = time.perf_counter()
+        if _stop(self.service.url, self._cookie):
+            self._took_ms.append((time.perf_counter() - began) * 1000)
+        else:
+            self._refused += 1
+        self._largest_mb = max(self._largest_mb, self.service.service_mb)
+
+    def figures(self, begun: int) -> StopsUnderAttack:
+        return StopsUnderAttack(self._took_ms, self._refused, begun, self._largest_mb - self._before_mb)
 
 
 def _attacking(
@@ -94,7 +138,7 @@ def _attacking(
     if name == QUIET:
         return nullcontext(HelperOutput())
     arguments = ["--name", name, "--url", service.url, "--cookie", cookie]
-    arguments += ["--run", str(records.run_id), "--session", str(records.session_id)]
+    arguments += ["--patient", str(records.patient_id), "--session", str(records.session_id)]
     return helper_process("benchmarks.attacks", *arguments, failure=f"the attack {name} could not begin")
 
 

@@ -5,13 +5,15 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from datetime import date
 from pathlib import Path
 from typing import Final
 
 from pydantic import TypeAdapter
 
-from benchmarks import bulk_insert, postgresql, synthetic
+from benchmarks import bulk_insert, postgresql, synthetic, synthetic_figures
 from benchmarks.synthetic import History, fill
+from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import migrations, upgrade
 
@@ -25,7 +27,8 @@ def store(
 ) -> Iterator[tuple[Database, Path, History]]:
     """Yield a filled database with the service's connections, a folder for the service, and the history's ids.
 
-    ``store_folder``: where the database stays. An existing one is rebuilt when the schema or the generated content has changed.
+    ``store_folder``: where the database stays. An existing one is rebuilt when the schema, the generated content or the day has changed:
+    the work of the day is at the end of the history.
 
     :raises MissingError: when no PostgreSQL is available.
     """
@@ -34,7 +37,8 @@ def store(
         if store_folder
         else Path(tempfile.mkdtemp(prefix="kata-history-"))
     )
-    history_file = folder / f"{_content_hash(hour_s)}.json"
+    today = utc_now().date()
+    history_file = folder / f"{_content_hash(hour_s, today)}.json"
     try:
         if not history_file.exists():
             shutil.rmtree(folder, ignore_errors=True)
@@ -43,7 +47,7 @@ def store(
             folder.chmod(0o755)
             with _database(backend, folder, None) as database:
                 upgrade(database)
-                history = fill(database, patients, visits, hour_s)
+                history = fill(database, patients, visits, hour_s, today)
             # Written last: a database without this file is incomplete.
             history_file.write_bytes(_HISTORY.dump_json(history))
         with _database(backend, folder, SERVICE_ANSWER_S) as database:
@@ -67,10 +71,11 @@ def _database(backend: str, folder: Path, answer_s: float | None) -> Iterator[Da
             yield database
 
 
-def _content_hash(hour_s: float) -> str:
-    """Return a hash of the schema, the generated content and the length of the hour."""
-    sources = [*sorted((migrations() / "versions").glob("*.py")), Path(synthetic.__file__), Path(bulk_insert.__file__)]
-    digest = hashlib.sha256(f"{hour_s}".encode())
+def _content_hash(hour_s: float, today: date) -> str:
+    """Return a hash of the schema, the generated content, the length of the hour and the last day."""
+    content = [Path(str(module.__file__)) for module in (synthetic, synthetic_figures, bulk_insert)]
+    sources = [*sorted((migrations() / "versions").glob("*.py")), *content]
+    digest = hashlib.sha256(f"{hour_s} {today}".encode())
     for source in sources:
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]

@@ -1,4 +1,5 @@
-"""Ten years of an invented clinic: patients, episodes, assessments, sessions, runs, their audit trail, and one run of an hour.
+"""Ten years of an invented clinic until today: patients, episodes, programmes, assessments, sessions, runs, alarms, their audit trail, the
+sums of the clinic's figures, and one run of an hour.
 
 Only the patients that a benchmark reads have tracking figures of each motor. For all patients they would be ten million rows, and
 a row is only read with its run.
@@ -6,8 +7,9 @@ a row is only read with its run.
 
 import json
 import random
+from collections import defaultdict
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from typing import Any, Final, Literal
 from uuid import UUID
 
@@ -15,18 +17,24 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from benchmarks.bulk_insert import Insert, Rows, bulk_insert
+from benchmarks.synthetic_figures import StationHours, outcome_rows, stored_time
 from kata.audit.tables import AuditRow
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
-from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.search import text_of
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
+from kata.clinic.stations.tables import StationRow, StationVersionRow
+from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
+from kata.clinic.statistics.upkeep import StatisticsUpkeep
 from kata.database.engine import Database
-from kata.device.config import StationConfig
+from kata.device.config import StationConfig, as_toml
 from kata.device.journal import JournalEnd, JournalHeader, synthetic_journal
 from kata.motion.axes import AXES
 
@@ -43,14 +51,22 @@ _FAMILIES: Final = (
     ("Abe", "アベ"),
 )
 _GIVEN: Final = (("Hanako", "ハナコ"), ("Ken", "ケン"), ("Mai", "マイ"), ("Yuki", "ユキ"), ("Taro", "タロウ"))
-_FIRST: Final = datetime(2016, 1, 4, 9, 0, tzinfo=UTC)
 _DAYS: Final = 3650
+_COURSE: Final = timedelta(days=200)
+"""An episode is closed this long after its beginning."""
+_UNSIGNED: Final = 0.2
+_UNSIGNED_DAYS: Final = 7
+"""Share of notes that wait for a signature, and for how long."""
+_MOVES: Final = 10
+"""Versions of each station's configuration, one a year."""
 _RUNS: Final = 2
 _STOPPED: Final = 0.03
 _REFUSED: Final = 0.005
 """Share of refused actions; none failed."""
 _ASSESSMENTS: Final = 6
-_ROM: Final = (("flexion", 120.0), ("abduction", 100.0), ("external_rotation", 40.0))
+_ROM: Final = (("flexion", "", 120.0), ("abduction", "", 100.0), ("external_rotation", "at_side", 40.0))
+_STAGES: Final = ("freezing", "frozen", "thawing")
+_PROGRAMMES: Final = ("Gentle motion", "Range of motion", "Full range", "Strength")
 _SESSIONS_A_BATCH: Final = 20_000
 _PATIENTS_A_BATCH: Final = 1000
 _REQUESTED_PATIENTS: Final = 50
@@ -64,8 +80,9 @@ _TORQUE_NOISE_COUNTS: Final = (10.9, 9.4, 12.4, 11.7, 1.6)
 _ANGLE_NOISE_DEG: Final = 0.01
 _JITTER_S: Final = 3e-5
 _TABLES: Final[tuple[Any, ...]] = (
-    PatientRow, EpisodeRow, TeachingRow, RecordingRow, AssessmentRow, RomRow, SessionRow, RunRow, SessionStopRow, MotorTrackingRow,
-    AuditRow,
+    PatientRow, EpisodeRow, StageRow, TeachingRow, RecordingRow, ProgrammeRow, ProgrammeVersionRow, AssessmentRow, RomRow,
+    SessionRow, RunRow, SessionStopRow, MotorTrackingRow, DeviceEventRow, AuditRow, StationRow, StationVersionRow, StationHourRow,
+    EpisodeOutcomeRow,
 )  # fmt: skip
 _Rows = dict[Any, Rows]
 
@@ -84,18 +101,21 @@ class History:
     """The run of an hour, or of another requested length."""
 
 
-def fill(database: Database, patients: int, visits: int, hour_s: float) -> History:
-    """Fill the database; the content is the same each time."""
+def fill(database: Database, patients: int, visits: int, hour_s: float, today: date) -> History:
+    """Fill the database with the ten years before ``today``; the content is the same each time, apart from the dates."""
     random_source = random.Random(7)
-    people = [_Person(n, random_source) for n in range(patients)]
+    first = datetime(today.year, today.month, today.day, 9, tzinfo=UTC) - timedelta(days=_DAYS)
+    people = [_Person(n, random_source, first) for n in range(patients)]
+    clinic = _Clinic(first, random_source, StationHours())
     requested = people[:: max(1, patients // _REQUESTED_PATIENTS)]
     requested_numbers = {person.number for person in requested}
     with bulk_insert(database, [row.__table__ for row in _TABLES]) as insert:
+        _insert_rows(insert, _stations(first))
         for start in range(0, patients, _PATIENTS_A_BATCH):
             rows = _no_rows()
             for person in people[start : start + _PATIENTS_A_BATCH]:
                 restricted = person.number % _RESTRICTED == _RESTRICTED // 2 and person.number not in requested_numbers
-                person.add_to(rows, restricted, random_source)
+                person.add_to(rows, restricted, clinic)
             _insert_rows(insert, rows)
         each = -(-visits // patients)
         for start in range(0, visits, _SESSIONS_A_BATCH):
@@ -103,9 +123,11 @@ def fill(database: Database, patients: int, visits: int, hour_s: float) -> Histo
             for n in range(start, min(start + _SESSIONS_A_BATCH, visits)):
                 # A patient has a session a day from the beginning of the episode.
                 person = people[n // each]
-                _add_session(rows, n, person, n % each, person.number in requested_numbers, random_source)
-                rows[AuditRow].append(_audit_row(n, visits, random_source.choice(people), random_source))
+                clinic.add_session(rows, n, person, n % each, person.number in requested_numbers)
+                rows[AuditRow].append(clinic.audit_row(n, visits, random_source.choice(people)))
             _insert_rows(insert, rows)
+        _insert_rows(insert, {StationHourRow: clinic.hours.rows()})
+    StatisticsUpkeep(database)
     with database.write() as session:
         hour = _add_hour(session, people[0], hour_s)
     if not database.file:
@@ -125,18 +147,20 @@ def fill(database: Database, patients: int, visits: int, hour_s: float) -> Histo
 
 
 class _Person:
-    """A patient with one episode, several assessments and one recording."""
+    """A patient with one episode, one programme, several assessments and one recording."""
 
-    def __init__(self, number: int, random_source: random.Random) -> None:
+    def __init__(self, number: int, random_source: random.Random, first: datetime) -> None:
         family, given = random_source.choice(_FAMILIES), random_source.choice(_GIVEN)
         self.number = number
         self.id, self.episode_id, self.recording_id = (UUID(int=(kind << 64) + number) for kind in (4, 5, 6))
         self.name, self.kana = f"{family[0]} {given[0]} {number}", f"{family[1]} {given[1]}"
         self.search = f"{family[0]} {number}"
-        self.began = _FIRST + timedelta(days=random_source.randrange(_DAYS))
+        self.began = first + timedelta(days=random_source.randrange(_DAYS))
 
-    def add_to(self, rows: _Rows, restricted: bool, random_source: random.Random) -> None:
-        at, key, episode = _stored_time(self.began), self.id.hex, self.episode_id.hex
+    def add_to(self, rows: _Rows, restricted: bool, clinic: "_Clinic") -> None:
+        """Add the patient's rows, without sessions."""
+        random_source = clinic.random_source
+        at, key, episode = stored_time(self.began), self.id.hex, self.episode_id.hex
         born = self.began.date() - timedelta(days=random_source.randrange(7000, 30_000))
         number = f"K-{self.number:06}"
         rows[PatientRow].append(
@@ -150,8 +174,10 @@ class _Person:
             {
                 "id": episode, "patient_id": key, "side": "left", "diagnosis": "", "contraindications": "", "limits": "[]",
                 "limits_by": "", "opened_at": at, "closing_note": "", "updated_at": at,
+                "closed_at": stored_time(self.began + _COURSE) if self.began + _COURSE < clinic.today else None,
             }
         )  # fmt: skip
+        self._add_programme(rows, at)
         teaching = UUID(int=(7 << 64) + self.number).hex
         common = {"patient_id": key, "name": "Lift", "side": "left", "taught_by": "", "fixtures": "[]"}
         rows[TeachingRow].append({"id": teaching, "started_at": at} | common)
@@ -161,64 +187,139 @@ class _Person:
                 "taught_at": at, "duration_s": 20.0, "rate_hz": _RATE_HZ, "samples": 2001, "note": "", "updated_at": at,
             } | common
         )  # fmt: skip
-        for n in range(_ASSESSMENTS):
-            when = _stored_time(self.began + timedelta(days=7 * n))
-            assessment = UUID(int=(8 << 64) + self.number * _ASSESSMENTS + n).hex
-            rows[AssessmentRow].append(
-                {
-                    "id": assessment, "episode_id": episode, "assessed_at": when, "assessed_by": random_source.choice(THERAPISTS),
-                    "note": "", "pain_rest": 3, "pain_active": max(0, 7 - n), "pain_passive": 2, "pain_average": 4,
-                    "spadi": json.dumps([max(0, 8 - n)] * 13), "spadi_score": max(0, 8 - n) * 10.0, "updated_at": when,
-                }
-            )  # fmt: skip
-            measured = {"assessment_id": assessment, "side": "left", "kind": "passive", "position": "sitting"}
-            rows[RomRow] += [
-                measured | {"motion": motion, "angle_deg": angle_deg + 5 * n} for motion, angle_deg in _ROM
-            ]
+        self._add_assessments(rows, clinic)
 
-
-def _add_session(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, random_source: random.Random) -> None:
-    began = person.began + timedelta(days=nth % 200, minutes=15 * random_source.randrange(36), seconds=nth)
-    at, ended = _stored_time(began), _stored_time(began + timedelta(minutes=20))
-    key = f"{(2 << 64) + n:032x}"
-    stop = random_source.choice(STOPS) if random_source.random() < _STOPPED else None
-    visit = {
-        "id": key, "patient_id": person.id.hex, "episode_id": person.episode_id.hex, "started_at": at,
-        "therapist": random_source.choice(THERAPISTS), "station": random_source.choice(STATIONS), "ended_at": ended, "checks": "[]",
-        "pain_before": 4, "pain_during": 4, "pain_after": 3, "end_reason": "completed", "note": "Went well.",
-        "signed_at": ended, "signed_by": "Sato", "updated_at": ended, "run_count": _RUNS, "stop_count": int(bool(stop)),
-    }  # fmt: skip
-    rows[SessionRow].append(visit)
-    if stop:
-        whose = {name: visit[name] for name in ("therapist", "station")}
-        rows[SessionStopRow].append({"session_id": key, "code": stop, "started_at": at} | whose)
-    for run in range(_RUNS):
-        stopped = stop if run == _RUNS - 1 else None
-        run_key = f"{(3 << 64) + n * _RUNS + run:032x}"
-        if compared:
-            figures = {"peak_deg": 3.0, "peak_at_s": 1.0, "rmse_deg": 1.0, "start_deg": 0.0}
-            rows[MotorTrackingRow] += [{"run_id": run_key, "motor": motor} | figures for motor in AXES]
-        rows[RunRow].append(
+    def _add_programme(self, rows: _Rows, at: str) -> None:
+        programme, episode = UUID(int=(9 << 64) + self.number).hex, self.episode_id.hex
+        rows[StageRow].append(
             {
-                "id": run_key, "session_id": key, "recording_id": person.recording_id.hex,
-                "started_at": at, "ended_at": ended, "outcome": "stopped" if stopped else "completed",
-                "stop_code": stopped, "stop_message": "It was stopped." if stopped else None, "rate_hz": _RATE_HZ,
-                "load_level": 8, "speed_percent": 100.0, "repetitions": 3, "pause_s": 1.0, "range_percent": 90.0,
-                "method": "learned", "samples": 6000 if compared else None, "worst_rmse_deg": 1.0 + random_source.random(),
-                "worst_peak_deg": 3.0 + random_source.random(), "reversals": 0,
+                "id": UUID(int=(11 << 64) + self.number).hex, "episode_id": episode, "stage": _STAGES[self.number % len(_STAGES)],
+                "since": self.began.date().isoformat(), "noted_at": at,
+            }
+        )  # fmt: skip
+        rows[ProgrammeRow].append(
+            {
+                "id": programme, "episode_id": episode, "name": _PROGRAMMES[self.number % len(_PROGRAMMES)], "created_at": at,
+                "updated_at": at,
+            }
+        )  # fmt: skip
+        rows[ProgrammeVersionRow].append(
+            {
+                "id": UUID(int=(12 << 64) + self.number).hex, "programme_id": programme, "number": 1, "made_at": at,
+                "made_by": "", "note": "", "sessions_per_week": 5,
             }
         )  # fmt: skip
 
+    def _add_assessments(self, rows: _Rows, clinic: "_Clinic") -> None:
+        values: dict[str, list[tuple[datetime, float]]] = defaultdict(list)
+        for n in range(_ASSESSMENTS):
+            at = self.began + timedelta(days=7 * n)
+            if n and at > clinic.today:
+                break
+            when, spadi = stored_time(at), max(0, 8 - n) * 10.0
+            assessment = UUID(int=(8 << 64) + self.number * _ASSESSMENTS + n).hex
+            rows[AssessmentRow].append(
+                {
+                    "id": assessment, "episode_id": self.episode_id.hex, "assessed_at": when,
+                    "assessed_by": clinic.random_source.choice(THERAPISTS), "note": "", "pain_rest": 3, "pain_active": max(0, 7 - n),
+                    "pain_passive": 2, "pain_average": 4, "spadi": json.dumps([max(0, 8 - n)] * 13), "spadi_score": spadi,
+                    "updated_at": when,
+                }
+            )  # fmt: skip
+            values["spadi"].append((at, spadi))
+            values["pain"].append((at, 4.0))
+            for motion, position, angle_deg in _ROM:
+                measured = {"assessment_id": assessment, "side": "left", "kind": "passive", "position": position}
+                rows[RomRow].append(measured | {"motion": motion, "angle_deg": angle_deg + 5 * n})
+                values[motion].append((at, angle_deg + 5 * n))
+        rows[EpisodeOutcomeRow] += outcome_rows(self.episode_id, values)
 
-def _audit_row(n: int, of: int, person: _Person, random_source: random.Random) -> dict[str, Any]:
-    """Return one row of the audit trail, in order of time. Its hash is not valid, because the chain is not checked."""
-    who = random_source.randrange(len(THERAPISTS))
-    return {
-        "number": n + 1, "at": _stored_time(_FIRST + timedelta(days=_DAYS) * (n / of)), "account_id": ACCOUNTS[who].hex,
-        "who": THERAPISTS[who], "role": "therapist", "address": "192.0.2.1", "action": random_source.choice(ACTIONS),
-        "outcome": "refused" if random_source.random() < _REFUSED else "done", "patient_id": person.id.hex, "subject": "",
-        "station": random_source.choice(STATIONS), "detail": "{}", "anchor": "", "anchored": 0, "hash": bytes(32),
-    }  # fmt: skip
+
+@dataclass
+class _Clinic:
+    """What all sessions share."""
+
+    first: datetime
+    """Beginning of the history."""
+    random_source: random.Random
+    hours: StationHours
+
+    @property
+    def today(self) -> datetime:
+        """End of the history."""
+        return self.first + timedelta(days=_DAYS)
+
+    def add_session(self, rows: _Rows, n: int, person: _Person, nth: int, compared: bool) -> None:
+        """Add the ``nth`` session of a person, which is the ``n``-th of the clinic, with its runs, its stop and its alarm."""
+        random_source = self.random_source
+        day = nth % min(_COURSE.days, (self.today - person.began).days + 1)
+        began = person.began + timedelta(days=day, minutes=15 * random_source.randrange(36), seconds=nth % 900)
+        at, ended = stored_time(began), stored_time(began + timedelta(minutes=20))
+        key = f"{(2 << 64) + n:032x}"
+        stop = random_source.choice(STOPS) if random_source.random() < _STOPPED else None
+        recent = self.today - began < timedelta(days=_UNSIGNED_DAYS)
+        unsigned = recent and random_source.random() < _UNSIGNED
+        station = random_source.choice(STATIONS)
+        visit = {
+            "id": key, "patient_id": person.id.hex, "episode_id": person.episode_id.hex, "started_at": at,
+            "therapist": random_source.choice(THERAPISTS), "station": station, "ended_at": ended, "checks": "[]",
+            "pain_before": 4, "pain_during": 4, "pain_after": 3, "end_reason": "completed", "note": "Went well.",
+            "signed_at": None if unsigned else ended, "signed_by": "" if unsigned else "Sato", "updated_at": ended, "run_count": _RUNS,
+            "stop_count": int(bool(stop)),
+        }  # fmt: skip
+        rows[SessionRow].append(visit)
+        if stop:
+            whose = {name: visit[name] for name in ("therapist", "station")}
+            rows[SessionStopRow].append({"session_id": key, "code": stop, "started_at": at} | whose)
+            rows[DeviceEventRow].append(
+                {
+                    "id": f"{(13 << 64) + n:032x}", "station": visit["station"], "at": at, "kind": "alarm", "code": stop,
+                    "message": "It was stopped.", "category": 1, "patient_id": person.id.hex, "session_id": key, "ended_at": ended,
+                }
+            )  # fmt: skip
+        played = [self._run(n, run, visit, person, stop if run == _RUNS - 1 else None) for run in range(_RUNS)]
+        if compared:
+            figures = {"peak_deg": 3.0, "peak_at_s": 1.0, "rmse_deg": 1.0, "start_deg": 0.0}
+            rows[MotorTrackingRow] += [
+                {"run_id": run["id"], "motor": motor} | figures for run in played for motor in AXES
+            ]
+        rows[RunRow] += [run | {"samples": 6000 if compared else None} for run in played]
+        self.hours.add(began, station, played)
+
+    def _run(self, n: int, run: int, visit: dict[str, Any], person: _Person, stopped: str | None) -> dict[str, Any]:
+        return {
+            "id": f"{(3 << 64) + n * _RUNS + run:032x}", "session_id": visit["id"], "recording_id": person.recording_id.hex,
+            "started_at": visit["started_at"], "ended_at": visit["ended_at"], "outcome": "stopped" if stopped else "completed",
+            "stop_code": stopped, "stop_message": "It was stopped." if stopped else None, "rate_hz": _RATE_HZ,
+            "load_level": 8, "speed_percent": 100.0, "repetitions": 3, "pause_s": 1.0, "range_percent": 90.0,
+            "method": "learned", "worst_rmse_deg": 1.0 + self.random_source.random(),
+            "worst_peak_deg": 3.0 + self.random_source.random(), "reversals": 0, "repetitions_done": 3, "played_s": 60.0,
+        }  # fmt: skip
+
+    def audit_row(self, n: int, of: int, person: _Person) -> dict[str, Any]:
+        """Return one row of the audit trail, in order of time. Its hash is not valid, because the chain is not checked."""
+        random_source = self.random_source
+        who = random_source.randrange(len(THERAPISTS))
+        return {
+            "number": n + 1, "at": stored_time(self.first + timedelta(days=_DAYS) * (n / of)), "account_id": ACCOUNTS[who].hex,
+            "who": THERAPISTS[who], "role": "therapist", "address": "192.0.2.1", "action": random_source.choice(ACTIONS),
+            "outcome": "refused" if random_source.random() < _REFUSED else "done", "patient_id": person.id.hex, "subject": "",
+            "station": random_source.choice(STATIONS), "detail": "{}", "anchor": "", "anchored": 0, "hash": bytes(32),
+        }  # fmt: skip
+
+
+def _stations(first: datetime) -> _Rows:
+    """Return the rows of the stations, which are real apparatus, with a new configuration every year."""
+    rows = _no_rows()
+    for name in STATIONS:
+        config = as_toml(StationConfig(name=name))
+        at = stored_time(first)
+        rows[StationRow].append({"name": name, "config": config, "registered_at": at, "started_at": at})
+        for number in range(1, _MOVES + 1):
+            since = stored_time(first + timedelta(days=365 * (number - 1)))
+            version = {"station": name, "number": number, "config": config, "software": "1.0.0", "since": since}
+            rows[StationVersionRow].append(version)
+    return rows
 
 
 def _no_rows() -> _Rows:
@@ -228,11 +329,6 @@ def _no_rows() -> _Rows:
 def _insert_rows(insert: Insert, rows: _Rows) -> None:
     for row, some in rows.items():
         insert(row.__table__, some)
-
-
-def _stored_time(at: datetime) -> str:
-    """Return a time as SQLite stores it; PostgreSQL accepts it when its time zone is UTC."""
-    return at.replace(tzinfo=None).isoformat(" ", "microseconds")
 
 
 def _header(kind: Literal["teaching", "run"], identity: UUID, began: datetime) -> JournalHeader:

@@ -50,12 +50,20 @@ class RequestContext:
     """The account of an attempted login."""
     why: str = ""
     """Code of the problem in the answer."""
+    detail: dict[str, str] = field(default_factory=dict)
+    """Further detail of the entry of the request's changes: codes, no secret and no data of a patient."""
     audited: set[str] = field(default_factory=set)
     """Outcomes that are in the trail already. Worker threads share this object with the request."""
 
 
 REQUEST_CONTEXT: Final[ContextVar[RequestContext | None]] = ContextVar("request_context", default=None)
 """The context of the current request; set for every request with a route, also if it is refused."""
+
+
+def note_detail(name: str, code: str) -> None:
+    """Add a detail to the audit entry of the current request's changes. Does nothing outside a request."""
+    if context := REQUEST_CONTEXT.get():
+        context.detail[name] = code
 
 
 @contextmanager

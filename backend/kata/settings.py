@@ -81,6 +81,11 @@ class Settings(BaseSettings):
     """PNG or SVG, up to 256 kB."""
     clinic_time_zone: str = ""
     """IANA name of the time zone of printed reports (``Asia/Tokyo``); empty: this computer's."""
+    fhir_identifier_system: str = Field(default="", max_length=255)
+    """System of the clinic's patient numbers in FHIR, a URI (JP Core: ``urn:oid:1.2.392.100495.20.3.51.1`` and the clinic's ten digits).
+    Empty: one that is the same in every clinic that runs Kata."""
+    fhir_profiles: str = ""
+    """Profiles that exported FHIR resources claim in ``meta.profile``: ``Type=address``, separated by commas."""
     backup_dir: Path | None = None
     """Folder for backups, preferably on another disk or computer; default: ``backups`` in the data folder."""
     backup_time: str = "02:30"
@@ -109,7 +114,8 @@ class Settings(BaseSettings):
     plain_http: bool = False
     """Serve without encryption although others can reach the service: only behind a proxy that encrypts."""
     connections_per_address: int = Field(default=100, ge=10)
-    """Connections that one address may have open at once; trusted proxies have no such limit. A page has up to seven."""
+    """Connections of one address that are open or whose request is still being answered; trusted proxies have no such limit. As many may be
+    opened each second, and twice as many at once. A page has up to seven."""
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are trusted, separated by commas; empty: none."""
 
@@ -169,6 +175,23 @@ class Settings(BaseSettings):
         except ValueError as error:
             raise ValueError("must be a time of day such as 02:30, or never") from error
 
+    @field_validator("fhir_identifier_system")
+    @classmethod
+    def _uri(cls, system: str) -> str:
+        if system and not _is_uri(system):
+            raise ValueError("must be a URI such as urn:oid:1.2.3 or https://clinic.example/patients")
+        return system
+
+    @field_validator("fhir_profiles")
+    @classmethod
+    def _profiles(cls, profiles: str) -> str:
+        pairs = [pair.partition("=") for pair in _parted(profiles)]
+        if any(not kind.isalpha() or not _is_uri(address) for kind, _, address in pairs):
+            raise ValueError(
+                "must be types of resources with addresses, such as Patient=http://..., separated by commas"
+            )
+        return profiles
+
     @field_validator("clinic_time_zone")
     @classmethod
     def _known(cls, zone: str) -> str:
@@ -211,10 +234,20 @@ class Settings(BaseSettings):
             raise ValueError("issuer and client id must be set together: KATA_OPENID_ISSUER, KATA_OPENID_CLIENT_ID")
         return self
 
+    def as_environment(self) -> dict[str, str]:
+        """Return the environment variables that give another process the same settings. Arguments would show a password in process lists."""
+        values = self.model_dump(mode="json", exclude_none=True)
+        return {f"KATA_{name.upper()}": str(value) for name, value in values.items()}
+
     @property
     def encrypted(self) -> bool:
         """Return whether the service uses TLS: it has the clinic's certificate, or others can reach it without a proxy."""
         return self.tls_certificate is not None or not (self.is_on_loopback or self.plain_http)
+
+    @property
+    def fhir_profile_of(self) -> dict[str, str]:
+        """Return the address of the claimed profile by type of resource."""
+        return {kind: address for kind, _, address in (pair.partition("=") for pair in _parted(self.fhir_profiles))}
 
     @property
     def named_hosts(self) -> frozenset[str]:
@@ -279,6 +312,11 @@ _REQUIREMENTS: Final = {
 }
 
 
+def address_lines(address: str) -> tuple[str, ...]:
+    """Return the lines of ``clinic_address``, without empty ones."""
+    return tuple(_parted(address, "|"))
+
+
 def describe_errors(error: ValidationError) -> str:
     """Return one sentence for each invalid setting. The sentences do not contain the values, which may be secret."""
     sentences = []
@@ -313,6 +351,12 @@ def is_safe(url: object) -> bool:
     return parts.scheme == "https" or (parts.scheme == "http" and _is_this_computer(parts.hostname))
 
 
+def _is_uri(text: str) -> bool:
+    """Return whether the text is an absolute URI without spaces, as FHIR wants it."""
+    scheme, colon, rest = text.partition(":")
+    return bool(colon and rest) and scheme.isalpha() and not any(sign.isspace() for sign in text)
+
+
 def _is_this_computer(host: str) -> bool:
     """Return whether a host is a loopback address or ``localhost``. Other names are not trusted to be this computer."""
     try:
@@ -321,5 +365,5 @@ def _is_this_computer(host: str) -> bool:
         return False
 
 
-def _parted(text: str) -> list[str]:
-    return [part.strip() for part in text.split(",") if part.strip()]
+def _parted(text: str, separator: str = ",") -> list[str]:
+    return [part.strip() for part in text.split(separator) if part.strip()]

@@ -1,10 +1,10 @@
 """Types of values that schemas of several packages share."""
 
 import re
-from datetime import date, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from kata.actor import CURRENT_ACTOR
@@ -61,6 +61,16 @@ def _is_number(given: Any) -> bool:
     return isinstance(given, int | float) or (isinstance(given, str) and _NUMBER.fullmatch(given) is not None)
 
 
+def _in_utc(moment: datetime) -> datetime:
+    """Return the time in UTC. At either end of the calendar there is no such time; no record lies there."""
+    try:
+        return moment.astimezone(UTC)
+    except OverflowError:
+        return moment.replace(tzinfo=UTC)
+
+
+GivenMoment = Annotated[AwareDatetime, BeforeValidator(written_moment), AfterValidator(_in_utc)]
+"""A time with its zone, as a filter of a request."""
 PastDay = Annotated[date, BeforeValidator(_written_day), AfterValidator(_not_in_the_future)]
 """A date from 1900 to today in the easternmost time zone."""
 Moment = Annotated[

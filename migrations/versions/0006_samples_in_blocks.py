@@ -83,8 +83,9 @@ def _as_before(series: Series) -> bytes:
     return _encoded(arrays, columns)
 
 
-_UNITS = {"s": "s", "deg": "deg", "nm": "Nm", "phase": ""}
-_RESOLUTIONS = {"time_s": 1e-6, "path_s": 1e-6, "correction_deg": 1e-6, "phase": 1.0}
+_UNITS = {"s": "s", "deg": "deg", "nm": "Nm", "phase": "", "gain": "1", "back": "1"}
+_FINE = ("time_s", "path_s", "correction_deg", "played_deg", "error_deg", "gain", "fell_back")
+_RESOLUTIONS = dict.fromkeys(_FINE, 1e-6) | {"phase": 1.0}
 
 
 def _encoded(arrays: dict[str, Floats], columns: list[SampleColumn]) -> bytes:

@@ -1,4 +1,4 @@
-"""Passwords, codes, second factor, lock screen, set-up link and accounts, as somebody comes by them over HTTP."""
+"""Passwords, codes, second factor, lock screen, set-up link and accounts, over HTTP."""
 
 import time
 from collections.abc import Iterator
@@ -63,7 +63,7 @@ def test_second_factor_is_removed_only_with_password_and_code(shared: Clinic) ->
     def remove(**given: str) -> Any:
         return browser.request("DELETE", "/api/me/second-factor", json=given)
 
-    # The user has just signed in, and still both are needed.
+    # Password and code are needed although the user has just signed in.
     digits = app.at(shared.clock.seconds())
     assert remove().status_code == 422
     assert code(remove(code=digits), 403) == "password_needed"
@@ -150,7 +150,7 @@ def test_reauthenticated_user_continues_under_a_new_secret(shared: Clinic, how: 
     else:
         enrol(browser, shared.clock.seconds())
     assert browser.cookies[COOKIE] != before
-    # What was on its way at this moment still arrives, a Stop above all; then the old one is worth nothing.
+    # Requests under way, such as a Stop, still use the former secret. Afterwards it is invalid.
     for request in (stolen.get("/api/me"), stolen.post("/api/station/stop"), browser.get("/api/me")):
         assert request.status_code in (200, 503), request.text
     shared.clock.forward(11)
@@ -282,7 +282,7 @@ def test_user_lists_and_ends_their_own_login_sessions(shared: Clinic) -> None:
 
 def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
     with clinic(tmp_path) as fresh:
-        assert fresh.app.state.services.access.set_up_secret, "nobody was there at the start"
+        assert fresh.app.state.services.auth.set_up_secret, "nobody was there at the start"
         given = {"secret": "made up", "username": "mori", "name": "Mori Aya", "password": PASSWORD}
         assert code(fresh.browser().post("/api/set-up", json=given), 401) == "link_used"
         given["secret"] = set_up.offer(tmp_path, fresh.clock.now())
@@ -290,13 +290,13 @@ def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
             code(fresh.browser().post("/api/set-up", json=given | {"password": "password1234"}), 422) == "weak_password"
         )
         first = fresh.browser()
-        told = first.post("/api/set-up", json=given)
-        assert told.status_code == 200, told.text
-        assert told.json()["role"] == "administrator"
-        assert told.json()["enrolling"] is True
+        answer = first.post("/api/set-up", json=given)
+        assert answer.status_code == 200, answer.text
+        assert answer.json()["role"] == "administrator"
+        assert answer.json()["enrolling"] is True
         assert code(fresh.browser().post("/api/set-up", json=given | {"username": "eve"}), 401) == "link_used"
 
-        # Given: a clinic that is locked out, and a link of `kata accounts link` for somebody who is there.
+        # Given: a clinic without access, and a link of `kata accounts link` for an existing user.
         enrol(first, fresh.clock.seconds())
         again = given | {"secret": set_up.offer(tmp_path, fresh.clock.now()), "password": OTHER}
         assert fresh.browser().post("/api/set-up", json=again).status_code == 200
@@ -308,7 +308,7 @@ def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
 
 
 def _until_closed(socket: Any) -> int:
-    """The code that it is closed with; nothing else ends this."""
+    """Return the WebSocket's close code, after waiting for it."""
     try:
         while True:
             socket.receive_json()

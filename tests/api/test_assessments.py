@@ -95,8 +95,8 @@ def test_assessments_are_paged_newest_first_even_at_equal_times(
 def test_invalid_assessment_is_reported_at_its_field(
     client: TestClient, url: str, wrong: dict[str, Any], pointer: str
 ) -> None:
-    told = problem(client.post(url, json=found(**wrong)), 422, "invalid")
-    assert pointer in {error["pointer"].removesuffix("/") for error in told["errors"]}
+    refusal = problem(client.post(url, json=found(**wrong)), 422, "invalid")
+    assert pointer in {error["pointer"].removesuffix("/") for error in refusal["errors"]}
 
 
 def test_form_limits_match_what_the_service_accepts(client: TestClient, url: str) -> None:

@@ -1,11 +1,10 @@
-"""The trail of the real service: changes, looks, refusals and commands, each with who did it; and its search."""
+"""The audit trail of the real service: changes, views, refusals and commands with their users, and the search."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 from uuid import uuid4
 
@@ -13,12 +12,14 @@ import pytest
 from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
+from kata.audit import deduplication
 from kata.audit.entries import entry
 from kata.audit.verify import verify
 from kata.auth.login_session import COOKIE
 from kata.settings import Settings
 from tests.support.audit_rows import audit_log
 from tests.support.login import signed_in
+from tests.support.other_disk import other_disk
 from tests.support.service import running
 from tests.support.station_api import until_mode
 from tests.support.station_commands import operate
@@ -41,14 +42,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def client(folder: Path) -> Iterator[TestClient]:
-    """In a folder that is known."""
+    """Return a service on a folder that the tests know."""
     with running(folder) as made:
         yield made
 
 
 @contextmanager
 def acting_as(client: TestClient, role: Any) -> Iterator[None]:
-    """Somebody else at this browser; None: nobody."""
+    """Sign another user in at this browser; None: no user."""
     before = client.cookies[COOKIE]
     client.cookies.delete(COOKIE)
     if role:
@@ -61,12 +62,12 @@ def acting_as(client: TestClient, role: Any) -> Iterator[None]:
 
 
 def of_patient(client: TestClient, patient: dict[str, Any]) -> list[dict[str, Any]]:
-    """But for these very looks into the trail."""
+    """Return a patient's entries, without those of reading the trail."""
     return [row for row in audit_log(client, patient_id=patient["id"]) if row["action"] != "list_audit"]
 
 
 def acts(client: TestClient, **wanted: Any) -> list[tuple[str, str, str]]:
-    """Oldest first: who, what, how it went."""
+    """Return user, action and outcome of each entry, oldest first."""
     return [(row["role"], row["action"], row["outcome"]) for row in reversed(audit_log(client, **wanted))]
 
 
@@ -111,14 +112,65 @@ def test_audit_trail_records_who_did_what_with_a_record(
     assert is_whole(folder, client)
 
 
+REFRESH: Final = {"x-kata-refresh": "1"}
+
+
+@pytest.fixture
+def every_view(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Record a view that repeats another one within a minute, too."""
+    monkeypatch.setattr(deduplication, "WINDOW_S", 0.0)
+    audit_log = client.app.state.services.audit_log  # type: ignore[attr-defined]
+    monkeypatch.setattr(audit_log, "_deduplicator", deduplication.Deduplicator())
+
+
+def views(client: TestClient, patient: dict[str, Any]) -> list[str]:
+    assert client.app.state.services.audit_log.until_written()  # type: ignore[attr-defined]
+    return [row["action"] for row in of_patient(client, patient) if row["action"].startswith("get_")]
+
+
+def test_refresh_of_a_recorded_view_is_not_recorded(
+    client: TestClient, patient: dict[str, Any], every_view: None
+) -> None:
+    path = f"/api/patients/{patient['id']}"
+    for headers in ({}, REFRESH, REFRESH):
+        assert client.get(path, headers=headers).status_code == 200
+    assert views(client, patient) == ["get_patient"]
+    client.get(path)
+    assert views(client, patient) == ["get_patient"] * 2, "the user opened it again"
+
+
+def test_refresh_without_a_recorded_view_is_recorded(
+    client: TestClient, patient: dict[str, Any], every_view: None
+) -> None:
+    path = f"/api/patients/{patient['id']}"
+    client.get(f"{path}/banner", headers=REFRESH)
+    client.get(path, headers=REFRESH)
+    client.get(f"{path}?any=1", headers=REFRESH)
+    with acting_as(client, "viewer"):
+        client.get(path, headers=REFRESH)
+    with acting_as(client, "technician"):
+        client.get(path, headers=REFRESH)
+    found = views(client, patient)
+    assert (found.count("get_patient_banner"), found.count("get_patient")) == (1, 3)
+    refused = audit_log(client, action="get_patient", outcome="refused")
+    assert refused[0]["role"] == "technician"
+
+
+def test_notifications_are_no_view(client: TestClient, every_view: None) -> None:
+    for role in ("administrator", "technician"):
+        with acting_as(client, role):
+            assert client.get("/api/notifications").status_code == 200
+    assert audit_log(client, action="list_notifications") == []
+
+
 def test_moving_and_stopping_the_apparatus_is_recorded(client: TestClient) -> None:
     until_mode(client, "idle")
     operate(client, "play")
     with acting_as(client, "technician"):
         client.post("/api/station/stop")
-    told = acts(client, station=client.get("/api/station").json()["station"]["name"])
-    assert ("administrator", "play", "refused") in told
-    assert ("technician", "stop", "done") in told
+    answer = acts(client, station=client.get("/api/station").json()["station"]["name"])
+    assert ("administrator", "play", "refused") in answer
+    assert ("technician", "stop", "done") in answer
     operate(client, "acknowledge")
 
 
@@ -157,7 +209,7 @@ def test_audit_search_applies_every_filter_and_pages_through_results(
 ) -> None:
     for n in range(5):
         client.patch(f"/api/patients/{patient['id']}", json={"notes": f"{n}"})
-    # Whoever looks a patient up in the trail stands in it, too; so of one kind of act only.
+    # Searching the trail adds rows to it, so the search uses one action.
     wanted = {"patient_id": patient["id"], "action": "update_patient"}
     found = audit_log(client, **wanted)
     assert [row["outcome"] for row in found] == ["done"] * 5
@@ -214,9 +266,9 @@ def test_erasing_a_patient_leaves_the_trail_which_has_no_names(
     after = of_patient(client, patient)
     assert after[1:] == before
     assert after[0]["action"] == "erase_patient"
-    told = repr(audit_log(client))
-    assert "Yamada" not in told
-    assert patient["clinic_number"] not in told
+    answer = repr(audit_log(client))
+    assert "Yamada" not in answer
+    assert patient["clinic_number"] not in answer
     assert is_whole(folder, client)
 
 
@@ -236,8 +288,8 @@ def test_audit_page_says_where_the_heads_are_stored(client: TestClient, tmp_path
         heads = other.get("/api/audit").json()["heads"]
         assert (heads["copy_file"], heads["elsewhere"]) == (str(missing), [])
         assert heads["failing_since"] is not None
-    with TemporaryDirectory(dir="/dev/shm") as disk:
-        copy = Path(disk) / "copy.anchor"
+    with other_disk(tmp_path) as disk:
+        copy = disk / "copy.anchor"
         with running(tmp_path / "data", simulate=False, audit_anchor_copy=copy, log_format="json") as other:
             trail = other.app.state.services.audit_log  # type: ignore[attr-defined]
             assert trail.until_written() and trail.copy.until_written(10.0)

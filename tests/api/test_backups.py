@@ -1,4 +1,4 @@
-"""Backups through the service: asked for, made by a process of their own, shown with their restore test; and when one is due."""
+"""Backups through the service: requested, made by a separate process, listed with their restore test; and when one is due."""
 
 import asyncio
 import time
@@ -80,27 +80,27 @@ def test_due_backup_is_made_once_the_arm_is_free(clinic: tuple[Settings, Databas
         return asked[-1]
 
     async def night() -> None:
-        backups = Backups(settings, database, occupied)
-        async with backups.each_night(first_look_s=0.0, look_s=0.01), asyncio.timeout(LIMIT_S):
+        backups = Backups(settings, database, occupied, lambda: None)
+        async with backups.each_night(first_check_s=0.0, check_period_s=0.01), asyncio.timeout(LIMIT_S):
             while not (state := await backups.state()).items:  # noqa: ASYNC110
                 await asyncio.sleep(0.05)
         (made,) = state.items
         assert (made.kind, made.problem, made.test_problem) == ("nightly", "", "")
 
     asyncio.run(night())
-    # Twice the arm was in use; once it was not, and then none was due any more.
+    # The arm was in use at two checks, free at the third; afterwards no backup is due.
     assert asked == [True, True, False]
     database.close()
 
 
 def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, services_url: str) -> None:
-    """All of them see that it is due in the same moment."""
+    """All services find the backup due at the same moment."""
     databases = [Database(services_url) for _ in range(3)]
     for n in range(3):
         (tmp_path / str(n)).mkdir()
     upgrade(databases[0])
     services = [
-        Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False)
+        Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False, lambda: None)
         for n, database in enumerate(databases)
     ]
 
@@ -116,7 +116,7 @@ def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, servic
 
     asyncio.run(night())
     assert len(list(tmp_path.glob("*/backups/*"))) == 1
-    # The lock was given back: somebody else may have the next night.
+    # The lock is released: another service may make the next nightly backup.
     lock = night_lock(databases[1])
     assert lock is not None
     assert night_lock(databases[2]) is None
@@ -129,7 +129,7 @@ def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Data
     settings, database = clinic
 
     async def short() -> None:
-        backups = Backups(settings, database, lambda: False)
+        backups = Backups(settings, database, lambda: False, lambda: None)
         async with backups.each_night(), asyncio.timeout(LIMIT_S):
             backups.begin("asked")
             with pytest.raises(ProblemError):
@@ -154,7 +154,7 @@ def test_backup_is_due_after_its_hour_in_clinic_time() -> None:
     assert not due(at(9), "02:30", TOKYO, at(2, 31), at(2, 31))
     assert due(at(9), "02:30", TOKYO, None, None)
     assert not due(at(9), "never", TOKYO, None, None)
-    # What failed is tried again, but not all the time.
+    # A failed backup is repeated after a pause.
     assert not due(at(9), "02:30", TOKYO, last_night, at(8, 30))
     assert due(at(9), "02:30", TOKYO, last_night, at(7, 59))
 
@@ -164,12 +164,12 @@ def test_next_backup_is_shown_in_clinic_time() -> None:
     assert next_at(now, "02:30", TOKYO) == datetime(2026, 11, 22, 17, 30, tzinfo=UTC)
     assert next_at(now, "13:00", TOKYO) == datetime(2026, 11, 22, 4, tzinfo=UTC)
     assert next_at(now, "never", TOKYO) is None
-    # The night that has no half past two: it is made once all the same.
+    # In this night the clock skips half past two. One backup is made.
     berlin = ZoneInfo("Europe/Berlin")
     spring = datetime(2026, 3, 29, 0, tzinfo=UTC)
-    told = next_at(spring, "02:30", berlin)
-    assert told is not None
-    assert timedelta() < told - spring < timedelta(hours=2)
+    answer = next_at(spring, "02:30", berlin)
+    assert answer is not None
+    assert timedelta() < answer - spring < timedelta(hours=2)
 
 
 @pytest.mark.parametrize("at", ["25:00", "at night", "2"])

@@ -1,4 +1,4 @@
-"""A session begins while the database is dead, for somebody who was here today, and is there when it is back: once, whole, in order."""
+"""A session of a patient of this day begins during a database outage, and is stored once, completely and in order afterwards."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -34,7 +34,7 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.device import journal
 from tests.support.login import signed_in
-from tests.support.preflight import WHO, still_open, try_estop
+from tests.support.preflight import BY_HAND, WHO, confirmation, still_open, try_estop
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.service import running
@@ -58,12 +58,12 @@ def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) 
 @pytest.fixture
 def offline_cache(client: TestClient) -> OfflineCache:
     app: Any = client.app
-    told: OfflineCache = app.state.services.offline_cache
-    return told
+    answer: OfflineCache = app.state.services.offline_cache
+    return answer
 
 
 def of_today(client: TestClient, name: str) -> dict[str, Any]:
-    """Somebody with a programme of two recordings, whose record has just been opened here; not one session yet."""
+    """Return a patient with a programme of two recordings and no session, whose record was just opened at this station."""
     body = {"clinic_number": uuid4().hex, "name": name, "affected_side": "right"}
     patient: dict[str, Any] = client.post("/api/patients", json=body).json()
     first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
@@ -119,21 +119,21 @@ def test_session_runs_during_an_outage_and_is_stored_once(
 ) -> None:
     patient = of_today(client, "Kondo Emi")
     eventually(lambda: offline_cache.holds(UUID(patient["id"])))
-    # With the database there, nobody is told of here: lists are.
+    # While the database answers, the list of ready patients is empty.
     assert ready(client) == []
 
     with client.websocket_connect("/api/live"), server.killed():
         live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
-        (told,) = [
+        (answer,) = [
             one
             for one in client.get("/api/station/ready-patients").json()["items"]
             if one["patient"]["id"] == patient["id"]
         ]
-        assert (told["patient"]["name"], told["side"], told["session"]) == ("Kondo Emi", "right", None)
-        assert told["programme"]["version_id"] == version_of(patient)
+        assert (answer["patient"]["name"], answer["side"], answer["session"]) == ("Kondo Emi", "right", None)
+        assert answer["programme"]["version_id"] == version_of(patient)
 
-        # By another programme, or none, nothing begins; nor for somebody whom nobody knows here.
+        # No session begins with another programme or none, or for an unknown patient.
         for other in ({"programme_version_id": str(uuid4())}, {"programme_version_id": None}):
             problem(client.post("/api/sessions", json=wanted(patient) | other), 503, "database_away")
         problem(client.post("/api/sessions", json=wanted(patient) | {"patient_id": str(uuid4())}), 503, "database_away")
@@ -142,12 +142,12 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         assert begun.status_code == 201, begun.text
         visit = begun.json()
         assert (visit["therapist"], visit["station"], visit["runs"]) == (WHO, "Station 1", [])
-        # Again: the same one goes on.
+        # A repeated request continues the same session.
         assert client.post("/api/sessions", json=wanted(patient)).json()["id"] == visit["id"]
         until(client, lambda live: "load" not in live["refusals"])
         url, first = f"/api/sessions/{visit['id']}", patient["first"]["id"]
 
-        # Held against the same as ever.
+        # The same checks apply as with the database.
         load = {
             "session_id": visit["id"],
             "load_level": 25,
@@ -155,10 +155,12 @@ def test_session_runs_during_an_outage_and_is_stored_once(
             "programme_position": 1,
             "speed_percent": 150.0,
         }
-        assert still_open(client, visit["id"], first) == ["side", "fixtures", "belt"]
-        problem(client.post("/api/station/load", json=load), 409, "checklist_open")
-        for check in ("side", "fixtures", "belt"):
-            ticked = client.put(f"{url}/checklist/{check}", json={"checked_by": WHO, "recording_id": first})
+        assert still_open(client, visit["id"], first) == BY_HAND
+        problem(client.post("/api/station/load", json=load), 409, "identity_not_confirmed")
+        one_only = confirmation("identity", first) | {"identifiers": ["name"]}
+        problem(client.put(f"{url}/checklist/identity", json=one_only), 422, "two_identifiers_needed")
+        for check in BY_HAND:
+            ticked = client.put(f"{url}/checklist/{check}", json=confirmation(check, first))
             assert ticked.status_code == 200, ticked.text
         problem(client.post("/api/station/load", json=load | {"programme_position": 2}), 409, "not_planned")
 
@@ -175,12 +177,12 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         assert client.patch(url, json={"pain_during": 5, "pain_after": 3}).status_code == 200
         ended = client.post(f"{url}/end", json={"reason": "completed"}).json()
         assert ended["ended_at"] and ended["end_reason"] == "completed"
-        # Once: the first end stays.
+        # The first end of a session stays.
         assert client.post(f"{url}/end", json={"reason": "other"}).json()["ended_at"] == ended["ended_at"]
         problem(client.post("/api/station/load", json=load), 409, "session_ended")
         problem(client.post(f"{url}/sign", json={"note": "Well."}), 503, "database_away")
 
-    # Whoever asks as soon as it is back waits for what was done meanwhile, and does not find half of it.
+    # A request right after the outage waits until all records of the session have arrived.
     until(client, lambda live: live["database"]["unavailable_since"] is None)
     assert client.get(url).json()["pain_after"] == 3
     all_arrived(client)
@@ -191,7 +193,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
     assert [one["id"] for one in there["runs"]] == [run["id"], second["id"]]
     kept = ("pain_before", "pain_during", "pain_after", "end_reason", "therapist", "station", "started_at", "ended_at")
     assert {name: there[name] for name in kept} == {name: ended[name] for name in kept}
-    assert [one["check"] for one in there["checks"]] == ["side", "fixtures", "belt", "pedal", "estop"]
+    assert [one["check"] for one in there["checks"]] == [*BY_HAND, "pedal", "estop"]
     assert there["programme"]["version_id"] == version_of(patient)
     assert alarms(client, visit["id"]) == []
     app: Any = client.app
@@ -202,7 +204,9 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         count = select(AuditRow.action, func.count()).where(AuditRow.subject.endswith(visit["id"])).group_by("action")
         noted = dict(session.execute(count).all())
         assert noted["opened_without_database"] == noted["ended_without_database"] == 1
-        assert noted["ticked_without_database"] == 5
+        assert noted["ticked_without_database"] == 6
+        identified = select(AuditRow.detail).where(AuditRow.subject == f"session {visit['id']}")
+        assert any("clinic_number+name" in detail for detail in session.scalars(identified))
         assert noted["pain_without_database"] == 3
         row = session.get_one(SessionRow, UUID(visit["id"]))
         assert row.run_count == 2
@@ -238,43 +242,43 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
         for other in (hidden, closed):
             problem(client.post("/api/sessions", json=wanted(other)), 503, "database_away")
 
-        # Who only reads begins nothing.
+        # A user who may only read cannot begin a session.
         client.cookies.set(next(iter(cookies)), viewer)
         problem(client.post("/api/sessions", json=wanted(one)), 403, "not_allowed")
         client.cookies.set(*next(iter(cookies.items())))
 
-        # The next day nobody is of this day any more.
+        # On the next day the cache has no patients of this day.
         today = checks.today()
         with monkeypatch.context() as tomorrow:
             tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
             assert ready(client) == []
             problem(client.post("/api/sessions", json=wanted(one)), 503, "database_away")
-        # What had been fetched long before the outage is not gone by, either.
+        # Data that was fetched long before the outage is not used.
         with monkeypatch.context() as strict:
             strict.setattr(offline_cache_module, "_MAX_AGE", timedelta(0))
             assert ready(client) == []
 
         visit = client.post("/api/sessions", json=wanted(one)).json()
         first = one["first"]["id"]
-        for check in ("side", "fixtures", "belt"):
-            client.put(f"/api/sessions/{visit['id']}/checklist/{check}", json={"recording_id": first})
+        for check in BY_HAND:
+            client.put(f"/api/sessions/{visit['id']}/checklist/{check}", json=confirmation(check, first))
         load = {"session_id": visit["id"], "load_level": 25, "recording_id": first, "programme_position": 1}
         problem(client.post("/api/station/load", json=load | {"load_level": 25}), 422, "level_not_allowed")
-        # Nothing that is another patient's is named with it.
+        # Records of another patient are refused.
         problem(client.post("/api/station/load", json=load | {"recording_id": str(uuid4())}), 503, "database_away")
-        # The emergency stop was not tried on that next day.
+        # On the next day identity and emergency stop are checked again.
         with monkeypatch.context() as tomorrow:
             tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
             tomorrow.setattr(offline_cache, "may_begin", lambda known: True)
-            refused = problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "checklist_open")
-            assert "emergency stop" in refused["detail"]
-            # That it is tried while the database is away is heard all the same.
+            problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "identity_not_confirmed")
+            assert still_open(client, visit["id"], first) == ["identity", "estop"]
+            # A test of the emergency stop during the outage counts, too.
             tomorrow_at = today + timedelta(days=1)
             tried = NewDeviceEvent(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
             offline_cache.on_event(tried)
             assert "estop" not in still_open(client, visit["id"], first)
         assert accepted(client, "load", load | {"load_level": 10})["load_level"] == 10
-        # It ends when what is loaded has.
+        # The session can end after the loaded run has ended.
         problem(client.post(f"/api/sessions/{visit['id']}/end"), 409, "run_not_ended")
         accepted(client, "unload")
         until_mode(client, "idle")
@@ -303,11 +307,11 @@ def _restricted(session: Session, patient: dict[str, Any]) -> None:
 
 
 def _nothing(session: Session, patient: dict[str, Any]) -> None:
-    """Nobody has changed anything."""
+    """Change nothing."""
 
 
 def put(client: TestClient, *done: OfflineEvent) -> None:
-    """It arrives."""
+    """Deliver a record to the database."""
     app: Any = client.app
     for one in done:
         assert app.state.services.event_spool.put_offline_event(one, LIMIT_S)
@@ -321,7 +325,7 @@ def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "conflicts"),
     [
         (_another, ["another"]),
         (_programme, ["programme"]),
@@ -332,7 +336,7 @@ def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
     ],
 )
 def test_conflicting_change_elsewhere_becomes_an_alarm_of_the_session(
-    client: TestClient, change: Callable[[Session, dict[str, Any]], None], told: list[Change]
+    client: TestClient, change: Callable[[Session, dict[str, Any]], None], conflicts: list[Change]
 ) -> None:
     app: Any = client.app
     patient = of_today(client, "Doi Kana")
@@ -344,11 +348,11 @@ def test_conflicting_change_elsewhere_becomes_an_alarm_of_the_session(
         row = session.get_one(SessionRow, opened.id)
         assert (row.therapist, row.station, row.started_at) == (WHO, "Station 1", opened.started_at)
         rows = select(DeviceEventRow.message).where(DeviceEventRow.session_id == opened.id)
-        assert list(session.scalars(rows)) == [CHANGED[one] for one in told]
-    # It was on its way twice: a folder that was put back, a commit whose answer was lost.
+        assert list(session.scalars(rows)) == [CHANGED[one] for one in conflicts]
+    # The record is delivered twice, as after a restored folder or a lost answer to a commit.
     put(client, opened)
     with app.state.services.database.read() as session:
-        assert len(list(session.scalars(rows))) == len(told)
+        assert len(list(session.scalars(rows))) == len(conflicts)
 
 
 def test_pain_and_end_recorded_elsewhere_stay_and_conflicts_are_reported(client: TestClient) -> None:
@@ -362,7 +366,7 @@ def test_pain_and_end_recorded_elsewhere_stay_and_conflicts_are_reported(client:
     put(
         client,
         PainRecorded(opened.id, "pain_before", 3, 4, utc_now(), "Station 1"),
-        # The same, said twice, is no conflict.
+        # The same change twice is no conflict.
         PainRecorded(opened.id, "pain_after", 2, None, utc_now(), "Station 1"),
     )
     there = client.get(url).json()
@@ -388,12 +392,12 @@ def test_session_that_cannot_be_saved_to_disk_does_not_begin(
         with monkeypatch.context() as full:
             full.setattr(app.state.services.event_spool.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
-        (told,) = [
+        (answer,) = [
             one
             for one in client.get("/api/station/ready-patients").json()["items"]
             if one["patient"]["id"] == patient["id"]
         ]
-        assert told["session"] is None
+        assert answer["session"] is None
     all_arrived(client)
     assert client.get(f"/api/patients/{patient['id']}/sessions").json()["items"] == []
 

@@ -1,4 +1,4 @@
-"""The ``kata`` command in a process of its own."""
+"""The ``kata`` command in a separate process."""
 
 import os
 import signal
@@ -79,11 +79,11 @@ def test_service_leaves_no_process_however_it_ends(tmp_path: Path, how: signal.S
     command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(tmp_path), "--port", "0"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as served:
         assert served.stderr is not None
-        told = ""
-        while "Kata is ready" not in told:
+        answer = ""
+        while "Kata is ready" not in answer:
             line = served.stderr.readline()
-            assert line, told
-            told += line
+            assert line, answer
+            answer += line
         started = children(served.pid)
         assert len(started) >= 3  # simulator, device process, figure worker
         if how == signal.SIGINT:

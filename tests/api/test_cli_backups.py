@@ -1,4 +1,4 @@
-"""``kata backup``, ``kata restore`` and ``kata accounts link``, as somebody types them, wrong things included."""
+"""``kata backup``, ``kata restore`` and ``kata accounts link`` with valid and invalid arguments."""
 
 import re
 import subprocess
@@ -11,17 +11,19 @@ from pyrage.x25519 import Identity
 from sqlalchemy import select
 
 from kata.auth import set_up
+from kata.backups.create import create_backup
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
+from kata.settings import Settings
 from tests.support.databases import upgraded_file
-from tests.support.kata_command import kata
+from tests.support.kata_command import kata, kata_here
 
 
 @pytest.fixture
 def data(tmp_path: Path) -> Path:
-    """Of a clinic with a patient, K-1."""
+    """Return the data folder of a clinic with one patient, K-1."""
     folder = tmp_path / "data"
     upgraded_file(folder / "kata.db")
     add_patient(folder, "K-1")
@@ -48,9 +50,7 @@ def patients(data: Path) -> list[str]:
 
 
 def backup_of(data: Path) -> Path:
-    assert kata("backup", "--data", data, folder=data).returncode == 0
-    (file,) = data.glob("backups/*.kata-backup")
-    return file
+    return Path(create_backup(Settings(data=data, database_url=""), "asked").file)
 
 
 def refused(done: subprocess.CompletedProcess[str], sentence: str, code: int = 1) -> None:
@@ -139,7 +139,7 @@ def test_invalid_or_locked_backup_changes_nothing(data: Path, tmp_path: Path, on
     file = backup_of(data)
 
     def restoring(backup: Path, *more: Any) -> subprocess.CompletedProcess[str]:
-        return kata("restore", backup, *only_try, "--data", data, *more, folder=tmp_path)
+        return kata_here("restore", backup, *only_try, "--data", data, *more)
 
     refused(restoring(tmp_path / "nowhere"), "does not exist", code=2)
     refused(restoring(data), "is a directory", code=2)
@@ -172,8 +172,8 @@ def test_only_the_latest_recovery_link_works_and_only_once(tmp_path: Path) -> No
         made += re.findall(r"once, within 24 hours: https://kata.clinic.example/set-up#secret=(\S+)", done.stderr)
         assert done.stdout == "", "whoever sends the output somewhere sends no secret along"
     first, last = made
-    assert not set_up.fits(data, first, utc_now())
-    assert set_up.fits(data, last, utc_now())
+    assert not set_up.is_valid(data, first, utc_now())
+    assert set_up.is_valid(data, last, utc_now())
     assert all(last not in file.read_text() for file in data.iterdir())
     assert (data / "set-up-link.json").stat().st_mode & 0o777 == 0o600
 

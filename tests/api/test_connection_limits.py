@@ -4,18 +4,33 @@ import asyncio
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from functools import partial
+from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 import uvicorn
 import websockets
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from kata.api import connection_limits
-from kata.api.connection_limits import limited_protocol
+from kata.api.connection_limits import LimitedListener, LimitedProtocol, OpenConnections
+from kata.api.message_limits import BYTES_AT_ONCE, LimitedWebSocket
 
 PER_ADDRESS = 5
+RECEIVED: list[dict[str, Any]] = []
+"""What the application received by WebSockets."""
+SLOW: list[asyncio.Event] = []
+"""One event for each request of ``/slow``, which is answered when it is set."""
 Client = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 Connect = Callable[[], Awaitable[Client]]
+
+
+@pytest.fixture(autouse=True)
+def hasty_clients_are_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection_limits, "NEW_AT_ONCE", 1000)
 
 
 async def echo(scope: Any, receive: Any, send: Any) -> None:
@@ -24,8 +39,14 @@ async def echo(scope: Any, receive: Any, send: Any) -> None:
         await receive()
         await send({"type": "websocket.accept"})
         while (message := await receive())["type"] == "websocket.receive":
-            await send({"type": "websocket.send", "text": message["text"]})
+            RECEIVED.append(message)
+            if scope["path"] != "/silent":
+                await send({"type": "websocket.send", "text": message["text"]})
+        RECEIVED.append(message)
         return
+    if scope["path"] == "/slow":
+        SLOW.append(asyncio.Event())
+        await SLOW[-1].wait()
     if scope["path"] == "/refused":
         await send({"type": "http.response.start", "status": 413, "headers": [(b"content-length", b"0")]})
         await send({"type": "http.response.body", "body": b""})
@@ -42,9 +63,10 @@ async def echo(scope: Any, receive: Any, send: Any) -> None:
 
 @asynccontextmanager
 async def serving(trusted_proxies: str, on_unlisted_proxy: Callable[[str], None]) -> AsyncIterator[int]:
-    protocol: Any = limited_protocol(PER_ADDRESS, trusted_proxies, on_unlisted_proxy)
-    server = uvicorn.Server(uvicorn.Config(echo, http=protocol, lifespan="off", log_level="error"))
-    with socket.create_server(("127.0.0.1", 0)) as listening:
+    open_connections = OpenConnections(PER_ADDRESS, trusted_proxies, on_unlisted_proxy)
+    protocol: Any = partial(LimitedProtocol, open_connections)
+    server = uvicorn.Server(uvicorn.Config(echo, http=protocol, ws=LimitedWebSocket, lifespan="off", log_level="error"))
+    with LimitedListener(socket.create_server(("127.0.0.1", 0)), open_connections) as listening:
         running = asyncio.create_task(server.serve([listening]))
         yield listening.getsockname()[1]
         server.should_exit = True
@@ -71,12 +93,16 @@ def run(
     asyncio.run(whole())
 
 
-async def ask(client: Client, body: bytes = b"") -> bytes:
+async def ask(client: Client, size: int = 0) -> bytes:
     reader, writer = client
-    writer.write(b"POST / HTTP/1.1\r\nhost: kata\r\ncontent-length: %d\r\n\r\n" % len(body) + body)
+    writer.write(request_of("/", size))
     head = await reader.readuntil(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 200")
     return await reader.read(int(head.lower().split(b"content-length: ")[1].split()[0]))
+
+
+def request_of(path: str, size: int) -> bytes:
+    return b"POST %s HTTP/1.1\r\nhost: kata\r\ncontent-length: %d\r\n\r\n" % (path.encode(), size) + b"z" * size
 
 
 async def is_closed(client: Client) -> bool:
@@ -85,6 +111,12 @@ async def is_closed(client: Client) -> bool:
         return await client[0].read() == b""
     except ConnectionResetError:
         return True
+
+
+async def until_taken() -> None:
+    """Let the server, which shares this event loop, take what was written."""
+    for _ in range(20):
+        await asyncio.sleep(0)
 
 
 def test_connections_of_an_address_are_limited_until_one_ends() -> None:
@@ -104,6 +136,85 @@ def test_connections_of_an_address_are_limited_until_one_ends() -> None:
             return
 
     run(test)
+
+
+@pytest.mark.parametrize("trusted_proxies", ["", "127.0.0.1"])
+def test_requests_whose_client_has_gone_count_until_they_end(
+    monkeypatch: pytest.MonkeyPatch, trusted_proxies: str
+) -> None:
+    """A client that does not wait for its answers could otherwise have any number of requests in progress."""
+    monkeypatch.setattr(connection_limits, "MAX_CONNECTIONS", PER_ADDRESS)
+    SLOW.clear()
+
+    async def test(_: int, connect: Connect) -> None:
+        for number in range(1, PER_ADDRESS + 1):
+            writer = (await connect())[1]
+            writer.write(request_of("/slow", 0))
+            await until_taken()
+            assert len(SLOW) == number
+            writer.close()
+            await writer.wait_closed()
+        await until_taken()
+        assert await is_closed(await connect())
+        for one in SLOW:
+            one.set()
+        await until_taken()
+        assert await ask(await connect()) == b"0"
+
+    run(test, trusted_proxies)
+
+
+def test_abandoned_requests_of_an_address_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Connections of an address are refused while several of its requests are answered for nobody."""
+    monkeypatch.setattr(connection_limits, "MAX_ABANDONED", 2)
+    SLOW.clear()
+
+    async def test(_: int, connect: Connect) -> None:
+        waiting = await connect()
+        waiting[1].write(request_of("/slow", 0))
+        for _ in range(2):
+            writer = (await connect())[1]
+            writer.write(request_of("/slow", 0))
+            await until_taken()
+            writer.close()
+            await writer.wait_closed()
+        await until_taken()
+        assert await is_closed(await connect())
+        SLOW[1].set()
+        await until_taken()
+        assert await ask(await connect()) == b"0"
+        for one in SLOW:
+            one.set()
+        assert await waiting[0].readuntil(b"\r\n\r\n")
+
+    run(test)
+
+
+@pytest.mark.parametrize(("trusted_proxies", "answered"), [("", 2 * PER_ADDRESS), ("127.0.0.1", 4 * PER_ADDRESS)])
+def test_new_connections_of_an_address_are_limited(
+    monkeypatch: pytest.MonkeyPatch, trusted_proxies: str, answered: int
+) -> None:
+    monkeypatch.setattr(connection_limits, "NEW_AT_ONCE", 2)
+    now_s = [0.0]
+    monkeypatch.setattr("kata.api.allowance.time", SimpleNamespace(monotonic=lambda: now_s[0]))
+
+    async def test(_: int, connect: Connect) -> None:
+        assert [await answers(connect) for _ in range(4 * PER_ADDRESS)].count(True) == answered
+        now_s[0] += 1.0
+        assert await answers(connect)
+
+    async def answers(connect: Connect) -> bool:
+        client = await connect()
+        try:
+            assert await ask(client) == b"0"
+        except (ConnectionError, asyncio.IncompleteReadError):
+            return False
+        client[1].close()
+        await client[1].wait_closed()
+        await until_taken()
+        return True
+
+    run(test, trusted_proxies)
 
 
 def test_trusted_proxy_has_no_limit_of_its_own() -> None:
@@ -173,7 +284,7 @@ def test_long_headers_and_a_long_body_pass() -> None:
             await writer.drain()
             writer.write(b"y" * size + b"\r\n\r\n")
             assert (await reader.readuntil(b"\r\n\r\n0")).startswith(b"HTTP/1.1 200")
-        assert await ask((reader, writer), b"z" * 5_000_000) == b"5000000"
+        assert await ask((reader, writer), 5_000_000) == b"5000000"
 
     run(test)
 
@@ -244,5 +355,69 @@ def test_websocket_outlives_every_time_limit_and_is_counted(monkeypatch: pytest.
         for page in sockets:
             await page.close()
         assert await ask(await connect()) == b"0"
+
+    run(test)
+
+
+@pytest.mark.parametrize("size", [1, BYTES_AT_ONCE // 2])
+def test_websocket_reads_no_more_than_allowed(size: int) -> None:
+    """The first messages of a flood arrive, because one may be a Stop; the rest is not even parsed."""
+    RECEIVED.clear()
+
+    async def test(port: int, connect: Connect) -> None:
+        page = await websockets.connect(f"ws://127.0.0.1:{port}/silent", compression=None)
+        page.transport.writelines([masked(b"x" * size) for _ in range(100_000 // size)])
+        await page.wait_closed()
+        await until_taken()
+
+    run(test)
+    *messages, end = RECEIVED
+    assert 0 < len(messages) <= BYTES_AT_ONCE // len(masked(b"x" * size))
+    assert end == {"type": "websocket.disconnect", "code": 1008, "flooded": True}
+
+
+def masked(text: bytes) -> bytes:
+    """Return a WebSocket frame from a client, with the mask 0."""
+    length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
+    return b"\x81" + length + bytes(4) + text
+
+
+def test_small_body_after_its_refusal_keeps_the_connection() -> None:
+    async def test(_: int, connect: Connect) -> None:
+        client = await connect()
+        client[1].write(b"POST /refused HTTP/1.1\r\nhost: kata\r\ncontent-length: 10\r\n\r\n")
+        assert (await client[0].readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 413")
+        for half in (b"12345", b"67890"):
+            client[1].write(half)
+            await until_taken()
+        assert await ask(client, 4) == b"4"
+
+    run(test)
+
+
+REQUESTS = st.lists(st.tuples(st.sampled_from(["/", "/refused"]), st.integers(0, 30)), min_size=1, max_size=5)
+CUTS = st.lists(st.integers(0, 400), max_size=12)
+
+
+@settings(max_examples=10, deadline=None)
+@given(conversations=st.lists(st.tuples(REQUESTS, CUTS), min_size=1, max_size=PER_ADDRESS))
+def test_requests_cut_anywhere_get_the_same_answers(
+    conversations: list[tuple[list[tuple[str, int]], list[int]]],
+) -> None:
+    """How the network divides requests changes nothing: a body may come long after its request has been answered."""
+
+    async def test(_: int, connect: Connect) -> None:
+        for requests, cuts in conversations:
+            reader, writer = await connect()
+            sent = b"".join(request_of(path, size) for path, size in requests)
+            edges = sorted({0, len(sent), *(cut for cut in cuts if cut < len(sent))})
+            for start, end in pairwise(edges):
+                writer.write(sent[start:end])
+                await until_taken()
+            for path, size in requests:
+                head = await reader.readuntil(b"\r\n\r\n")
+                assert head.startswith(b"HTTP/1.1 413" if path == "/refused" else b"HTTP/1.1 200"), head
+                if path == "/":
+                    assert await reader.readexactly(len(str(size))) == str(size).encode()
 
     run(test)

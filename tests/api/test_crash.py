@@ -1,4 +1,4 @@
-"""The service is killed in the middle of a playback, as by a power cut; the next one finds everything that was measured."""
+"""The service is killed during a playback, as by a power cut. The next start finds all measured samples."""
 
 import os
 import signal
@@ -15,6 +15,7 @@ from benchmarks import postgresql
 from kata.auth.login_session import COOKIE
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
+from tests.support.preflight import BY_HAND, TEACHING_CHECKED, confirmation
 from tests.support.station_commands import operate
 
 LIMIT_S = 60.0
@@ -64,7 +65,7 @@ class Served:
 
 
 def try_estop(served: Served, patient_id: str) -> None:
-    """As a therapist would, before anything is taught."""
+    """Test the emergency stop like a therapist before teaching."""
     path = f"patients/{patient_id}/teaching-checklist?fixtures=arm_fixer_1"
 
     def still_open() -> list[str]:
@@ -79,14 +80,11 @@ def try_estop(served: Served, patient_id: str) -> None:
     served.until(lambda: "estop" not in still_open())
 
 
-LOOKED_AT = ["side", "fixtures", "belt"]
-
-
 def taught(served: Served) -> tuple[str, str]:
     """A new patient and a recording."""
     patient_id = served.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "right"})["id"]
     try_estop(served, patient_id)
-    teaching = {"patient_id": patient_id, "fixtures": ["arm_fixer_1"], "looked_at": LOOKED_AT}
+    teaching = {"patient_id": patient_id, "fixtures": ["arm_fixer_1"]} | TEACHING_CHECKED
     served.call("POST", "station/teach", teaching)
     served.call("POST", "simulator/guide", {"motion_id": "built-in-1"})
     served.until(lambda: served.call("GET", "simulator")["hand"]["phase"] == "away")
@@ -97,9 +95,9 @@ def taught(served: Served) -> tuple[str, str]:
 
 
 def play(served: Served, session_id: str, **what: Any) -> str:
-    """Until the arm is on its way: the run."""
-    for check in LOOKED_AT:
-        given = {"checked_by": "T", "recording_id": what["recording_id"]}
+    """Play until the arm moves, and return the run."""
+    for check in BY_HAND:
+        given = confirmation(check, what["recording_id"])
         served.call("PUT", f"sessions/{session_id}/checklist/{check}", given)
     run_id: str = served.call("POST", "station/load", {"session_id": session_id, "load_level": 25, **what})["id"]
     served.operate("approach")
@@ -148,7 +146,7 @@ def test_service_killed_during_an_outage_recovers_its_session(server: postgresql
         assert found["id"] == session["id"]
         there = second.call("GET", f"sessions/{session['id']}")
         assert (there["pain_before"], there["ended_at"]) == (6, None)
-        assert [one["check"] for one in there["checks"]] == [*LOOKED_AT, "pedal", "estop"]
+        assert [one["check"] for one in there["checks"]] == [*BY_HAND, "pedal", "estop"]
         assert [one["id"] for one in there["runs"]] == [run_id]
         assert there["runs"][0]["outcome"] == "stopped"
         assert there["runs"][0]["comparison"]["samples"] > 90

@@ -21,12 +21,12 @@ def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, 
 
     assert done.returncode == 0, done.stderr
     assert "RMSE" in done.stdout
-    told = json.loads(out.read_text())
-    assert set(told) == {"motors", "samples", "rate_hz"}
-    assert told["rate_hz"] == rate_hz
-    assert told["samples"] > 0.9 * motion.duration_s * rate_hz
-    assert [motor["motor"] for motor in told["motors"]] == [1, 2, 3, 4, 5]
-    for motor in told["motors"]:
+    answer = json.loads(out.read_text())
+    assert set(answer) == {"motors", "samples", "rate_hz"}
+    assert answer["rate_hz"] == rate_hz
+    assert answer["samples"] > 0.9 * motion.duration_s * rate_hz
+    assert [motor["motor"] for motor in answer["motors"]] == [1, 2, 3, 4, 5]
+    for motor in answer["motors"]:
         assert set(motor) == {"motor", "peak_deg", "rmse_deg", "start_deg"}
         assert abs(motor["start_deg"]) <= 1.0
         assert motor["motor"] == 5 or abs(motor["peak_deg"]) <= 6.0

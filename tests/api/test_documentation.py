@@ -10,6 +10,8 @@ from fastapi.testclient import TestClient
 from kata.api import documentation
 from kata.settings import Settings
 
+pytestmark = pytest.mark.no_apparatus
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:

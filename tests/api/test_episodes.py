@@ -18,7 +18,7 @@ from tests.support.station_api import accepted, until_mode
 
 @pytest.fixture
 def episode(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
-    """The one that was opened when the patient was signed up: of the right shoulder."""
+    """Return the episode that the patient's registration has opened, of the right shoulder."""
     made: dict[str, Any] = client.get(f"/api/patients/{patient['id']}/episodes").json()["items"][0]
     return made
 
@@ -29,13 +29,13 @@ def test_an_episode_is_changed_closed_and_reopened(client: TestClient, episode: 
     given: dict[str, Any] = {
         "diagnosis": "Adhesive capsulitis", "onset_on": "2026-05-01", "contraindications": "No traction.",
         "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
-        "max_speed_deg_s": 20.5, "updated_at": episode["updated_at"],
+        "max_speed_deg_s": 20.5, "diagnosis_code": "M75.0", "verification": "provisional", "updated_at": episode["updated_at"],
     }  # fmt: skip
     changed = client.patch(url, json=given)
     assert changed.status_code == 200, changed.text
-    told = changed.json()
-    assert told["updated_at"] > given.pop("updated_at")
-    assert {name: told[name] for name in given} == given
+    answer = changed.json()
+    assert answer["updated_at"] > given.pop("updated_at")
+    assert {name: answer[name] for name in given} == given
     problem(
         client.patch(url, json={"diagnosis": "Other", "updated_at": episode["updated_at"]}), 409, "edited_meanwhile"
     )
@@ -48,6 +48,16 @@ def test_an_episode_is_changed_closed_and_reopened(client: TestClient, episode: 
     problem(client.post(f"{url}/stages", json=stage), 409, "episode_closed")
     assert client.post(f"{url}/reopen").json()["closed_at"] is None
     assert client.get(url).json()["diagnosis"] == "Adhesive capsulitis"
+
+
+def test_certainty_needs_a_diagnosis_and_the_code_a_known_one(client: TestClient, episode: dict[str, Any]) -> None:
+    url = f"/api/episodes/{episode['id']}"
+    assert (episode["diagnosis_code"], episode["verification"]) == ("", "")
+    problem(client.patch(url, json={"verification": "confirmed"}), 422, "no_diagnosis")
+    problem(client.patch(url, json={"diagnosis_code": "M99.9"}), 422, "invalid")
+    assert client.patch(url, json={"diagnosis_code": "M75.1", "verification": "confirmed"}).status_code == 200
+    cleared = client.patch(url, json={"diagnosis_code": "", "verification": ""}).json()
+    assert (cleared["diagnosis_code"], cleared["verification"]) == ("", "")
 
 
 def test_each_shoulder_has_one_open_episode(
@@ -91,10 +101,10 @@ def test_stages_are_recorded_by_day_and_can_be_removed(
     url = f"/api/episodes/{episode['id']}/stages"
     client.patch(f"/api/patients/{patient['id']}", json={"birth_date": "1968-04-12"})
     for stage, since in (("frozen", "2026-08-01"), ("freezing", "2026-05-01"), ("thawing", "2026-10-01")):
-        told = client.post(url, json={"stage": stage, "since": since})
-        assert told.status_code == 201
-    assert [one["stage"] for one in told.json()["stages"]] == ["freezing", "frozen", "thawing"]
-    assert told.json()["stage"]["stage"] == "thawing"
+        answer = client.post(url, json={"stage": stage, "since": since})
+        assert answer.status_code == 201
+    assert [one["stage"] for one in answer.json()["stages"]] == ["freezing", "frozen", "thawing"]
+    assert answer.json()["stage"]["stage"] == "thawing"
 
     problem(client.post(url, json={"stage": "frozen", "since": "2026-10-01"}), 409, "stage_noted")
     problem(client.post(url, json={"stage": "frozen", "since": "1960-01-01"}), 422, "before_birth")
@@ -102,7 +112,7 @@ def test_stages_are_recorded_by_day_and_can_be_removed(
     assert problem(client.post(url, json={"stage": "frozen", "since": future}), 422, "invalid")["errors"][0][
         "pointer"
     ] == ("#/since")
-    wrong = told.json()["stage"]["id"]
+    wrong = answer.json()["stage"]["id"]
     assert client.delete(f"{url}/{wrong}").json()["stage"]["stage"] == "frozen"
     problem(client.delete(f"{url}/{wrong}"), 404, "not_found")
 
@@ -128,8 +138,8 @@ def test_a_limit_that_limits_nothing_is_refused(
     client: TestClient, episode: dict[str, Any], limits: list[dict[str, Any]], pointer: str
 ) -> None:
     url = f"/api/episodes/{episode['id']}"
-    told = problem(client.patch(url, json={"limits": limits, "limits_by": "Dr. Mori"}), 422, "invalid")
-    assert [error["pointer"] for error in told["errors"]] == [pointer]
+    refusal = problem(client.patch(url, json={"limits": limits, "limits_by": "Dr. Mori"}), 422, "invalid")
+    assert [error["pointer"] for error in refusal["errors"]] == [pointer]
 
 
 def test_limits_name_their_doctor_and_each_motion_once(client: TestClient, episode: dict[str, Any]) -> None:
@@ -145,8 +155,8 @@ def test_limits_name_their_doctor_and_each_motion_once(client: TestClient, episo
 @pytest.mark.parametrize("given", [0.0, 0.9, 150.1, -20.0, "fast"])
 def test_a_speed_limit_out_of_range_is_refused(client: TestClient, episode: dict[str, Any], given: object) -> None:
     url = f"/api/episodes/{episode['id']}"
-    told = problem(client.patch(url, json={"max_speed_deg_s": given, "limits_by": "Dr. Mori"}), 422, "invalid")
-    assert [error["pointer"] for error in told["errors"]] == ["#/max_speed_deg_s"]
+    refusal = problem(client.patch(url, json={"max_speed_deg_s": given, "limits_by": "Dr. Mori"}), 422, "invalid")
+    assert [error["pointer"] for error in refusal["errors"]] == ["#/max_speed_deg_s"]
 
 
 def test_speed_limit_can_be_removed(client: TestClient, episode: dict[str, Any]) -> None:
@@ -163,7 +173,7 @@ def test_missing_record_is_not_found(client: TestClient, episode: dict[str, Any]
     problem(client.patch(f"/api/episodes/{uuid4()}", json={}), 404, "not_found")
 
 
-# -- what they do to a run ------------------------------------------------------------------------------------------
+# -- limits at loading ----------------------------------------------------------------------------------------------
 
 
 def test_a_recording_beyond_the_doctors_limit_is_not_loaded(
@@ -177,8 +187,8 @@ def test_a_recording_beyond_the_doctors_limit_is_not_loaded(
     until_mode(client, "idle")
     wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
 
-    told = problem(client.post("/api/station/load", json=wanted), 422, "beyond_doctors_limit")
-    assert "Dr. Mori allows no more than 60 deg" in told["detail"]
+    refusal = problem(client.post("/api/station/load", json=wanted), 422, "beyond_doctors_limit")
+    assert "Dr. Mori allows no more than 60 deg" in refusal["detail"]
     problem(client.post("/api/station/load", json=wanted | {"load_level": 13}), 422, "level_not_allowed")
     assert client.get(f"/api/sessions/{visit['id']}").json()["runs"] == []
 
@@ -198,8 +208,8 @@ def test_the_device_is_given_the_doctors_speed_limit(
     assert client.patch(f"/api/episodes/{episode['id']}", json=given).status_code == 200
     until_mode(client, "idle")
     wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
-    told = problem(client.post("/api/station/load", json=wanted), 422, "too_fast_for_doctor")
-    assert "Dr. Mori allows no more than 1 deg/s" in told["detail"]
+    refusal = problem(client.post("/api/station/load", json=wanted), 422, "too_fast_for_doctor")
+    assert "Dr. Mori allows no more than 1 deg/s" in refusal["detail"]
 
     assert client.patch(f"/api/episodes/{episode['id']}", json={"max_speed_deg_s": 140.0}).status_code == 200
     go_through_checklist(client, visit["id"], recording["id"])

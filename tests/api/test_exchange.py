@@ -1,8 +1,11 @@
-"""A patient in and out over REST: FHIR, the whole record, and its erasure."""
+"""Export and import of a patient over REST: FHIR, the whole record, and erasure."""
 
+import asyncio
 import csv
 import io
 import json
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
@@ -18,6 +21,8 @@ from kata.clinic.sessions.tables import RunRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.interop import patient_export
+from kata.interop.router import in_turn
+from kata.plotting.figures import FigureWorker
 from tests.support.fhir_patient import NAME, treated
 from tests.support.responses import problem
 
@@ -60,9 +65,9 @@ def test_patient_is_exported_as_fhir(client: TestClient) -> None:
     assert answer.status_code == 200, answer.text
     assert answer.headers["content-type"] == "application/fhir+json"
     assert f'filename="patient-{key}.fhir.json"' in answer.headers["content-disposition"]
-    told = answer.json()
-    assert (told["resourceType"], told["type"]) == ("Bundle", "transaction")
-    who = next(one["resource"] for one in told["entry"] if one["resource"]["resourceType"] == "Patient")
+    found = answer.json()
+    assert (found["resourceType"], found["type"]) == ("Bundle", "transaction")
+    who = next(one["resource"] for one in found["entry"] if one["resource"]["resourceType"] == "Patient")
     assert who["identifier"][0]["value"] == taken
     problem(client.get(f"/api/patients/{uuid4()}/fhir"), 404, "not_found")
 
@@ -87,16 +92,16 @@ def test_import_changes_no_patient_and_creates_all_or_none(client: TestClient, p
     taken = fhir_patient(identifier=[{"value": patient["clinic_number"]}])
     free = fhir_patient()
     both = {"resourceType": "Bundle", "type": "collection", "entry": [{"resource": free}, {"resource": taken}]}
-    told = problem(imported(client, both), 409, "number_taken")
-    assert told["errors"][0]["pointer"] == "Bundle.entry[1].resource"
+    refusal = problem(imported(client, both), 409, "number_taken")
+    assert refusal["errors"][0]["pointer"] == "Bundle.entry[1].resource"
     assert client.get(f"/api/patients/{patient['id']}").json() == patient
-    # The first of the two was not signed up either: its number is still free.
+    # The first patient was not created either: the number is still free.
     assert imported(client, free).status_code == 201
 
 
 def test_unsupported_import_element_is_reported_by_its_path(client: TestClient) -> None:
-    told = problem(imported(client, fhir_patient(gender="f", birthDate="1970")), 422, "not_understood")
-    assert [error["pointer"] for error in told["errors"]] == ["Patient.gender", "Patient.birthDate"]
+    refusal = problem(imported(client, fhir_patient(gender="f", birthDate="1970")), 422, "not_understood")
+    assert [error["pointer"] for error in refusal["errors"]] == ["Patient.gender", "Patient.birthDate"]
     problem(imported(client, fhir_patient(), side="middle"), 422, "invalid")
     problem(imported(client, []), 422, "invalid")
 
@@ -110,10 +115,10 @@ def test_unsupported_import_element_is_reported_by_its_path(client: TestClient) 
     ],
 )
 def test_imported_file_is_not_stored(client: TestClient, patient: dict[str, Any], path: str, kind: str) -> None:
-    """So there is nothing that a virus scanner could keep from being handed on; this is what scanners are tried with."""
+    """The service stores no uploaded file, so it can pass none on. The file is the test virus of virus scanners."""
     eicar = rb"X5O!P%@AP[4\PZX54(P^)7CC)7}$EICAR-STANDARD-ANTIVIRUS-TEST-FILE!$H+H*"
     app: Any = client.app
-    folder = Path(app.state.services.access.folder)
+    folder = Path(app.state.services.auth.folder)
     for content in (
         eicar,
         b"time_s,a\n0," + eicar,
@@ -148,10 +153,14 @@ def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> N
         assert len(second["runs"][0]["motions"]) == 6
         assert json.loads(archive.read("events.json"))[0]["code"] == "paused"
         assert json.loads(archive.read("fhir.json")) == client.get(f"/api/patients/{key}/fhir").json()
+        assert [reading["patient_deg"] for reading in first["goniometer_readings"]] == [26.0, 78.0]
+        read = csv.DictReader(io.StringIO(archive.read("goniometer.csv").decode()))
+        assert [(line["apparatus_deg"], line["patient_deg"]) for line in read] == [("20.0", "26.0"), ("80.0", "78.0")]
         for kind, count, measured in (("recordings", 1, 1), ("runs", 4, 2)):
             lines = list(csv.DictReader(io.StringIO(archive.read(f"{kind}.csv").decode())))
             files = [line["file"] for line in lines if line["file"]]
             assert (len(lines), len(files)) == (count, measured)
+            assert ("change_by_settings_deg" in lines[0]) == (kind == "runs")
             assert set(files) <= set(names)
             table = read_parquet(archive.read(files[0])).read_all()
             assert (table.num_rows, table.schema.metadata[b"patient_id"]) == (201, key.encode())
@@ -196,8 +205,8 @@ def asked(client: TestClient, key: str) -> dict[str, Any]:
     body = {"reason": "Mrs Yamada asked in writing.", "noted_by": "Suzuki Aya"}
     answer = client.post(f"/api/patients/{key}/erasures", json=body)
     assert answer.status_code == 201, answer.text
-    told: dict[str, Any] = answer.json()
-    return told
+    found: dict[str, Any] = answer.json()
+    return found
 
 
 def consent(taken: str) -> dict[str, str]:
@@ -219,7 +228,7 @@ def test_a_request_is_noted_listed_and_refused_with_an_explanation(client: TestC
     assert client.get(f"/api/patients/{key}/erasures").json()["items"] == [decided]
     assert client.get(f"/api/patients/{key}").json()["name"] == NAME
     problem(client.post(f"/api/erasures/{request['id']}/refuse", json=refusal), 409, "decided")
-    # Things change: it can be asked for again.
+    # A refused erasure can be requested again.
     assert asked(client, key)["id"] != request["id"]
 
 
@@ -227,8 +236,8 @@ def test_erased_patient_is_anonymous_and_figures_remain(client: TestClient) -> N
     key, taken = history(client)
     before = client.get(f"/api/patients/{key}").json()
     request = asked(client, key)
-    told = problem(client.post(f"/api/erasures/{request['id']}/approve", json=consent("K-1")), 422, "other_number")
-    assert told["errors"][0]["pointer"] == "#/clinic_number"
+    refusal = problem(client.post(f"/api/erasures/{request['id']}/approve", json=consent("K-1")), 422, "other_number")
+    assert refusal["errors"][0]["pointer"] == "#/clinic_number"
     done = client.post(f"/api/erasures/{request['id']}/approve", json=consent(taken))
     assert done.status_code == 200, done.text
     assert (done.json()["decision"], done.json()["reason"]) == ("erased", "")
@@ -274,3 +283,32 @@ def test_patient_without_data_exports_nothing(client: TestClient, path: str) -> 
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
     refusal = {"explanation": "None.", "decided_by": "Director Kobayashi"}
     problem(client.post(f"/api/erasures/{uuid4()}/refuse", json=refusal), 404, "not_found")
+
+
+def test_two_exports_are_made_at_once() -> None:
+    counting, both, running, most = threading.Lock(), threading.Barrier(2, timeout=30), 0, 0
+
+    def pieces() -> Iterator[bytes]:
+        nonlocal running, most
+        for _ in range(5):
+            with counting:
+                running += 1
+                most = max(most, running)
+            both.wait()
+            with counting:
+                running -= 1
+            yield b""
+
+    async def export(worker: FigureWorker) -> None:
+        async for _ in in_turn(pieces(), worker.exporting):
+            pass
+
+    async def export_all(worker: FigureWorker) -> None:
+        await asyncio.gather(*(export(worker) for _ in range(6)))
+
+    worker = FigureWorker()
+    try:
+        asyncio.run(export_all(worker))
+    finally:
+        worker.close()
+    assert most == 2

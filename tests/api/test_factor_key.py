@@ -1,4 +1,4 @@
-"""Second factors are sealed in the database: what it alone gives away, and who comes in when the key is gone."""
+"""Second factors are encrypted in the database: it reveals no codes, and users can sign in after the key is lost."""
 
 import logging
 from collections.abc import Iterator
@@ -65,8 +65,8 @@ def test_without_the_key_recovery_codes_work_and_reset_enrols_again(shared: Clin
     username = shared.account()
     app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
     shared.clock.forward(60)
-    access = replace(shared.app.state.services.access, factor_key=FactorKey())
-    with replaced(shared.app, access=access):
+    auth = replace(shared.app.state.services.auth, factor_key=FactorKey())
+    with replaced(shared.app, auth=auth):
         given = {"username": username, "password": PASSWORD, "code": app.at(shared.clock.seconds())}
         assert code(shared.browser().post("/api/sign-in", json=given), 403) == "second_factor_unreadable"
         shared.sign_in(username, code=recovery[0])
@@ -85,9 +85,9 @@ def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, cap
     settings = Settings(data=tmp_path)
     settings.effective_second_factor_key.unlink()
     with caplog.at_level(logging.ERROR), running(tmp_path, simulate=False):
-        told = [record.getMessage() for record in caplog.records if record.name == "kata.auth.login"]
-    assert len(told) == 1
-    assert told[0].startswith("the second factors of 1 accounts were encrypted with another key than that in ")
+        answer = [record.getMessage() for record in caplog.records if record.name == "kata.auth.login"]
+    assert len(answer) == 1
+    assert answer[0].startswith("the second factors of 1 accounts were encrypted with another key than that in ")
     assert settings.effective_second_factor_key.exists()
 
 

@@ -1,8 +1,8 @@
-"""Whatever the OpenAPI document allows, and much that it does not, is answered as the document says: never by a server error.
+"""Every request, valid or not, gets an answer that the OpenAPI document describes, and never a server error.
 
-Schemathesis makes the requests up, the same ones every time (the campaign's are others every time), and each is made by nobody and by every role in turn. What it may
-change is the in-process service's, with a patient's whole record in its database; its ids are put in place of half of those that
-are made up, so that not everything ends at 404.
+Schemathesis generates the requests: the same ones in every run, new ones in the campaign. Every role and a user without a login send each
+request to the in-process service, whose database has a patient's whole record. Ids of this record replace half of the generated ids, so
+that not every request ends with 404.
 """
 
 import json
@@ -40,12 +40,12 @@ from tests.support.treatment import treat
 log = logging.getLogger(__name__)
 
 Case = Any  # schemathesis.Case: its type argument exists for type checkers only.
-# test_openapi.py holds the page's copy equal to what the service says.
+# test_openapi.py checks that the page's copy is the service's document.
 _DOCUMENT: Final = json.loads((ROOT / "frontend/openapi.json").read_text())
 
 
 def _schema(deterministic: bool, *, boundaries: bool) -> OpenApiSchema:
-    """``boundaries``: also ask with each field missing, at its bounds and of each wrong type, which takes seconds an operation."""
+    """Return the schema. ``boundaries``: also generate requests with each field missing, at its bounds and of a wrong type; seconds per operation."""
     config = {
         "generation": {"deterministic": deterministic, "database": "none"},
         "phases": {"coverage": {"enabled": boundaries}},
@@ -55,7 +55,7 @@ def _schema(deterministic: bool, *, boundaries: bool) -> OpenApiSchema:
 
 schema = _schema(deterministic=True, boundaries=False)
 exploring = _schema(deterministic=False, boundaries=True)
-"""The campaign's are others every time; what it finds becomes a test."""
+"""The campaign generates other requests in each run. Its findings become tests."""
 _CHECKS: Final = [
     not_a_server_error,
     status_code_conformance,
@@ -65,11 +65,11 @@ _CHECKS: Final = [
     negative_data_rejection,
 ]
 _NOBODY_TO_ANSWER: Final = 503
-"""No apparatus is connected: that is what the document says of a command that nobody carries out."""
+"""Documented statuses of a command without a connected apparatus."""
 _ROLES: Final[tuple[Role, ...]] = ("viewer", "technician", "therapist", "administrator")
-_FEW: Final = 4
+_FEW: Final = 2
 _MANY: Final = 240
-"""Of each operation, where there are so many."""
+"""Requests for each operation."""
 _WANTED: Final = 100_000
 _TABLES: Final[dict[str, Any]] = {
     "patient_id": tables.PatientRow,
@@ -99,13 +99,13 @@ def ids(service: TestClient) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def asked() -> Counter[str]:
-    """How often everybody has, by operation."""
+    """Return the number of requests by operation."""
     return Counter()
 
 
 @pytest.fixture
 def cookies(service: TestClient) -> list[str]:
-    """Of everybody who asks, nobody first. New ones for each operation: some of them end a sign-in, or an account."""
+    """Return a cookie for each identity, first none. They are new for each operation, because some end a login session or an account."""
     app: Any = service.app
     return ["", *(signed_in(app.state.services.database, role) for role in _ROLES)]
 
@@ -131,7 +131,7 @@ def test_hundred_thousand_generated_requests_get_only_documented_answers(
 
 @pytest.mark.campaign
 def test_they_were_a_hundred_thousand(asked: Counter[str]) -> None:
-    """Behind the one above, in the same run."""
+    """Runs after the test above, in the same process."""
     log.info("%d requests of %d operations, least %s", asked.total(), len(asked), asked.most_common()[:-6:-1])
     assert asked.total() >= _WANTED
 
@@ -157,7 +157,7 @@ def _sent(case: Case) -> dict[str, Any]:
 
 
 def _real(given: Any, ids: dict[str, str]) -> Any:
-    """With the id of something that is there, instead of every other one that is made up."""
+    """Replace every second generated id by an existing one."""
     if isinstance(given, list):
         return [_real(one, ids) for one in given]
     if not isinstance(given, dict):

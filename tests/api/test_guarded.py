@@ -30,7 +30,7 @@ def station(client: TestClient) -> Any:
 
 
 def sent(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> list[messages.Command]:
-    """The commands that go to the device process from now on."""
+    """Return a list that collects the commands to the device process."""
     process, heard = station(client)._process, []
     send = process.send
 
@@ -69,8 +69,8 @@ def test_an_old_state_never_reaches_the_device(
     until_mode(client, "idle")
     heard = sent(client, monkeypatch)
 
-    told = problem(operate(client, command, shifted(seen(client), -SEEN_LIMIT)), 409, "expired")
-    assert told["next_step"]
+    refusal = problem(operate(client, command, shifted(seen(client), -SEEN_LIMIT)), 409, "expired")
+    assert refusal["next_step"]
     problem(operate(client, command, shifted(seen(client), timedelta(seconds=5))), 409, "seen_in_future")
 
     assert heard == []
@@ -89,7 +89,7 @@ def test_a_command_that_waited_for_the_database_expires(client: TestClient, monk
     until_mode(client, "idle")
     body = seen(client)
     clock = station(client).clock
-    now_ns, look_up = clock._now_ns, login.actor_at
+    now_ns, look_up = clock._now_ns, login.authenticate
 
     def slowly(*given: Any) -> Any:
         found = look_up(*given)
@@ -97,7 +97,7 @@ def test_a_command_that_waited_for_the_database_expires(client: TestClient, monk
         return found
 
     monkeypatch.setattr(clock, "_now_ns", now_ns)
-    monkeypatch.setattr("kata.api.authorization.actor_at", slowly)
+    monkeypatch.setattr("kata.api.authorization.authenticate", slowly)
 
     problem(operate(client, "play", body), 409, "expired")
 
@@ -152,7 +152,7 @@ def test_a_stop_voids_commands_that_were_sent_before(client: TestClient, recordi
 def test_load_during_playback_reaches_neither_database_nor_device(
     client: TestClient, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From another page of the same browser, which operates: the lease does not refuse it."""
+    """The request comes from another page of the operating browser, so the lease does not refuse it."""
     until_mode(client, "idle")
     run = load(client, {"id": recording["patient_id"]}, recording, speed_percent=20.0)
     accepted(client, "approach")

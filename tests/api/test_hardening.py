@@ -1,4 +1,4 @@
-"""What is refused before a route is reached, and what every answer tells the browser."""
+"""Requests that are refused before their route, and the security headers of every answer."""
 
 from collections.abc import Iterator
 from pathlib import Path

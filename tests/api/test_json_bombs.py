@@ -86,8 +86,8 @@ def test_expensive_fhir_is_refused_and_the_loop_goes_on(
 
 def test_unknown_elements_are_named_only_up_to_a_limit(client: TestClient, loop: _Loop) -> None:
     content = _patient(b", ".join(b'"_%d": 0' % number for number in range(100_000)))
-    told = problem(client.post(_FHIR, content=content, headers=_FHIR_JSON), 422, "not_understood")
-    assert len(told["errors"]) == fhir_import.MOST_PLACES
+    refusal = problem(client.post(_FHIR, content=content, headers=_FHIR_JSON), 422, "not_understood")
+    assert len(refusal["errors"]) == fhir_import.MOST_PLACES
 
 
 def test_contained_resources_that_refer_to_each_other_are_not_followed(client: TestClient, loop: _Loop) -> None:

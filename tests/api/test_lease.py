@@ -1,4 +1,4 @@
-"""One browser operates the apparatus, others watch: over REST and WebSocket, with everything real but the apparatus."""
+"""One browser operates the apparatus and others watch, over REST and WebSocket, with a simulated apparatus."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -29,7 +29,7 @@ OPERATING = (
 
 @dataclass
 class Browser:
-    """Another one than the client's own, with somebody else signed in."""
+    """Another browser, with another user."""
 
     client: TestClient
     role: Role
@@ -43,19 +43,19 @@ class Browser:
         return operate(self.client, path, body, self.headers)
 
     def live(self) -> dict[str, Any]:
-        told: dict[str, Any] = self.client.get("/api/station", headers=self.headers).json()["live"]
-        return told
+        answer: dict[str, Any] = self.client.get("/api/station", headers=self.headers).json()["live"]
+        return answer
 
 
 class Page:
-    """What a page that listens knows."""
+    """The live state that a page has received."""
 
     def __init__(self, socket: Any) -> None:
         self._socket = socket
         self._live: dict[str, Any] = {}
 
     def until(self, condition: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
-        """Listen until the condition holds; what is known then."""
+        """Receive until the condition holds, and return the state."""
         limit = time.monotonic() + LIMIT_S
         while not self._live or not condition(self._live):
             assert time.monotonic() < limit, (self._live.get("mode"), self._live.get("lease"))
@@ -65,14 +65,14 @@ class Page:
 
 @contextmanager
 def page(client: TestClient, browser: Browser | None = None) -> Iterator[Page]:
-    """Open, at the client's own browser or at another."""
+    """Open a page at the client's browser or at another one."""
     headers = browser.headers if browser else {}
     with client.websocket_connect("/api/live", headers=headers) as socket:
         yield Page(socket)
 
 
 def noted(client: TestClient, action: str) -> list[str]:
-    """Details of what the audit trail has of it."""
+    """Return the details of an action's audit entries."""
     app: Any = client.app
     assert app.state.services.audit_log.until_written()
     with app.state.services.database.read() as session:
@@ -115,7 +115,7 @@ def test_only_one_client_operates_and_others_see_who(client: TestClient, other: 
     problem(other.post("side", {"side": "left"}), 409, "not_operating")
     assert other.post("stop").status_code == 200
     until(client, lambda live: live["stops"] > watched["stops"])
-    # What the device says of it is heard by whoever operates.
+    # The operator receives the device's answer.
     problem(operate(client, "play"), 409, "is_idle")
 
 
@@ -159,7 +159,7 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
             operating_page.until(lambda live: live["mode"] == "paused")
             accepted(client, "play")
             operating_page.until(lambda live: live["mode"] == "playing" and live["run"]["position_s"] > 0.5)
-            # A way out that would leave the arm to nobody.
+            # Releasing the lease would leave a held arm without an operator.
             problem(client.delete("/api/station/lease"), 409, "torque_on")
 
         lost = watching.until(lambda live: live["mode"] == "paused" and live["lease"]["paused"])
@@ -174,7 +174,10 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
         free = watching.until(lambda live: live["lease"]["holder"] is None)
         assert free["mode"] == "stopped"
         watching.until(lambda live: "acknowledge" not in live["refusals"])
-        assert other.post("acknowledge").status_code == 200
+        while (answer := other.post("acknowledge")).status_code == 409:
+            # On a busy computer the drives' settings may be checked once more.
+            watching.until(lambda live: "acknowledge" not in live["refusals"])
+        assert answer.status_code == 200, answer.text
         watching.until(lambda live: live["mode"] == "idle" and live["lease"]["mine"])
         limit = time.monotonic() + LIMIT_S
         while client.get(f"/api/runs/{run['id']}").json()["outcome"] == "loaded":
@@ -184,7 +187,7 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
     assert noted(client, "stop_without_browser") == ['{"operator":"Test administrator"}']
 
 
-# -- what takes its time to check ---------------------------------------------------------------------------------------
+# -- checks that take time ----------------------------------------------------------------------------------------------
 
 
 def test_new_operator_does_not_inherit_a_recording_still_being_checked(

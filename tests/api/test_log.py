@@ -1,4 +1,4 @@
-"""What is secret or a patient's stands in no log, whatever goes wrong."""
+"""The log contains no secret and no patient's data, also after errors."""
 
 import json
 import logging
@@ -24,7 +24,7 @@ NAME = "Yamada Hanako of the log"
 
 
 def logged(caplog: pytest.LogCaptureFixture) -> str:
-    """Every line, with its traceback, as a file of it would have it."""
+    """Return all log lines with their tracebacks, as in a file."""
     formatter = logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")
     return "\n".join(formatter.format(record) for record in caplog.records)
 
@@ -58,7 +58,7 @@ def test_signing_in_is_logged_without_the_password(client: TestClient, caplog: p
 
 
 def test_every_audit_row_is_a_line_of_the_collected_log(client: TestClient, caplog: pytest.LogCaptureFixture) -> None:
-    """Where a program takes it elsewhere, it cannot be taken back; what a field said is in neither."""
+    """A collected log cannot be changed afterwards. Neither log nor trail contains values of fields."""
     app: Any = client.app
     body = {"clinic_number": "K-told", "name": NAME, "affected_side": "right"}
     with caplog.at_level(logging.INFO, logger=ROWS):
@@ -66,13 +66,13 @@ def test_every_audit_row_is_a_line_of_the_collected_log(client: TestClient, capl
         assert client.get(f"/api/patients/{made['id']}").status_code == 200
         assert app.state.services.audit_log.until_written()
     lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == ROWS]
-    told = {line["message"]: line["audit"] for line in lines}
-    row = told["create_patient done"]
+    answer = {line["message"]: line["audit"] for line in lines}
+    row = answer["create_patient done"]
     assert (row["patient_id"], row["role"], row["who"]) == (made["id"], "administrator", "Test administrator")
     with app.state.services.database.read() as session:
         stands = session.get_one(AuditRow, row["number"])
         assert (stands.action, stands.hash.hex()) == ("create_patient", row["hash"])
-    assert told["get_patient done"]["number"] > row["number"]
+    assert answer["get_patient done"]["number"] > row["number"]
     assert NAME not in json.dumps(lines, ensure_ascii=False)
 
 
@@ -102,3 +102,12 @@ def test_validation_error_does_not_contain_the_invalid_value() -> None:
     with pytest.raises(ValidationError) as error:
         PatientCreate.model_validate({"clinic_number": NAME * 9, "name": NAME, "affected_side": NAME})
     assert NAME not in str(error.value)
+
+
+def test_a_wrong_log_call_does_not_fail_its_caller(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(logging, "raiseExceptions", False)
+    recent = logs.RecentLines(2)
+    recent.handle(logging.LogRecord("kata", logging.INFO, __file__, 1, "%d sessions", ("no number",), None))
+    recent.handle(logging.LogRecord("kata", logging.INFO, __file__, 1, "%d sessions", (3,), None))
+    assert recent.text().endswith("INFO kata: 3 sessions\n")
+    assert len(recent.text().splitlines()) == 1

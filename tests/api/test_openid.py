@@ -1,4 +1,4 @@
-"""Signing in by the clinic's own OpenID provider: whom it lets in, and everything that it must not."""
+"""Login by the clinic's OpenID provider: accepted and refused logins."""
 
 import threading
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from joserfc.jwk import RSAKey
 from starlette.websockets import WebSocketDisconnect
 
 from kata.auth.openid import OpenIdError
-from kata.auth.openid import Provider as OurSide
+from kata.auth.openid_provider import Provider as OurSide
 from kata.cli.doctor import examine
 from kata.errors import ProblemError
 from kata.settings import Settings
@@ -25,7 +25,7 @@ from tests.support.service import running
 
 
 def settings(folder: Path, made: Provider, **more: Any) -> dict[str, Any]:
-    """Of a clinic that has this provider."""
+    """Return the settings of a clinic with this provider."""
     file = folder / "openid-secret"
     file.write_text(SECRET)
     file.chmod(0o600)
@@ -49,14 +49,14 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Clinic, P
 
 @pytest.fixture
 def clinic(served: tuple[Clinic, Provider]) -> Clinic:
-    # Nobody has failed too often yet.
+    # No failed attempts are counted yet.
     served[0].clock.forward(4000)
     return served[0]
 
 
 @pytest.fixture
 def theirs(served: tuple[Clinic, Provider]) -> Iterator[Provider]:
-    """As it should be, before and after."""
+    """Return the provider in its correct state before each test, and reset it afterwards."""
     _, made = served
     yield made
     made.claims, made.header, made.metadata = {}, {}, {}
@@ -64,7 +64,7 @@ def theirs(served: tuple[Clinic, Provider]) -> Iterator[Provider]:
 
 
 def linked(clinic: Clinic, theirs: Provider, role: Any = "therapist") -> str:
-    """A new account that whoever comes to the provider next is linked with: its user name."""
+    """Create an account that is linked with the provider's present user; return its user name."""
     username = clinic.account(role)
     theirs.subject = f"subject-of-{username}"
     path = f"/api/accounts/{clinic.id_of(username)}"
@@ -82,7 +82,7 @@ def begin(browser: TestClient, to: str = "/patients") -> str:
 
 
 def come_back(browser: TestClient, theirs: Provider, **spoilt: str) -> Any:
-    """Begin, sign in there, and come back; with something else than what the provider has given."""
+    """Begin a login, sign in at the provider and return, with changed parameters of the callback."""
     return browser.post("/api/sign-in/openid", json=theirs.authorize(begin(browser)) | spoilt)
 
 
@@ -93,7 +93,7 @@ def until_closed(socket: Any) -> None:
 
 
 def last_row(clinic: Clinic) -> dict[str, Any]:
-    """Of the trail, about signing in by OpenID Connect."""
+    """Return the last audit row of a login by OpenID Connect."""
     rows = clinic.administrator.get("/api/audit", params={"action": "sign_in_by_openid", "limit": 1}).json()["items"]
     row: dict[str, Any] = rows[0]
     return row
@@ -136,8 +136,8 @@ def test_no_token_of_the_provider_reaches_the_browser(clinic: Clinic, theirs: Pr
     linked(clinic, theirs)
     answer = come_back(clinic.browser(), theirs)
     assert answer.status_code == 200
-    for told in ("eyJ", "token"):
-        assert told not in answer.text
+    for found in ("eyJ", "token"):
+        assert found not in answer.text
     cookies = answer.headers.get_list("set-cookie")
     assert all("HttpOnly" in cookie and "SameSite=strict" in cookie for cookie in cookies)
 
@@ -287,14 +287,14 @@ def test_locked_screen_is_unlocked_only_by_its_user(clinic: Clinic, theirs: Prov
     before = [one["id"] for one in browser.get("/api/me/sign-ins").json()["items"]]
     assert browser.post("/api/me/lock").status_code == 204
     assert code(browser.get("/api/patients"), 423) == "locked"
-    told = come_back(browser, theirs).json()["me"]
-    assert (told["username"], told["locked"]) == (username, False)
+    answer = come_back(browser, theirs).json()["me"]
+    assert (answer["username"], answer["locked"]) == (username, False)
     assert [one["id"] for one in browser.get("/api/me/sign-ins").json()["items"]] == before, (
         "the lease stays where it is"
     )
     assert last_row(clinic)["detail"] == {"method": "again"}
 
-    # Somebody else who comes by gets a sign-in of their own, and not what was left open.
+    # Another user gets a new login session, not the locked one.
     browser.post("/api/me/lock")
     another = linked(clinic, theirs)
     assert come_back(browser, theirs).json()["me"]["username"] == another
@@ -331,8 +331,8 @@ def test_own_second_factor_is_required_when_provider_asks_none(clinic: Clinic, t
     app, _ = enrol(clinic.sign_in(username), clinic.clock.seconds())
     clinic.clock.forward(60)
     browser = clinic.browser()
-    told = come_back(browser, theirs).json()
-    assert (told["me"], told["to"]) == (None, "/patients")
+    found = come_back(browser, theirs).json()
+    assert (found["me"], found["to"]) == (None, "/patients")
     assert browser.get("/api/me").status_code == 401
     assert last_row(clinic)["detail"] == {"needed": "second_factor"}
     assert code(browser.post("/api/sign-in/openid/code", json={"code": "000000"}), 401) == "wrong_code"
@@ -439,17 +439,17 @@ def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provid
     ours = OurSide(Settings(data=tmp_path, **settings(tmp_path, theirs)))
     with pytest.raises(Exception, match="does not answer"):
         ours.count_keys()
-    told = {one.name: one for one in examine(Settings(data=tmp_path, **settings(tmp_path, theirs)))}["OpenID provider"]
-    assert told.state == "problem"
+    found = {one.name: one for one in examine(Settings(data=tmp_path, **settings(tmp_path, theirs)))}["OpenID provider"]
+    assert found.state == "problem"
 
 
 def test_doctor_reports_whether_the_provider_answers(tmp_path: Path, theirs: Provider) -> None:
     given = Settings(data=tmp_path, **settings(tmp_path, theirs))
-    told = {one.name: one for one in examine(given)}["OpenID provider"]
-    assert (told.state, told.message) == ("ok", f"{theirs.issuer} answers and has 1 keys.")
+    answer = {one.name: one for one in examine(given)}["OpenID provider"]
+    assert (answer.state, answer.message) == ("ok", f"{theirs.issuer} answers and has 1 keys.")
     given = Settings(data=tmp_path, **settings(tmp_path, theirs) | {"openid_issuer": "http://127.0.0.1:9"})
-    told = {one.name: one for one in examine(given)}["OpenID provider"]
-    assert told.state == "problem"
+    answer = {one.name: one for one in examine(given)}["OpenID provider"]
+    assert answer.state == "problem"
     assert "OpenID provider" not in {one.name for one in examine(Settings(data=tmp_path))}
 
 

@@ -1,4 +1,4 @@
-"""For whoever runs the clinic's computers: is it alive, is it ready, how is it doing, what does it log."""
+"""Operation of the service: liveness, readiness, metrics and log."""
 
 import json
 import logging
@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final
 
 import pytest
@@ -37,7 +38,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
 
 
 def values(client: TestClient) -> dict[tuple[str, str], float]:
-    """Name and labels of every sample, to its value."""
+    """Return every metric's value by name and labels."""
     text = client.get("/metrics").text
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
     return {(one.name, " ".join(one.labels.values())): one.value for one in samples}
@@ -51,12 +52,12 @@ def test_a_service_with_database_and_apparatus_is_alive_and_ready(client: TestCl
     nobody = TestClient(client.app)
     assert nobody.get("/health/live").json() == {"status": "alive"}
     answer = nobody.get("/health/ready")
-    told = answer.json()
-    assert (answer.status_code, told["status"], told["database"]) == (200, "ready", "sqlite")
+    found = answer.json()
+    assert (answer.status_code, found["status"], found["database"]) == (200, "ready", "sqlite")
 
 
 class _Stuck(Database):
-    """Answers nobody until it is let go."""
+    """A database that answers only after it is released."""
 
     def __init__(self) -> None:
         super().__init__("sqlite://")
@@ -72,7 +73,7 @@ class _Stuck(Database):
 
 
 def put_so_far(app: Any) -> int:
-    """Records that the station's spool has been given."""
+    """Return the number of records put into the station's spool."""
     spool = app.state.services.event_spool.spool
     return int(spool.last + spool.unwritten)
 
@@ -91,6 +92,38 @@ def test_service_with_hanging_database_is_alive_but_not_ready(client: TestClient
         assert put_so_far(app) == waiting, "nobody's trail grows by being watched"
     finally:
         stuck.let_go.set()
+
+
+def idle(client: TestClient) -> tuple[int, str]:
+    """Return status and code of the answer whether the service may be stopped, asked without a login."""
+    answer = TestClient(client.app).get("/health/idle")
+    found = answer.json()
+    return answer.status_code, found.get("code") or found["status"]
+
+
+def test_a_service_may_be_stopped_between_sessions(client: TestClient) -> None:
+    until_mode(client, "idle")
+    assert idle(client) == (200, "idle")
+    app: Any = client.app
+    stuck = _Stuck()
+    try:
+        with replaced(client.app, probe=Probe(stuck, limit_s=0.01)):
+            assert idle(client) == (503, "database_away"), "without a database, open sessions are unknown"
+    finally:
+        stuck.let_go.set()
+    running: Any = SimpleNamespace(running=True)
+    with replaced(app, commissioning_run=running):
+        assert idle(client) == (503, "station_occupied")
+
+
+def test_an_open_session_and_torque_keep_the_service(client: TestClient, patient: dict[str, Any]) -> None:
+    until_mode(client, "idle")
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    assert idle(client) == (503, "session_open")
+    client.post(f"/api/sessions/{session['id']}/end", json={})
+    assert idle(client) == (200, "idle")
+    with replaced(client.app, station=SimpleNamespace(occupied=True)):
+        assert idle(client) == (503, "station_occupied")
 
 
 # -- metrics --------------------------------------------------------------------------------------------------------
@@ -130,16 +163,16 @@ def test_empty_token_file_grants_no_access(client: TestClient, tmp_path: Path, c
 
 def test_metrics_describe_loop_and_database(client: TestClient) -> None:
     until_mode(client, "idle")
-    told = values(client)
-    assert told["kata_device_running", ""] == 1
-    assert told["kata_loop_cycles_total", ""] > 0
-    assert told["kata_loop_lateness_seconds", "0.5"] <= told["kata_loop_lateness_seconds", "1"] < 60
-    assert {labels for name, labels in told if name == "kata_drive_errors_total"} == {"1", "2", "3", "4", "5"}
-    assert told["kata_database_write_wait_seconds_count", ""] > 0
+    answer = values(client)
+    assert answer["kata_device_running", ""] == 1
+    assert answer["kata_loop_cycles_total", ""] > 0
+    assert answer["kata_loop_lateness_seconds", "0.5"] <= answer["kata_loop_lateness_seconds", "1"] < 60
+    assert {labels for name, labels in answer if name == "kata_drive_errors_total"} == {"1", "2", "3", "4", "5"}
+    assert answer["kata_database_write_wait_seconds_count", ""] > 0
     for name in ("kata_loop_overruns_total", "kata_bus_errors_total", "kata_telemetry_dropped_total"):
-        assert (name, "") in told
+        assert (name, "") in answer
     for name in ("kata_spool_waiting", "process_resident_memory_bytes"):
-        assert told[name, ""] >= 0
+        assert answer[name, ""] >= 0
 
 
 def test_a_stop_is_counted_once_by_its_cause(client: TestClient) -> None:
@@ -197,7 +230,7 @@ def test_every_dashboard_expression_uses_an_existing_metric(client: TestClient) 
         names = re.findall(r"\b(?:kata|process)_\w+", expression)
         assert names, expression
         assert set(names) <= known, expression
-    # What an operator is to look at is on it.
+    # The dashboard shows the metrics that operators need.
     everything = " ".join(asked)
     assert {
         name for name in known if name.startswith("kata_") and not name.endswith(("_sum", "_count", "_created"))
@@ -213,8 +246,8 @@ def test_json_log_has_one_object_per_line_with_traceback() -> None:
     except ValueError:
         record = logging.LogRecord("kata.api", logging.ERROR, "", 0, "not %s", ("written",), sys.exc_info())
     line = JsonLines().format(record)
-    told = json.loads(line)
+    answer = json.loads(line)
     assert "\n" not in line
-    assert (told["level"], told["logger"], told["message"]) == ("error", "kata.api", "not written")
-    assert told["at"].endswith("+00:00")
-    assert told["traceback"].endswith("ValueError: two\nlines")
+    assert (answer["level"], answer["logger"], answer["message"]) == ("error", "kata.api", "not written")
+    assert answer["at"].endswith("+00:00")
+    assert answer["traceback"].endswith("ValueError: two\nlines")

@@ -1,4 +1,4 @@
-"""The database hangs, dies and comes back while somebody is treated: the session goes on, and nothing is lost or doubled."""
+"""The database hangs, fails and returns during a treatment: the session continues, and nothing is lost or stored twice."""
 
 import time
 from collections.abc import Iterator
@@ -16,6 +16,8 @@ from sqlalchemy.orm import Session
 
 from benchmarks import postgresql
 from kata.audit.tables import AuditRow
+from kata.clinic.contraindications import service as contraindications
+from kata.clinic.contraindications.schemas import ContraindicationCreate
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import NewDeviceEvent
 from kata.clinic.events.tables import DeviceEventRow
@@ -51,7 +53,7 @@ def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) 
 
 @pytest.fixture(scope="module")
 def recorded(client: TestClient) -> list[NewDeviceEvent]:
-    """What the device tells from now on, as it is put down."""
+    """Return a list that collects the device's events as they are stored."""
     app: Any = client.app
     heard: list[NewDeviceEvent] = []
     put = app.state.services.event_spool.spool.put
@@ -67,7 +69,7 @@ def recorded(client: TestClient) -> list[NewDeviceEvent]:
 
 
 def all_is_there(client: TestClient, recorded: list[NewDeviceEvent], run_id: str) -> dict[str, Any]:
-    """Every event once and in order, every sample of the run once; the run itself."""
+    """Check that every event and sample is stored once and in order, and return the run."""
     app: Any = client.app
     assert app.state.services.event_spool.until_taken(LIMIT_S)
     limit = time.monotonic() + LIMIT_S
@@ -86,7 +88,7 @@ def all_is_there(client: TestClient, recorded: list[NewDeviceEvent], run_id: str
 
 
 def noted(client: TestClient) -> list[str]:
-    """What was pressed and what became of the database, as the audit trail has it."""
+    """Return the commands and outages in the audit trail."""
     app: Any = client.app
     assert app.state.services.audit_log.until_written()
     of = ("approach", "play", "pause", "stop", "database_away")
@@ -107,7 +109,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
     accepted(client, "approach")
     until_mode(client, "paused")
     accepted(client, "play")
-    # A page is there all the time, or the apparatus would be paused for want of one.
+    # A page stays connected; without one the apparatus would pause.
     with client.websocket_connect("/api/live"), server.hanging():
         began = time.monotonic()
         accepted(client, "pause")
@@ -127,7 +129,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
         problem(client.post("/api/sign-in", json={"username": "a", "password": "b"}), 503, "database_away")
         assert time.monotonic() - began < 3.0
 
-        # A page that is loaded anew shows who one is, the apparatus and since when.
+        # A reloaded page shows the user, the apparatus and the start of the outage.
         assert client.get("/api/me").json()["name"] == "Test administrator"
         live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["run"]["run_id"] == run["id"]
@@ -136,7 +138,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
         assert stopped["database"]["waiting"] > 0
     until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
     assert all_is_there(client, recorded, run["id"])["outcome"] == "stopped"
-    # Who pressed what meanwhile is in the trail, in the order in which it was pressed.
+    # The trail contains the commands during the outage in their order.
     assert noted(client)[-4:] == ["pause", "play", "stop", "database_away"]
     until(client, lambda live: "acknowledge" not in live["refusals"])
     accepted(client, "acknowledge")
@@ -168,14 +170,14 @@ THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=da
 
 
 def open_checks(offline_sessions: OfflineSessions, session_id: str, recording_id: str) -> list[str] | None:
-    """As :func:`still_open`, by what was fetched; None while nothing is."""
+    """Return the unanswered checks like :func:`still_open`, from the offline cache; None while it has none."""
     found = offline_sessions.checklist(UUID(session_id), UUID(recording_id), THERE)
-    return None if found is None else [one.need.check for one in found if one.answer is None]
+    return None if found is None else [one.need.check for one in found[0] if one.answer is None]
 
 
 @pytest.fixture
 def visit(client: TestClient) -> dict[str, Any]:
-    """A session whose programme is two recordings, each with an arm fixer of its own; everything is in order for the first."""
+    """Return a session with a programme of two recordings with different arm fixers. The first one's checklist is complete."""
     until_mode(client, "idle")
     app: Any = client.app
     body = {"clinic_number": uuid4().hex, "name": "Ueda Kei", "affected_side": "right"}
@@ -199,7 +201,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
 
     found = app.state.services.offline_sessions.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
 
-    assert [one.need.check for one in found if one.answer is None] == ["estop"]
+    assert [one.need.check for one in found[0] if one.answer is None] == ["estop"]
 
 
 def test_session_continues_its_programme_during_an_outage(
@@ -218,7 +220,7 @@ def test_session_continues_its_programme_during_an_outage(
         assert "load" not in live["refusals"]
         assert live["refusals"]["teach"]["code"] == "database_away"
 
-        # Held against the same as ever: the other recording needs another fixer, and stands at another place.
+        # The same checks apply as with the database: the other recording needs another arm fixer and has another position.
         assert still_open(client, visit["id"], visit["second"]["id"]) == ["fixtures"]
         problem(client.post("/api/station/load", json=second), 409, "checklist_open")
         problem(client.put(f"{url.removesuffix('fixtures')}pedal", json=ticked), 409, "detected")
@@ -239,7 +241,7 @@ def test_session_continues_its_programme_during_an_outage(
 
         run = accepted(client, "load", second)
         assert (run["recording_name"], run["programme_position"], run["outcome"]) == ("Lift", 2, "loaded")
-        # What the device refuses has not begun; it is not in the session in the end.
+        # A run that the device refuses is not stored in the session.
         assert client.post("/api/station/load", json=second).status_code == 409
         until(
             client, lambda live: live["run"] and live["run"]["patient"] and live["run"]["patient"]["name"] == "Ueda Kei"
@@ -270,15 +272,34 @@ def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient
     assert found
     with app.state.services.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
+        contraindications.add(database, UUID(visit["patient"]["id"]), ContraindicationCreate(code="fracture"))
     assert app.state.services.event_spool.put_offline_event(found.begun, LIMIT_S)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
     run = client.get(f"/api/runs/{found.begun.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
-    assert [one["message"] for one in events if one["code"] == CHANGED_MEANWHILE] == [CHANGED["limits"]]
+    told = {one["message"] for one in events if one["code"] == CHANGED_MEANWHILE}
+    assert told == {CHANGED["limits"], CHANGED["contraindicated"]}
     app.state.services.event_spool.put_not_begun("run", found.begun.id)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
     assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
+
+
+def test_a_contraindication_forbids_a_run_without_the_database_too(client: TestClient, visit: dict[str, Any]) -> None:
+    app: Any = client.app
+    patient_id = UUID(visit["patient"]["id"])
+    request = RunRequest(UUID(visit["id"]), UUID(visit["first"]["id"]), programme_position=1)
+    with app.state.services.database.write() as database:
+        contraindications.add(database, patient_id, ContraindicationCreate(code="pacemaker"))
+    offline_cache = OfflineCache(app.state.services.database, "Station 1")
+    offline_cache.attend(patient_id, UUID(visit["id"]))
+    offline_cache.refresh()
+    known = offline_cache.find_patient(patient_id)
+    assert known
+    assert [one.code for one in known.banner.contraindications] == ["pacemaker"]
+    with pytest.raises(ProblemError) as refused:
+        OfflineSessions(offline_cache, "Station 1").start_run(request, THERE)
+    assert refused.value.code == "sign_off_needed"
 
 
 def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, visit: dict[str, Any]) -> None:
@@ -313,14 +334,14 @@ def test_programme_time_continues_during_an_outage(
     with pytest.raises(ProblemError) as caught:
         begin(1)
     assert caught.value.code == "timer_over"
-    # Besides the programme it may be played, as with the database.
+    # The recording may be played outside the programme, as with the database.
     assert begin(None)
 
 
 def test_recorded_run_loads_although_the_database_is_lost_afterwards(
     client: TestClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Else it would stand in the session for ever, and the session could not be ended."""
+    """Otherwise the run would never end, and the session could not be ended."""
     until_mode(client, "idle")
     patient = client.post(
         "/api/patients", json={"clinic_number": "O-3", "name": "Abe Nao", "affected_side": "right"}

@@ -1,4 +1,4 @@
-"""The page's files: as they were built to some, compressed to whoever takes it."""
+"""The page's files: original, or compressed for clients that accept it."""
 
 import gzip
 from collections.abc import Iterator
@@ -10,6 +10,8 @@ from fastapi.testclient import TestClient
 
 from kata.api import documentation, static_files
 
+pytestmark = pytest.mark.no_apparatus
+
 SCRIPT = b"export const words = 'all of it, all of it, all of it';" * 50
 PACKED = gzip.compress(SCRIPT, mtime=0)
 ADDRESS = "/assets/page-1a2b.js"
@@ -17,7 +19,7 @@ ADDRESS = "/assets/page-1a2b.js"
 
 @pytest.fixture
 def client(tmp_path: Path) -> Iterator[TestClient]:
-    """Of a page with a script and a style that lie compressed beside themselves, and a picture that does not."""
+    """Return the client of a page with a script and a style in compressed form, too, and an uncompressed picture."""
     assets = tmp_path / "assets"
     assets.mkdir()
     (tmp_path / "index.html").write_text('<meta name="kata-manual" content="KATA-MANUAL" /><p>the page</p>')
@@ -45,7 +47,7 @@ def client(tmp_path: Path) -> Iterator[TestClient]:
         ("gzip; q=0.000, br", False),
         ("gzip;q=much", False),
         ("gzip;level=9", False),
-        # Not by name: whoever takes everything takes the file as it is, too.
+        # "*" does not name gzip, so the client gets the original file.
         ("*", False),
         ("notgzip", False),
     ],
@@ -94,7 +96,7 @@ def test_impossible_file_name_is_no_error(client: TestClient, path: str) -> None
 
 
 def test_resumed_download_keeps_its_encoding(client: TestClient) -> None:
-    """A download that was broken off goes on in the same form; in the other one it begins anew."""
+    """An interrupted download continues in the same form. In the other form it starts again."""
     packed = client.get(ADDRESS, headers={"accept-encoding": "gzip"}).headers["etag"]
     rest = {"range": "bytes=20-", "if-range": packed}
     with client.stream("GET", ADDRESS, headers={"accept-encoding": "gzip"} | rest) as same:

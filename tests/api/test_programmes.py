@@ -1,4 +1,4 @@
-"""Programmes over REST: checked as at loading, versioned, and what was done of them."""
+"""Programmes over REST: checks as at loading, versions, and completed items."""
 
 from typing import Any
 from uuid import UUID, uuid4
@@ -36,7 +36,7 @@ def test_programme_is_created_listed_changed_and_archived(client: TestClient, li
     made = answer.json()
     first, second = made["current"]["items"]
     assert (first["position"], first["recording_name"], first["repetitions"]) == (1, "Lift", 3)
-    # Three times there and back with two pauses; and once at half the speed.
+    # Three repetitions with two pauses, then one at half speed.
     assert first["duration_s"] == pytest.approx(3 * LASTS_S + 2 * 2.0, abs=1e-3)
     assert second["duration_s"] == pytest.approx(2 * LASTS_S, abs=1e-3)
     assert made["current"]["duration_s"] == pytest.approx(first["duration_s"] + second["duration_s"])
@@ -65,16 +65,16 @@ def test_programme_is_created_listed_changed_and_archived(client: TestClient, li
 
 def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestClient, lift: dict[str, Any]) -> None:
     fast = taught(client, {"id": lift["patient_id"]}, lambda times_s: lifted()(4 * times_s % LASTS_S))
-    told = problem(
+    refusal = problem(
         post(
             client, lift, ITEM, {"load_level": 25, "recording_id": fast["id"], "speed_percent": 150.0, "repetitions": 2}
         ),
         422,
         "unplayable",
     )
-    assert told["detail"].startswith("Item 2 cannot be played with these settings: motor ")
-    told = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
-    assert "longer than an hour" in told["detail"]
+    assert refusal["detail"].startswith("Item 2 cannot be played with these settings: motor ")
+    refusal = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
+    assert "longer than an hour" in refusal["detail"]
     assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": [], "next": None}
 
 
@@ -86,11 +86,11 @@ def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestCli
     left = taught(client, {"id": lift["patient_id"]}, lifted(), side="left")
     items = [{"load_level": 25, "recording_id": one["id"]} for one in (lift, damaged, left)]
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
-    told = client.post(url, json={"items": items}).json()
-    assert [one["duration_s"] for one in told["items"]] == [pytest.approx(LASTS_S), None, None]
-    assert told["duration_s"] == pytest.approx(LASTS_S)
-    assert told["items"][1]["problem"] == "Item 2 cannot be played with these settings: its samples are damaged."
-    assert "for the left shoulder" in told["items"][2]["problem"]
+    answer = client.post(url, json={"items": items}).json()
+    assert [one["duration_s"] for one in answer["items"]] == [pytest.approx(LASTS_S), None, None]
+    assert answer["duration_s"] == pytest.approx(LASTS_S)
+    assert answer["items"][1]["problem"] == "Item 2 cannot be played with these settings: its samples are damaged."
+    assert "for the left shoulder" in answer["items"][2]["problem"]
 
 
 def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
@@ -109,8 +109,8 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
     assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
     assert "has resistance level 13; Dr. Mori allows at most 12." in stronger["problem"]
 
-    told = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")
-    assert told["detail"] == beyond["problem"]
+    refusal = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")
+    assert refusal["detail"] == beyond["problem"]
     assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": [], "next": None}
     assert post(client, lift, less).status_code == 201
 
@@ -134,8 +134,8 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
 def test_out_of_range_value_is_reported_by_field(
     client: TestClient, lift: dict[str, Any], given: dict[str, Any], pointer: str
 ) -> None:
-    told = problem(post(client, lift, ITEM, **given), 422, "invalid")
-    assert [error["pointer"] for error in told["errors"]] == [pointer]
+    refusal = problem(post(client, lift, ITEM, **given), 422, "invalid")
+    assert [error["pointer"] for error in refusal["errors"]] == [pointer]
 
 
 @pytest.mark.parametrize(

@@ -85,9 +85,9 @@ def test_clinic_number_belongs_to_one_patient(client: TestClient, patient: dict[
 def test_invalid_record_is_reported_field_by_field(
     client: TestClient, body: dict[str, Any], pointers: set[str]
 ) -> None:
-    told = problem(client.post("/api/patients", json=body), 422, "invalid")
-    assert {error["pointer"] for error in told["errors"]} == pointers
-    assert all(error["detail"] for error in told["errors"])
+    refusal = problem(client.post("/api/patients", json=body), 422, "invalid")
+    assert {error["pointer"] for error in refusal["errors"]} == pointers
+    assert all(error["detail"] for error in refusal["errors"])
 
 
 def test_nonsense_is_a_problem_too(client: TestClient) -> None:
@@ -103,7 +103,8 @@ def test_nonsense_is_a_problem_too(client: TestClient) -> None:
 @pytest.mark.parametrize(
     "path",
     ["patients/{}", "patients/{}/recordings", "patients/{}/sessions", "recordings/{}", "recordings/{}/figure",
-     "recordings/{}/samples.csv", "sessions/{}", "runs/{}", "runs/{}/figures"],
+     "recordings/{}/rhythm", "recordings/{}/samples.csv", "sessions/{}", "runs/{}", "runs/{}/figures",
+     "runs/{}/played", "runs/{}/rhythm"],
 )  # fmt: skip
 def test_missing_record_is_not_found(client: TestClient, path: str) -> None:
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
@@ -139,8 +140,8 @@ def test_an_unexpected_error_is_a_sentence_for_the_user(client: TestClient, monk
 
     monkeypatch.setattr(service, "find", broken)
     lenient = TestClient(client.app, raise_server_exceptions=False, cookies=client.cookies)
-    told = problem(lenient.get("/api/patients"), 500, "unexpected")
-    assert "secret" not in told["detail"]
+    refusal = problem(lenient.get("/api/patients"), 500, "unexpected")
+    assert "secret" not in refusal["detail"]
 
 
 def test_page_is_served_for_screens_and_for_nothing_else(client: TestClient) -> None:
@@ -148,7 +149,7 @@ def test_page_is_served_for_screens_and_for_nothing_else(client: TestClient) -> 
         answer = client.get(path)
         assert answer.status_code == 200
         assert '<div id="root">' in answer.text
-        # It names a nonce that is good once.
+        # The page contains a nonce that is valid once.
         assert answer.headers["cache-control"] == "no-store"
     problem(client.get("/missing.js"), 404, "not_found")
     problem(client.get("/..%2f..%2fpyproject.toml"), 404, "not_found")

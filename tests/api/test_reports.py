@@ -1,4 +1,4 @@
-"""REST for reports: what a browser is given, and how."""
+"""Reports over REST: content, type and headers."""
 
 import io
 from typing import Any

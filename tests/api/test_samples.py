@@ -1,5 +1,6 @@
-"""Samples out as CSV and Parquet, and a therapist's motion in from CSV: what goes out comes in again, the rest is refused."""
+"""Export of samples as CSV, Parquet and MCAP, and import of a motion from CSV: exported files are accepted, invalid ones refused."""
 
+import csv
 import io
 import json
 from datetime import UTC, datetime
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from arro3.io import read_parquet
 from fastapi.testclient import TestClient
+from mcap.reader import make_reader
 
 from kata.clinic.recordings.tables import RecordingSamplesRow
 from kata.clinic.sessions.tables import SAMPLE_COLUMNS, RunRow, RunSamplesRow, SessionRow
@@ -21,13 +23,15 @@ from tests.support.recordings import LASTS_S, lifted, taught
 from tests.support.responses import problem
 from tests.support.validators import judge
 
+pytestmark = pytest.mark.no_apparatus
+
 HEADER = "time_s," + ",".join(POSE_COLUMNS)
 
 
 def poses_csv(
     seconds: float = 4.0, separator: str = ",", change: dict[tuple[int, int], str] | None = None, end: str = "\n"
 ) -> str:
-    """A right arm that is lifted; ``change`` puts something else into a line's cell, both counted from 1."""
+    """Return a CSV file of a right arm that is lifted. ``change`` replaces cells by line and column, both from 1."""
     times_s = np.arange(0, seconds + 0.005, 0.01)
     table = np.column_stack([times_s, lifted()(times_s)])
     lines = [HEADER.split(","), *([f"{value:.4f}" for value in row] for row in table)]
@@ -47,12 +51,12 @@ def sent(client: TestClient, patient: dict[str, Any], csv: str | bytes, side: st
 
 
 def refused(client: TestClient, patient: dict[str, Any], csv: str | bytes, side: str = "right") -> dict[str, Any]:
-    """By preview and import alike, and nothing is kept."""
-    told = problem(sent(client, patient, csv, side), 422, "not_a_motion")
-    assert problem(sent(client, patient, csv, side, to="/preview"), 422, "not_a_motion") == told
-    assert told["next_step"]
+    """Check that preview and import refuse the file alike and save nothing. Return the problem."""
+    refusal = problem(sent(client, patient, csv, side), 422, "not_a_motion")
+    assert problem(sent(client, patient, csv, side, to="/preview"), 422, "not_a_motion") == refusal
+    assert refusal["next_step"]
     assert client.get(f"/api/patients/{patient['id']}/recordings").json()["items"] == []
-    return told
+    return refusal
 
 
 def table(text: str) -> Floats:
@@ -67,8 +71,8 @@ def test_recording_survives_a_csv_export_and_import_unchanged(client: TestClient
 
     made = sent(client, patient, answer.text)
     assert made.status_code == 201, made.text
-    told = made.json()["understood"]
-    assert (told["layout"], told["separator"], told["samples"], told["rate_hz"]) == ("motors", "comma", 801, 100)
+    found = made.json()["understood"]
+    assert (found["layout"], found["separator"], found["samples"], found["rate_hz"]) == ("motors", "comma", 801, 100)
     again = client.get(f"/api/recordings/{made.json()['recording']['id']}/samples.csv").text
     assert table(again) == pytest.approx(table(answer.text), abs=1e-4)
 
@@ -76,13 +80,13 @@ def test_recording_survives_a_csv_export_and_import_unchanged(client: TestClient
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, patient: dict[str, Any], side: Any) -> None:
     made = sent(client, patient, poses_csv(), side).json()
-    recording, told = made["recording"], made["understood"]
+    recording, answer = made["recording"], made["understood"]
     assert (recording["teaching_id"], recording["parent_id"], recording["take"]) == (None, None, None)
     assert recording["done"] == ["imported from a CSV file"]
     assert (recording["name"], recording["side"], recording["samples"]) == ("From home", side, 401)
-    assert told["layout"] == "poses"
-    assert told["duration_s"] == pytest.approx(4.0)
-    assert client.get(f"/api/recordings/{recording['id']}").json()["ranges"] == told["ranges"]
+    assert answer["layout"] == "poses"
+    assert answer["duration_s"] == pytest.approx(4.0)
+    assert client.get(f"/api/recordings/{recording['id']}").json()["ranges"] == answer["ranges"]
     kept = table(client.get(f"/api/recordings/{recording['id']}/samples.csv").text)
     times_s = np.arange(0, 4.005, 0.01)
     assert kept[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
@@ -90,8 +94,8 @@ def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, pati
 
 def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patient: dict[str, Any]) -> None:
     text = "\ufeff" + poses_csv(separator=";", end="\r\n").replace("\r\n", ";ok\r\n").replace(";ok", ";remark", 1)
-    told = sent(client, patient, text + ";;;;;;\r\n", to="/preview").json()
-    assert (told["separator"], told["left_alone"], told["samples"]) == ("semicolon", ["remark"], 401)
+    answer = sent(client, patient, text + ";;;;;;\r\n", to="/preview").json()
+    assert (answer["separator"], answer["left_alone"], answer["samples"]) == ("semicolon", ["remark"], 401)
     assert sent(client, patient, poses_csv(separator="\t"), to="/preview").json()["separator"] == "tab"
     assert client.get(f"/api/patients/{patient['id']}/recordings").json()["items"] == []
 
@@ -105,8 +109,8 @@ def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patien
         ({(3, 4): "1_0"}, "line 3, column shoulder_abduction", "'1_0' is not a number"),
         ({(3, 4): "inf"}, "line 3, column shoulder_abduction", "'inf' is not a number"),
         ({(3, 6): "0,oops"}, "line 3, column after external_rotation", "'oops' is in a column without a name in the first line"),
-        ({(5, 1): "0.01"}, "line 5, column time_s", "time must increase, 0.01 follows 0.02"),
-        ({(5, 1): "0.02"}, "line 5, column time_s", "time must increase, 0.02 follows 0.02"),
+        ({(5, 1): "0.01"}, "line 5, column time_s", "time must increase, 0.01 s follows 0.02 s"),
+        ({(5, 1): "0.02"}, "line 5, column time_s", "time must increase, 0.02 s follows 0.02 s"),
         ({(402, 1): "5.5"}, "line 402, column time_s", "there is a gap of 1.5 s before this row"),
         ({(402, 1): "4000"}, "line 402, column time_s", "the motion is longer than an hour"),
         ({(9, 5): "195"}, "line 9, column shoulder_flexion", "195 deg is outside the apparatus' range of -20 to 190"),
@@ -120,31 +124,31 @@ def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patien
 def test_error_is_reported_with_line_and_column(
     client: TestClient, patient: dict[str, Any], change: dict[tuple[int, int], str], where: str, what: str
 ) -> None:
-    told = refused(client, patient, poses_csv(change=change))
-    first = told["errors"][0]
+    refusal = refused(client, patient, poses_csv(change=change))
+    first = refusal["errors"][0]
     found_line, found_column = first["pointer"].split(", column ")
     line, column = where.split(", column ")
     assert found_column == column
-    # Where it is the spline that goes too fast, its worst place may be a line beside.
+    # If the spline is too fast, its highest speed may be one line further.
     assert abs(int(found_line.removeprefix("line ")) - int(line.removeprefix("line "))) <= (1 if "jerk" in what else 0)
     assert first["detail"].startswith(what)
 
 
 def test_up_to_twenty_wrong_lines_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
-    told = refused(client, patient, poses_csv(change={(line, 3): "x" for line in range(10, 60)}))
-    assert [error["pointer"].split(",")[0] for error in told["errors"]] == [f"line {n}" for n in range(10, 30)]
+    refusal = refused(client, patient, poses_csv(change={(line, 3): "x" for line in range(10, 60)}))
+    assert [error["pointer"].split(",")[0] for error in refusal["errors"]] == [f"line {n}" for n in range(10, 30)]
 
 
 def test_radians_and_milliseconds_are_recognised_by_their_size(client: TestClient, patient: dict[str, Any]) -> None:
     lines = [line.split(",") for line in poses_csv().splitlines()[1:]]
     radians = [[cells[0], *(f"{np.radians(float(cell)):.6f}" for cell in cells[1:])] for cells in lines]
-    told = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in radians)]))
-    assert told["errors"][0]["pointer"] == "line 402, column shoulder_abduction"
-    assert "looks like radians" in told["detail"]
+    refusal = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in radians)]))
+    assert refusal["errors"][0]["pointer"] == "line 402, column shoulder_abduction"
+    assert "looks like radians" in refusal["detail"]
     milliseconds = [[f"{1000 * float(cells[0]):.0f}", *cells[1:]] for cells in lines]
-    told = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in milliseconds)]))
-    assert told["errors"][0]["pointer"] == "line 3, column time_s"
-    assert "are these milliseconds?" in told["detail"]
+    refusal = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in milliseconds)]))
+    assert refusal["errors"][0]["pointer"] == "line 3, column time_s"
+    assert "are these milliseconds?" in refusal["detail"]
 
 
 @pytest.mark.parametrize(
@@ -167,15 +171,15 @@ def test_file_beyond_the_stations_limits_is_refused_with_its_line(client: TestCl
     recording = taught(client, patient, lifted())
     lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
     quick = [lines[0], *(f"{float(line.split(',')[0]) / 10:.6f},{line.partition(',')[2]}" for line in lines[1:])]
-    told = problem(sent(client, patient, "\n".join(quick)), 422, "not_a_motion")
-    assert "motor 3 would move at " in told["detail"]
-    assert told["errors"][0]["pointer"].endswith("column motor_3_deg")
+    refusal = problem(sent(client, patient, "\n".join(quick)), 422, "not_a_motion")
+    assert "motor 3 would move at " in refusal["detail"]
+    assert refusal["errors"][0]["pointer"].endswith("column motor_3_deg")
 
 
 def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: dict[str, Any]) -> None:
     rows = "\n".join(f"{n / 100},0,0,{1e300 if n == 7 else 20},0,0" for n in range(100))
-    told = refused(client, patient, f"time_s,{','.join(f'motor_{motor}_deg' for motor in range(1, 6))}\n{rows}\n")
-    assert told["errors"] == [
+    refusal = refused(client, patient, f"time_s,{','.join(f'motor_{motor}_deg' for motor in range(1, 6))}\n{rows}\n")
+    assert refusal["errors"] == [
         {
             "pointer": "line 9, column motor_3_deg",
             "field": "line 9, column motor_3_deg",
@@ -197,7 +201,7 @@ def test_imported_motion_needs_an_existing_patient(client: TestClient, patient: 
 
 
 def played(client: TestClient, patient: dict[str, Any], recording: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """A run of it, as if it had been: half a second on its way to the start, then the motion, 0.5 deg too high."""
+    """Store a run of the recording: half a second of approach, then the motion, 0.5 deg too high."""
     app: Any = client.app
     visit, key = uuid4(), uuid4()
     now = datetime.now(UTC)
@@ -228,10 +232,11 @@ def test_run_csv_leaves_unknown_values_empty(client: TestClient, patient: dict[s
     key, columns = played(client, patient, taught(client, patient, lifted()))
     lines = client.get(f"/api/runs/{key}/samples.csv").text.splitlines()
     header = lines[0].split(",")
-    assert header[:4] == ["time_s", "phase", "path_s", "motor_1_setpoint_deg"]
+    assert header[:4] == ["time_s", "phase", "path_s", "wall_s"]
+    assert header[4] == "motor_1_setpoint_deg"
     assert header[-1] == "motor_5_torque_nm"
-    assert lines[1].split(",")[:3] == ["0.0", "1", ""]
-    assert float(lines[51].split(",")[2]) == columns["path_s"][50]
+    assert lines[1].split(",")[:4] == ["0.0", "1", "", ""]
+    assert [float(cell) for cell in lines[51].split(",")[2:4]] == [columns["path_s"][50]] * 2
 
 
 def test_run_parquet_is_readable_elsewhere_with_units_and_origin(
@@ -247,21 +252,21 @@ def test_run_parquet_is_readable_elsewhere_with_units_and_origin(
     assert read["path_s"].null_count == 50
     assert read.schema.field("motor_3_torque_nm").metadata[b"unit"] == b"Nm"
 
-    told = judge("parquet.mjs", str(file))
-    metadata = told["metadata"]
+    found = judge("parquet.mjs", str(file))
+    metadata = found["metadata"]
     assert (metadata["schema"], metadata["patient_id"]) == ("kata-samples-table/1", patient["id"])
     assert (metadata["station"], metadata["side"], metadata["rate_hz"]) == ("Room 2", "right", "100")
     assert "monotonic clock" in metadata["clock"]
     assert metadata["axis_order"].startswith("motors 1 to 5")
-    assert patient["name"] not in json.dumps(told)
-    rows = told["columns"]
+    assert patient["name"] not in json.dumps(found)
+    rows = found["columns"]
     assert rows["path_s"][:50] == [None] * 50
     assert rows["path_s"][50:] == pytest.approx(columns["path_s"][50:], abs=1e-6)
     for name, column in (("setpoint_deg", "setpoint"), ("measured_deg", "measured"), ("torque_nm", "torque")):
         unit = name.rpartition("_")[2]
         for motor in (1, 5):
             values = rows[f"motor_{motor}_{column}_{unit}"]
-            # As finely as each is stored.
+            # With the resolution of each column.
             assert values == pytest.approx(columns[name][:, motor - 1], abs=1.1e-3 if column == "setpoint" else 1e-4)
 
 
@@ -269,12 +274,36 @@ def test_recording_parquet_equals_its_csv(client: TestClient, patient: dict[str,
     recording = taught(client, patient, lifted())
     file = tmp_path / "recording.parquet"
     file.write_bytes(client.get(f"/api/recordings/{recording['id']}/samples.parquet").content)
-    told = judge("parquet.mjs", str(file))
+    answer = judge("parquet.mjs", str(file))
     text = client.get(f"/api/recordings/{recording['id']}/samples.csv").text
-    assert list(told["columns"]) == text.splitlines()[0].split(",")
-    same = np.array(list(told["columns"].values())).T
+    assert list(answer["columns"]) == text.splitlines()[0].split(",")
+    same = np.array(list(answer["columns"].values())).T
     assert same == pytest.approx(table(text), abs=1e-9)
-    assert told["columns"]["time_s"][-1] == LASTS_S
+    assert answer["columns"]["time_s"][-1] == LASTS_S
+
+
+@pytest.mark.parametrize("kind", ["recordings", "runs"])
+def test_mcap_has_the_rows_of_the_csv(client: TestClient, patient: dict[str, Any], kind: str) -> None:
+    recording = taught(client, patient, lifted())
+    key = recording["id"] if kind == "recordings" else played(client, patient, recording)[0]
+    reader = make_reader(io.BytesIO(client.get(f"/api/{kind}/{key}/samples.mcap").content))
+    messages = list(reader.iter_messages())
+    rows = list(csv.DictReader(io.StringIO(client.get(f"/api/{kind}/{key}/samples.csv").text)))
+    found = [json.loads(message.data) for _, _, message in messages]
+    assert found == [{name: float(cell) for name, cell in row.items() if cell} for row in rows]
+
+    schema, channel, first = messages[0]
+    assert schema is not None
+    assert (schema.encoding, channel.message_encoding, channel.topic) == ("jsonschema", "json", kind.removesuffix("s"))
+    described = json.loads(schema.data)["properties"]
+    assert list(described) == list(rows[0])
+    name = "motor_3_deg" if kind == "recordings" else "motor_3_torque_nm"
+    assert described[name] == {"type": "number", "description": f"unit: {name.rpartition('_')[2].replace('nm', 'Nm')}"}
+    (metadata,) = reader.iter_metadata()
+    assert metadata.metadata["patient_id"] == patient["id"]
+    begins = datetime.fromisoformat(metadata.metadata["begins_at"])
+    assert first.log_time == pytest.approx(begins.timestamp() * 1e9, abs=1000)
+    assert messages[-1][2].log_time - first.log_time == round(float(rows[-1]["time_s"]) * 1e9)
 
 
 def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
@@ -282,7 +311,7 @@ def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: di
     app: Any = client.app
     with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
-    for kind in ("csv", "parquet"):
+    for kind in ("csv", "parquet", "mcap"):
         problem(client.get(f"/api/recordings/{recording['id']}/samples.{kind}"), 410, "unreadable_samples")
         problem(client.get(f"/api/recordings/{uuid4()}/samples.{kind}"), 404, "not_found")
         problem(client.get(f"/api/runs/{uuid4()}/samples.{kind}"), 404, "not_found")

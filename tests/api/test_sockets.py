@@ -11,7 +11,7 @@ import pytest
 from starlette.websockets import WebSocketState
 
 from kata.actor import Actor
-from kata.api.sockets import until_gone
+from kata.api.sockets import serve_until_gone
 
 SATO = Actor(uuid4(), uuid4(), "Sato", "therapist", frozenset())
 
@@ -27,7 +27,7 @@ class Socket:
         self.client_state = self.application_state = WebSocketState.CONNECTED
         self.closed: list[str] = []
         services = SimpleNamespace(
-            access=SimpleNamespace(revocations=SimpleNamespace(of=ended)),
+            auth=SimpleNamespace(revocations=SimpleNamespace(until_ended=ended)),
             metrics=SimpleNamespace(listeners=SimpleNamespace(track_inprogress=nullcontext)),
         )
         self.app = SimpleNamespace(state=SimpleNamespace(services=services))
@@ -37,7 +37,7 @@ class Socket:
 
 
 def end(socket: Any, *, receiving: Any, sending: Any) -> None:
-    asyncio.run(until_gone(socket, SATO, receiving, sending))
+    asyncio.run(serve_until_gone(socket, SATO, receiving, sending))
 
 
 async def forever() -> None:

@@ -1,4 +1,4 @@
-"""The main job over REST and WebSocket, with everything real but the apparatus."""
+"""Teaching and playback over REST and WebSocket, with a simulated apparatus."""
 
 import os
 import signal
@@ -46,7 +46,7 @@ def test_first_message_is_a_snapshot_and_all_have_the_estop(client: TestClient) 
     assert {message["mode"] for message in messages} == {"idle"}
     changes = messages[1:]
     assert {message["kind"] for message in changes} == {"change"}
-    # Only what changed: the arm stands, so never everything.
+    # A message contains only changes. The arm is at rest, so it never contains all fields.
     assert all(set(message["live"]) < set(messages[0]["live"]) for message in changes)
 
 
@@ -68,7 +68,7 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
     assert recording["readable"] is True
     assert recording["ranges"][0]["max_deg"] - recording["ranges"][0]["min_deg"] > 30
     lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
-    assert lines[0] == "time_s,motor_1_deg,motor_2_deg,motor_3_deg,motor_4_deg,motor_5_deg"
+    assert lines[0] == "time_s,motor_1_deg,motor_2_deg,motor_3_deg,motor_4_deg,motor_5_deg,simulated"
     assert len(lines) == recording["samples"] + 1
     figure = client.get(f"/api/recordings/{recording['id']}/figure").json()
     assert len(figure["data"]) == 5
@@ -105,7 +105,7 @@ def test_turned_apparatus_teaches_the_other_shoulder_and_stays_turned(
     assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
     left = teach(client, taught_patient, side="left")
     assert left["side"] == "left"
-    # The same shrug of the other shoulder: the body's angles are the same, and so is how far the motors go.
+    # The same shrug of the other shoulder has the same angles of the body and the same ranges of the motors.
     reach = [[motor["max_deg"] - motor["min_deg"] for motor in one["ranges"]] for one in (recording, left)]
     assert reach[1][2:] == pytest.approx(reach[0][2:], abs=4.0)
     accepted(client, "side", {"side": "right"})
@@ -128,8 +128,8 @@ def test_play_stop_by_switch_reset_and_play_again(
     live = until_mode(client, "stopped")
     assert live["estop"] == "pressed"
     assert live["stop"]["causes"][0]["code"] == "estop_pressed"
-    told = problem(operate(client, "acknowledge"), 409, "estop_pressed")
-    assert "release" in told["next_step"]
+    refusal = problem(operate(client, "acknowledge"), 409, "estop_pressed")
+    assert "Release the switch" in refusal["next_step"]
 
     client.post("/api/simulator/estop", json={"pressed": False})
     until(client, lambda live: live["estop"] == "released" and "acknowledge" not in live["refusals"])
@@ -160,7 +160,7 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     load(client, taught_patient, recording)
     accepted(client, "approach")
     until_mode(client, "paused")
-    operator_under_torque = client.app.state.services.access.revocations.operator_under_torque  # type: ignore[attr-defined]
+    operator_under_torque = client.app.state.services.auth.revocations.operator_under_torque  # type: ignore[attr-defined]
     assert operator_under_torque() is not None
     accepted(client, "stop")
     live = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
@@ -223,8 +223,8 @@ def test_invalid_load_level_is_reported_at_its_field(
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
     body = {"session_id": session["id"], "recording_id": recording["id"], "load_level": level}
-    told = problem(client.post("/api/station/load", json=body), 422, "invalid")
-    assert [error["pointer"] for error in told["errors"]] == ["#/load_level"]
+    refusal = problem(client.post("/api/station/load", json=body), 422, "invalid")
+    assert [error["pointer"] for error in refusal["errors"]] == ["#/load_level"]
     assert until_mode(client, "idle")["run"] is None
 
 
@@ -257,8 +257,8 @@ def test_invalid_playback_settings_are_reported_at_their_fields(
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
     body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], field: value}
-    told = problem(client.post("/api/station/load", json=body), 422, "invalid")
-    assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
+    refusal = problem(client.post("/api/station/load", json=body), 422, "invalid")
+    assert [error["pointer"] for error in refusal["errors"]] == [f"#/{field}"]
     assert until_mode(client, "idle")["run"] is None
 
 
@@ -275,8 +275,8 @@ def test_playback_longer_than_an_hour_is_refused_without_a_run(
         "speed_percent": 10,
         "repetitions": 200,
     }
-    told = problem(client.post("/api/station/load", json=body), 422, "unplayable")
-    assert "200 repetitions" in told["detail"]
+    refusal = problem(client.post("/api/station/load", json=body), 422, "unplayable")
+    assert "200 repetitions" in refusal["detail"]
     assert len(client.get(f"/api/sessions/{session['id']}").json()["runs"]) == before
 
 
@@ -309,7 +309,7 @@ def test_run_is_played_with_its_settings_and_compared_with_them(
     half = (taught["max_deg"] - taught["min_deg"]) / 2
     assert first["taught_max_deg"] - first["taught_min_deg"] == pytest.approx(half, abs=0.01)
     assert first["played_max_deg"] - first["played_min_deg"] == pytest.approx(half, abs=4.0)
-    # It was asked for half: a comparison with the recording itself would be off by a quarter of its range.
+    # The run has half the range: a comparison with the recording itself would differ by a quarter of its range.
     assert abs(first["peak_deg"]) <= 6.0
     assert -50.0 <= first["lag_ms"] <= 200.0
     assert first["taught_smoothness"] < -1.4
@@ -345,7 +345,7 @@ def test_the_method_reaches_the_device_and_stays_with_the_run(
 def test_learning_of_one_playback_applies_to_the_next(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
-    """To the device and back: it refuses a correction that does not fit."""
+    """The correction reaches the device, which refuses a correction of another length."""
     settings: dict[str, Any] = {"method": "learned", "speed_percent": 150.0}
     run = load(client, taught_patient, recording, **settings)
     accepted(client, "approach")
@@ -373,7 +373,7 @@ def test_repeated_resistance_in_one_place_holds_the_arm_until_supported(
     with closing(client.app.state.services.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
         jammed.fault("stuck", 3)
         accepted(client, "play")
-        # A shaft that stays jammed could not be taken back at all.
+        # A permanently jammed shaft could not return.
         until(client, lambda live: live["run"] and live["run"]["reversals"] == 1)
         jammed.clear_faults()
         live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
@@ -415,8 +415,8 @@ def test_bad_motions_are_refused_with_line_and_column(client: TestClient, motion
         return client.post("/api/simulator/motions", params={"name": "mine"}, content=text, headers=headers)
 
     header = "time_s,scapula_abduction,scapula_upward_rotation,shoulder_abduction,shoulder_flexion,external_rotation\n"
-    told = problem(upload(header + "0,0,0,0,0,0\n1,0,0,a lot,0,0\n"), 422, "not_a_motion")
-    assert "line 3, column shoulder_abduction" in told["detail"]
+    refusal = problem(upload(header + "0,0,0,0,0,0\n1,0,0,a lot,0,0\n"), 422, "not_a_motion")
+    assert "line 3, column shoulder_abduction" in refusal["detail"]
     good = upload(header + "0,0,0,10,0,0\n1,0,0,20,0,0\n")
     assert good.status_code == 201
     listed = client.get("/api/simulator").json()["motions"]
@@ -452,7 +452,7 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
         live = until(client, lambda live: live["device"] == "restarting")
         assert (live["mode"], live["estop"], live["torque"]) == ("offline", "unknown", "unknown")
         problem(operate(client, "play"), 503, "device_offline")
-        # The drives' watchdogs have stopped the arm, and hold it.
+        # The drives' watchdogs have stopped the arm and hold it.
         live = until_mode(client, "stopped")
         assert {cause["code"] for cause in live["stop"]["causes"]} == {"torque_found"}
         assert (live["run"], live["torque"], live["stop"]["arm_held"]) == (None, "on", True)
@@ -488,6 +488,6 @@ def test_turned_apparatus_stays_turned_after_a_service_restart(tmp_path: Path) -
     with running(tmp_path) as client:
         live = until_mode(client, "idle")
         assert live["side"] == "left"
-        # The arm rests a little abducted: apparatus and drives are turned both, or this would have the other sign.
+        # The arm rests slightly abducted. If only apparatus or drives were turned, the angle would have the other sign.
         assert live["axes"][2]["measured_deg"] == pytest.approx(REST_DEG[2], abs=3.0)
         assert REST_DEG[2] > 5.0

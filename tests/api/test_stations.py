@@ -1,4 +1,4 @@
-"""The fleet of all stations: two services' on one PostgreSQL, and what of it whom is told."""
+"""The fleet: two services on one PostgreSQL database, and the redaction of other stations' patients."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -29,7 +29,7 @@ _LIMIT_S: Final = 60.0
 
 
 class Acted(Station):
-    """A station without an apparatus, which does what the test says."""
+    """A station without an apparatus, controlled by the test."""
 
     def __init__(self, name: str) -> None:
         launch = DeviceLaunch(Path("/nowhere"), Path("/nowhere"), real_time=False)
@@ -50,13 +50,13 @@ def overview_of(name: str, database: Database) -> tuple[Acted, Fleet]:
 
 
 async def until(fleet: Fleet, wanted: Callable[[dict[str, StationStatus]], object]) -> dict[str, StationStatus]:
-    """The stations by name, once they are as wanted."""
+    """Wait until the condition holds, and return the stations by name."""
     async with asyncio.timeout(_LIMIT_S):
         while True:
-            shown = {one.name: one for one in fleet.shown()}
+            shown = {one.name: one for one in fleet.statuses()}
             if wanted(shown):
                 return shown
-            await fleet.changed(0.1)
+            await fleet.wait_for_change(0.1)
 
 
 def known(shown: dict[str, StationStatus], *names: str) -> bool:
@@ -65,12 +65,12 @@ def known(shown: dict[str, StationStatus], *names: str) -> bool:
 
 @asynccontextmanager
 async def two(url: str) -> AsyncIterator[tuple[Fleet, Acted, Fleet]]:
-    """Two services on one database, each hearing the other: the first's fleet, and the second's apparatus and fleet."""
+    """Run two services on one database that receive each other's state. Return the first's fleet, and the second's apparatus and fleet."""
     databases = Database(url), Database(url)
     _, first = overview_of("Station 1", databases[0])
     station, second = overview_of("Station 2", databases[1])
     try:
-        async with first.exchanging(), second.exchanging():
+        async with first.exchange_states(), second.exchange_states():
             for fleet in (first, second):
                 await until(fleet, lambda shown: known(shown, "Station 1", "Station 2"))
             yield first, station, second
@@ -82,8 +82,8 @@ async def two(url: str) -> AsyncIterator[tuple[Fleet, Acted, Fleet]]:
 def test_each_service_lists_both_stations_and_itself_first(postgresql_url: str) -> None:
     async def look() -> None:
         async with two(postgresql_url) as (first, _, second):
-            assert [(one.name, one.here) for one in first.shown()] == [("Station 1", True), ("Station 2", False)]
-            assert [(one.name, one.here) for one in second.shown()] == [("Station 2", True), ("Station 1", False)]
+            assert [(one.name, one.here) for one in first.statuses()] == [("Station 1", True), ("Station 2", False)]
+            assert [(one.name, one.here) for one in second.statuses()] == [("Station 2", True), ("Station 1", False)]
 
     asyncio.run(look())
 
@@ -112,7 +112,7 @@ def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: st
             with first.database.read() as session:
                 assert session.execute(text(ended)).scalar_one() == 4, "each service tells on one and listens on one"
             station.act(estop="pressed")
-            assert known({one.name: one for one in first.shown()}, "Station 1")
+            assert known({one.name: one for one in first.statuses()}, "Station 1")
             await until(
                 first,
                 lambda shown: known(shown, "Station 2") and shown["Station 2"].state.estop == "pressed",  # type: ignore[union-attr]
@@ -126,8 +126,8 @@ def test_station_of_an_ended_service_becomes_silent(postgresql_url: str) -> None
         databases = Database(postgresql_url), Database(postgresql_url)
         _, first = overview_of("Station 1", databases[0])
         _, second = overview_of("Station 2", databases[1])
-        async with first.exchanging():
-            async with second.exchanging():
+        async with first.exchange_states():
+            async with second.exchange_states():
                 await until(first, lambda shown: known(shown, "Station 2"))
             shown = await until(first, lambda shown: shown["Station 2"].silent)
             assert (shown["Station 2"].state, shown["Station 2"].heard_at is None) == (None, False)
@@ -140,11 +140,11 @@ def test_station_of_an_ended_service_becomes_silent(postgresql_url: str) -> None
 
 @pytest.mark.parametrize("turns", range(6))
 def test_listener_can_be_cancelled_while_a_message_arrives(turns: int, tmp_path: Path) -> None:
-    """Whichever turn of the event loop it is in: a listener whose sign-in has ended would listen on."""
+    """Cancellation works at every turn of the event loop. Otherwise a listener would outlive its login session."""
 
     async def listen(fleet: Fleet) -> None:
         while True:
-            await fleet.changed(_LIMIT_S)
+            await fleet.wait_for_change(_LIMIT_S)
 
     async def look() -> None:
         station, fleet = overview_of("Station 1", Database(f"sqlite:///{tmp_path / 'kata.db'}"))
@@ -166,7 +166,7 @@ def test_listener_can_be_cancelled_while_a_message_arrives(turns: int, tmp_path:
 def test_service_ends_while_its_connection_is_being_made(
     turns: int, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whichever turn of the event loop it is in: an end that is overheard is one that never comes."""
+    """The end works at every turn of the event loop. Otherwise the service would never end."""
 
     async def look() -> None:
         database = Database(postgresql_url)
@@ -178,7 +178,7 @@ def test_service_ends_while_its_connection_is_being_made(
             try:
                 await made.wait()
             except asyncio.CancelledError:
-                # As the library's own does: nobody else knows of it.
+                # Like the library's own connection: no other task has a reference to it.
                 await connection.close()
                 raise
             return connection
@@ -186,7 +186,7 @@ def test_service_ends_while_its_connection_is_being_made(
         monkeypatch.setattr(psycopg.AsyncConnection, "connect", connect_then)
         _, fleet = overview_of("Station 1", database)
         async with asyncio.timeout(_LIMIT_S):
-            async with fleet.exchanging():
+            async with fleet.exchange_states():
                 await until(fleet, lambda shown: known(shown, "Station 1"))
                 await connected(database, 2)
                 made.set()
@@ -199,7 +199,7 @@ def test_service_ends_while_its_connection_is_being_made(
 
 
 async def connected(database: Database, wanted: int) -> None:
-    """Until the server counts so many connections of overviews."""
+    """Wait until the server counts this many connections of fleets."""
     count = "SELECT count(*) FROM pg_stat_activity WHERE application_name = 'kata fleet' AND state IS NOT NULL"
     while True:
         with database.read() as session:
@@ -208,28 +208,28 @@ async def connected(database: Database, wanted: int) -> None:
         await asyncio.sleep(0.01)
 
 
-# -- what a browser is told -----------------------------------------------------------------------------------------
+# -- states that a browser receives ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
-    """On SQLite, without an apparatus."""
+    """Return a service on SQLite without an apparatus."""
     with running(tmp_path_factory.mktemp("stations"), simulate=False) as client:
         yield client
 
 
 def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
-    """The stations as the WebSocket tells this role of them; the list says the same."""
+    """Return the stations that this role receives by WebSocket, and check that the list is the same."""
     app: Any = service.app
     browser = TestClient(service.app)
     browser.cookies.set(COOKIE, signed_in(app.state.services.database, role))
     listed = {one["shown"]["name"]: one["shown"] for one in browser.get("/api/stations").json()["items"]}
     with browser.websocket_connect("/api/stations/live") as socket:
-        told = {one["name"]: one for one in socket.receive_json()["stations"]}
-    assert told.keys() == listed.keys()
-    for name, one in told.items():
+        answer = {one["name"]: one for one in socket.receive_json()["stations"]}
+    assert answer.keys() == listed.keys()
+    for name, one in answer.items():
         assert (one["state"] or {}).get("patient") == (listed[name]["state"] or {}).get("patient")
-    return told
+    return answer
 
 
 def test_sqlite_has_one_station_with_its_configuration(service: TestClient) -> None:
@@ -245,14 +245,14 @@ def test_patient_at_another_station_is_named_only_to_permitted_users(service: Te
     body = {"clinic_number": f"K-{uuid4().hex[:8]}", "name": "Yamada Hanako", "affected_side": "right"}
     patient_id = UUID(service.post("/api/patients", json=body).json()["id"])
     elsewhere = Acted("Station 2")
-    told = state_of(elsewhere.info, elsewhere.live(), uuid4())
-    told = told.model_copy(
+    answer = state_of(elsewhere.info, elsewhere.live(), uuid4())
+    answer = answer.model_copy(
         update={"patient": PatientRef(id=patient_id, name="Yamada Hanako"), "recording_name": "Hers", "mode": "ready"}
     )
 
     def named(role: Role) -> Any:
         assert service.portal
-        service.portal.call(app.state.services.fleet.take, told)
+        service.portal.call(app.state.services.fleet.take, answer)
         state = seen_by(service, role)["Station 2"]["state"]
         assert state["mode"] == "ready"
         return (state["patient"] and state["patient"]["name"]), state["recording_name"]

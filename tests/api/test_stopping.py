@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from types import SimpleNamespace
 from typing import Any, cast
 from uuid import uuid4
 
@@ -9,7 +10,10 @@ import pytest
 from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from kata.api.message_limits import MESSAGES_AT_ONCE, OFFENCES, REFUSED_S, Allowance, Offences
+from kata.actor import Actor
+from kata.api.allowance import Allowance
+from kata.api.message_limits import MESSAGES_AT_ONCE, MESSAGES_PER_S, OFFENCES, REFUSED_S, Offences
+from kata.api.sockets import received
 from kata.api.stopping import StopQueue
 from kata.device.messages import Refusal
 from tests.support.audit_rows import audit_log
@@ -56,6 +60,30 @@ def test_flooding_websocket_is_closed_and_then_refused(client: TestClient) -> No
     services.offences._at_s.clear()
 
 
+def test_user_whose_flood_was_cut_off_has_offended(client: TestClient) -> None:
+    """The protocol cuts off a flood of bytes. The messages before are received, and the offence is recorded."""
+    messages: list[dict[str, Any]] = [
+        {"type": "websocket.receive", "text": "stop"},
+        {"type": "websocket.disconnect", "code": 1008, "flooded": True},
+    ]
+
+    async def receive() -> dict[str, Any]:
+        return messages.pop(0)
+
+    async def texts() -> list[str]:
+        return [text async for text in received(socket, flooding)]
+
+    socket: Any = SimpleNamespace(app=client.app, client=SimpleNamespace(host="192.0.2.7"), receive=receive)
+
+    flooding = Actor(uuid4(), uuid4(), "Sato", "therapist", frozenset())
+    offences: Offences = cast(Any, client.app).state.services.offences
+    rows = len(audit_log(client, action="live"))
+    assert asyncio.run(texts()) == ["stop"]
+    assert list(offences._at_s) == [(flooding.account_id, "192.0.2.7")]
+    assert len(audit_log(client, action="live")) == rows + 1
+    offences._at_s.clear()
+
+
 def test_stops_of_a_flood_share_answers_and_none_is_lost() -> None:
     sent: list[asyncio.Event] = []
     answers: list[int] = []
@@ -76,7 +104,7 @@ def test_stops_of_a_flood_share_answers_and_none_is_lost() -> None:
         assert queue._running is not None
         sent[0].set()
         await asyncio.sleep(0)
-        # The Stops that came while the first was in flight have their own: a command may have slipped in between.
+        # Stops that arrived during the first one get another Stop, because a command may have come in between.
         assert (answers, len(sent)) == ([1], 2)
         sent[1].set()
         await queue._running
@@ -88,11 +116,15 @@ def test_stops_of_a_flood_share_answers_and_none_is_lost() -> None:
 
 def test_allowance_refills_with_time(monkeypatch: pytest.MonkeyPatch) -> None:
     now_s = [100.0]
-    monkeypatch.setattr("kata.api.message_limits.time.monotonic", lambda: now_s[0])
-    allowance = Allowance(at_s=now_s[0])
+    monkeypatch.setattr("kata.api.allowance.time.monotonic", lambda: now_s[0])
+    allowance = Allowance(MESSAGES_PER_S, MESSAGES_AT_ONCE)
     assert [allowance.take() for _ in range(MESSAGES_AT_ONCE + 1)] == [True] * MESSAGES_AT_ONCE + [False]
+    now_s[0] += 1.5 / MESSAGES_PER_S
+    assert [allowance.take(), allowance.take(), allowance.take_some(3)] == [True, False, 0]
     now_s[0] += 60
-    assert allowance.take()
+    assert allowance.is_full
+    assert allowance.take_some(2 * MESSAGES_AT_ONCE) == MESSAGES_AT_ONCE
+    assert not allowance.is_full
 
 
 def test_offenders_are_refused_for_a_while_at_their_address() -> None:

@@ -1,4 +1,4 @@
-"""Encryption where others can reach the service: by the clinic's certificate, or by one of its own."""
+"""TLS off loopback, with the clinic's certificate or a self-signed one."""
 
 import asyncio
 import http.client
@@ -68,7 +68,7 @@ def test_certificate_is_renewed_for_another_name_or_mismatched_key(tmp_path: Pat
 
 
 def clinics(folder: Path) -> tuple[Path, Path]:
-    """A certificate and key as a clinic would hand them over."""
+    """Write a certificate and key like those of a clinic."""
     there = made(folder).file
     return there, there.with_name("key.pem")
 
@@ -118,19 +118,19 @@ def test_certificate_renewal_ends_with_the_service(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, ssl.SSLContext, Path]]:
-    """`kata serve` where others can reach it: port, what a browser that knows the certificate trusts, and what was printed."""
+    """Run `kata serve` off loopback. Return the port, the TLS context of a browser that trusts the certificate, and the log file."""
     folder, port = tmp_path_factory.mktemp("kata"), free_port()
     folder.chmod(0o755)
-    told = folder / "service.log"
+    answer = folder / "service.log"
     command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--host", "0.0.0.0"]
-    with told.open("wb") as log, subprocess.Popen([*command, "--port", str(port)], stderr=log) as service:
+    with answer.open("wb") as log, subprocess.Popen([*command, "--port", str(port)], stderr=log) as service:
         limit = time.monotonic() + 60
-        while "Kata is ready" not in told.read_text():
-            assert service.poll() is None, told.read_text()
-            assert time.monotonic() < limit, told.read_text()
+        while "Kata is ready" not in answer.read_text():
+            assert service.poll() is None, answer.read_text()
+            assert time.monotonic() < limit, answer.read_text()
             time.sleep(0.1)
         context = ssl.create_default_context(cafile=str(folder / "tls" / "certificate.pem"))
-        yield port, context, told
+        yield port, context, answer
         service.terminate()
         service.wait(20)
 
@@ -142,7 +142,7 @@ def test_started_by_hand_other_users_can_read_nothing(on_the_network: tuple[int,
 
 
 def test_off_loopback_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
-    port, context, told = on_the_network
+    port, context, found = on_the_network
     asking = http.client.HTTPSConnection("localhost", port, context=context, timeout=20)
     asking.request("GET", "/health/live")
     answer = asking.getresponse()
@@ -155,15 +155,15 @@ def test_off_loopback_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLConte
     plain.request("GET", "/health/live")
     with pytest.raises((http.client.HTTPException, OSError)):
         plain.getresponse()
-    assert re.search(rf"https://localhost:{port}\b", told.read_text())
-    assert "fingerprint" in told.read_text()
+    assert re.search(rf"https://localhost:{port}\b", found.read_text())
+    assert "fingerprint" in found.read_text()
 
 
 def test_demonstration_link_is_not_offered_off_loopback(
     on_the_network: tuple[int, ssl.SSLContext, Path],
 ) -> None:
-    _, _, told = on_the_network
-    assert "link=" not in re.sub(r"\S*set-up\S*", "", told.read_text())
+    _, _, answer = on_the_network
+    assert "link=" not in re.sub(r"\S*set-up\S*", "", answer.read_text())
 
 
 @pytest.mark.parametrize("ciphers", ["ECDHE+AES:!AESGCM:!AESCCM", "AES128-GCM-SHA256"])

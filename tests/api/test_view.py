@@ -1,4 +1,4 @@
-"""Who is on the apparatus is told to those whose patient it is, and what the apparatus does to everybody who sees it."""
+"""The live state names the patient only to users who may open the record; all users see the apparatus."""
 
 import asyncio
 from collections.abc import Iterator
@@ -8,17 +8,15 @@ from uuid import UUID, uuid4
 
 import pytest
 
-from kata.actor import CURRENT_ACTOR, Actor, Role
+from kata.actor import CURRENT_ACTOR, Role
 from kata.api.redaction import Redaction
-from kata.auth import login_session
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.restricted.tables import CareTeamRow
 from kata.clinic.sessions.schemas import CheckConfirmation, SessionSign
-from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
-from tests.support.login import signed_in
+from tests.support.login import signed_in_actor
 
 
 @pytest.fixture
@@ -38,16 +36,8 @@ def patient(database: Database, *, restricted: bool = False, team: tuple[UUID, .
         return row.id
 
 
-def actor(database: Database, role: Role) -> Actor:
-    cookie = signed_in(database, role)
-    with database.read() as session:
-        found = login_session.actor_of(session, cookie, utc_now())
-    assert found
-    return found
-
-
 def playing(patient_id: UUID) -> dict[str, Any]:
-    """What of the live state has to do with a patient, and something that has not."""
+    """Return a live state with a patient and other fields."""
     whose = {"id": str(patient_id), "name": "Yamada Hanako"}
     run = {
         "run_id": str(uuid4()),
@@ -60,20 +50,20 @@ def playing(patient_id: UUID) -> dict[str, Any]:
 
 
 def shown(database: Database, role: Role, patient_id: UUID) -> dict[str, Any]:
-    return asyncio.run(Redaction(actor(database, role), database).apply(playing(patient_id)))
+    return asyncio.run(Redaction(signed_in_actor(database, role), database).apply(playing(patient_id)))
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "administrator"])
 def test_record_readers_see_the_patient_on_the_apparatus(clinic: Database, role: Role) -> None:
-    told = shown(clinic, role, patient(clinic))
-    assert told["run"]["patient"]["name"] == told["teaching"]["patient"]["name"] == "Yamada Hanako"
+    answer = shown(clinic, role, patient(clinic))
+    assert answer["run"]["patient"]["name"] == answer["teaching"]["patient"]["name"] == "Yamada Hanako"
 
 
 def test_technician_sees_the_apparatus_state_without_names(clinic: Database) -> None:
-    told = shown(clinic, "technician", patient(clinic))
-    assert "Hanako" not in str(told)
-    assert (told["mode"], told["run"]["left_s"], told["teaching"]["takes"]) == ("playing", 2.5, 1)
-    assert told["run"]["session_id"] is None
+    answer = shown(clinic, "technician", patient(clinic))
+    assert "Hanako" not in str(answer)
+    assert (answer["mode"], answer["run"]["left_s"], answer["teaching"]["takes"]) == ("playing", 2.5, 1)
+    assert answer["run"]["session_id"] is None
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "administrator", "technician"])
@@ -82,24 +72,24 @@ def test_restricted_patient_stays_unnamed(clinic: Database, role: Role) -> None:
 
 
 def test_the_care_team_sees_its_patient(clinic: Database) -> None:
-    member = actor(clinic, "therapist")
+    member = signed_in_actor(clinic, "therapist")
     whose = patient(clinic, restricted=True, team=(member.account_id,))
-    told = asyncio.run(Redaction(member, clinic).apply(playing(whose)))
-    assert told["run"]["patient"]["name"] == "Yamada Hanako"
+    answer = asyncio.run(Redaction(member, clinic).apply(playing(whose)))
+    assert answer["run"]["patient"]["name"] == "Yamada Hanako"
 
 
 def test_save_notices_reach_only_users_with_the_patient(clinic: Database) -> None:
     everybodys, restricted = patient(clinic), patient(clinic, restricted=True)
 
     def hears(role: Role, of: UUID) -> bool:
-        return asyncio.run(Redaction(actor(clinic, role), clinic).may_hear_of(of))
+        return asyncio.run(Redaction(signed_in_actor(clinic, role), clinic).may_be_notified_of(of))
 
     assert [hears(role, everybodys) for role in ("viewer", "therapist", "technician")] == [True, True, False]
     assert [hears(role, restricted) for role in ("viewer", "therapist", "technician")] == [False, False, False]
 
 
 def test_unattributed_action_shows_the_requesting_user(clinic: Database) -> None:
-    before = CURRENT_ACTOR.set(actor(clinic, "therapist"))
+    before = CURRENT_ACTOR.set(signed_in_actor(clinic, "therapist"))
     try:
         assert CheckConfirmation().checked_by == "Test therapist"
         assert SessionSign(signed_by=" ", note="Went well.").signed_by == "Test therapist"

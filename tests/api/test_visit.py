@@ -1,4 +1,4 @@
-"""A visit from its checklist to its addendum, over HTTP, with everything real but the apparatus."""
+"""A visit from its checklist to its addendum, over HTTP, with a simulated apparatus."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +7,8 @@ from uuid import uuid4
 import pytest
 from fastapi.testclient import TestClient
 
-from tests.support.preflight import WHO, go_through_checklist, still_open, teaching
+from tests.support.audit_rows import audit_log
+from tests.support.preflight import BY_HAND, WHO, confirmation, go_through_checklist, still_open, teaching
 from tests.support.responses import problem
 from tests.support.station_api import accepted, teach, until, until_mode
 from tests.support.visits import eventually, programme
@@ -57,16 +58,22 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     assert [item["position"] for item in session["programme"]["items"]] == [1, 2]
     assert session["programme"]["items"][0]["repetitions"] == 2
 
-    # The checklist: nothing is played before it, and what the apparatus tells itself nobody ticks.
+    # Nothing is played before the checklist is complete. Users cannot tick checks that the apparatus detects.
     item = {
         "session_id": session["id"], "load_level": 25, "recording_id": shrug["id"], "programme_position": 1, "speed_percent": 150,
         "repetitions": 2, "pause_s": 0.5,
     }  # fmt: skip
-    assert still_open(client, session["id"], shrug["id"]) == ["side", "fixtures", "belt"]
-    told = problem(client.post("/api/station/load", json=item), 409, "checklist_open")
-    assert "The arm lies in arm fixer 1, closed" in told["detail"]
-    # That was tried before the arm was taught anything.
-    assert "emergency stop" not in told["detail"]
+    assert still_open(client, session["id"], shrug["id"]) == BY_HAND
+    problem(client.post("/api/station/load", json=item), 409, "identity_not_confirmed")
+    identified = client.put(f"{url}/checklist/identity", json=confirmation("identity", shrug["id"]))
+    assert identified.status_code == 200, identified.text
+    (noted,) = (one for one in audit_log(client, action="tick_check") if "identity" in one["detail"])
+    assert (noted["detail"]["identity"], noted["patient_id"]) == ("clinic_number+name", patient["id"])
+    assert noted["who"] == "Test administrator"
+    refusal = problem(client.post("/api/station/load", json=item), 409, "checklist_open")
+    assert "The arm lies in arm fixer 1, closed" in refusal["detail"]
+    # The emergency stop was tested before teaching.
+    assert "emergency stop" not in refusal["detail"]
     assert client.get(url).json()["runs"] == []
     tick = {"checked_by": WHO, "recording_id": shrug["id"]}
     problem(client.put(f"{url}/checklist/estop", json=tick), 409, "detected")
@@ -76,9 +83,9 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     checklist = client.get(f"{url}/checklist", params={"recording_id": shrug["id"]}).json()
     assert checklist["complete"] is True
     assert {one["check"]: one["checked_by"] for one in checklist["checks"]} == {
-        "side": WHO, "fixtures": WHO, "belt": WHO, "pedal": None, "estop": None,
+        "identity": WHO, "side": WHO, "fixtures": WHO, "belt": WHO, "pedal": None, "estop": None,
     }  # fmt: skip
-    # Another motion needs other fixtures, and only they are asked for.
+    # Another motion needs other fixtures, so only the fixtures are asked for.
     assert still_open(client, session["id"], rotation["id"]) == ["fixtures"]
 
     assert client.patch(url, json={"pain_before": 4}).json()["pain_before"] == 4
@@ -105,7 +112,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     until_mode(client, "idle")
     eventually(lambda: one_ended(client, stopped["id"]))
 
-    # What stopped it is an alarm of this run, and over.
+    # The cause of the stop is an alarm of this run, and has ended.
     alarm = eventually(
         lambda: [
             one
@@ -119,7 +126,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     assert following["items"][0]["at"] <= page["items"][0]["at"]
     problem(client.get("/api/events", params={"after": "nowhere"}), 422, "damaged_cursor")
 
-    # Pain after, the end, the note.
+    # Record the pain afterwards, end the session, write the note.
     problem(client.post(f"{url}/sign", json={"signed_by": WHO, "note": "Done."}), 409, "session_open")
     assert client.patch(url, json={"pain_during": 5, "pain_after": 3}).status_code == 200
     draft = client.get(f"{url}/draft").json()
@@ -128,7 +135,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
         "Right shoulder, programme Weeks 3 to 6 (version 1).",
         "(150 % speed, 0.5 s of pause): 2 of 2 repetitions.",
         "(150 % speed, 0.5 s of pause): 0 of 2 repetitions.",
-        "Reached: abduction / adduction of the scapula ",
+        "Apparatus angle reached: abduction / adduction of the scapula ",
         "Less range was asked for in Shrug",
         "Shrug was stopped: Stopped by the operator.",
         "Pain (0 to 10): 4 before, 5 during, 3 after.",
@@ -138,7 +145,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     assert (ended["end_reason"], bool(ended["ended_at"])) == ("patient_request", True)
     problem(client.put(f"{url}/checklist/belt", json=tick), 409, "session_ended")
 
-    # Somebody else has changed it: nobody signs what they have not seen.
+    # Another user has changed the note, so signing the former version is refused.
     seen = ended["updated_at"]
     note = client.patch(url, json={"note": draft["text"], "updated_at": seen}).json()
     problem(client.patch(url, json={"note": "Other.", "updated_at": seen}), 409, "edited_meanwhile")
@@ -148,7 +155,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     signed = client.post(f"{url}/sign", json=signing | {"updated_at": note["updated_at"]}).json()
     assert (signed["signed_by"], signed["note"]) == (WHO, signing["note"])
 
-    # From now on it stays as it is.
+    # A signed note cannot be changed.
     for answer in (
         client.patch(url, json={"note": "Changed."}),
         client.patch(url, json={"pain_after": 0}),
@@ -161,7 +168,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     assert [(one["written_by"], one["text"]) for one in added["addenda"]] == [(WHO, "Slept well.")]
     assert client.get(url).json() == added
     assert added["note"] == signing["note"]
-    assert [one["check"] for one in added["checks"]] == ["side", "fixtures", "belt", "pedal", "estop"]
+    assert [one["check"] for one in added["checks"]] == [*BY_HAND, "pedal", "estop"]
 
 
 def test_programme_of_another_patient_is_refused(client: TestClient, patient: dict[str, Any]) -> None:
@@ -172,7 +179,7 @@ def test_programme_of_another_patient_is_refused(client: TestClient, patient: di
     problem(client.post("/api/sessions", json=wanted), 409, "other_episode")
     problem(client.post("/api/sessions", json=wanted | {"programme_version_id": str(uuid4())}), 404, "not_found")
     session = client.post("/api/sessions", json={"patient_id": other["id"]}).json()
-    # Nobody is named: it is whoever asks.
+    # Without a name, the requesting user is the examiner.
     assert (session["programme"], session["therapist"]) == (None, "Test administrator")
     url = f"/api/sessions/{session['id']}"
     problem(client.patch(url, json={"programme_version_id": version_id}), 409, "other_episode")
@@ -192,8 +199,8 @@ def test_a_programme_can_be_chosen_later_and_given_up_again(client: TestClient, 
 @pytest.mark.parametrize("value", [-1, 11, 2.5, "bad"])
 def test_pain_ranges_from_0_to_10(client: TestClient, patient: dict[str, Any], field: str, value: object) -> None:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    told = problem(client.patch(f"/api/sessions/{session['id']}", json={field: value}), 422, "invalid")
-    assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
+    refusal = problem(client.patch(f"/api/sessions/{session['id']}", json={field: value}), 422, "invalid")
+    assert [error["pointer"] for error in refusal["errors"]] == [f"#/{field}"]
     assert client.patch(f"/api/sessions/{session['id']}", json={field: None}).json()[field] is None
 
 
@@ -213,4 +220,4 @@ def test_estop_test_counts_for_the_next_session_that_day(
     go_through_checklist(client, first["id"], shrug["id"])
     assert client.post(f"/api/sessions/{first['id']}/end").status_code == 200
     second = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    assert still_open(client, second["id"], shrug["id"]) == ["side", "fixtures", "belt"]
+    assert still_open(client, second["id"], shrug["id"]) == BY_HAND

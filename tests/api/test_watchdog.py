@@ -1,4 +1,4 @@
-"""systemd hears that the service is there, that its event loop turns, and that it ends."""
+"""The service notifies systemd of its start, its running event loop and its end."""
 
 import asyncio
 import socket

@@ -9,11 +9,10 @@ from fastapi.testclient import TestClient
 from pydantic_core._pydantic_core import list_all_errors
 
 from kata import i18n
-from kata.api.app import create_app
 from kata.messages import Text, key_of
-from kata.settings import Settings
 from tests.support.paths import ROOT
 from tests.support.responses import problem
+from tests.support.service import api_document
 
 pytestmark = pytest.mark.no_apparatus
 
@@ -55,11 +54,11 @@ _BY_FORMAT = {
 
 @pytest.fixture(scope="module")
 def document() -> dict[str, Any]:
-    return create_app(Settings()).openapi()
+    return api_document()
 
 
 def _asked_for(document: dict[str, Any]) -> Iterator[tuple[str | None, dict[str, Any]]]:
-    """Every schema of what a request may hold, and the name of the field that it is of."""
+    """Yield every schema of a request with the name of its field."""
     seen: set[str] = set()
 
     def walk(name: str | None, schema: dict[str, Any]) -> Iterator[tuple[str | None, dict[str, Any]]]:
@@ -86,7 +85,7 @@ def _asked_for(document: dict[str, Any]) -> Iterator[tuple[str | None, dict[str,
 
 
 def _codes(text: Text) -> Iterator[str]:
-    """The codes of a text and of the texts within it."""
+    """Return the codes of a text and of its nested texts."""
 
     def codes(one: dict[str, Any]) -> Iterator[str]:
         yield one["code"]
@@ -98,14 +97,14 @@ def _codes(text: Text) -> Iterator[str]:
 
 
 def _own_errors() -> dict[str, set[str]]:
-    """Each kind of error of our own, and what it tells besides its sentence."""
+    """Yield each own error type with its parameters."""
     found = {}
     for path in (ROOT / "backend/kata").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "PydanticCustomError":
                 assert isinstance(node.args[0], ast.Constant)
-                told = node.args[2].keys if len(node.args) > 2 and isinstance(node.args[2], ast.Dict) else []
-                found[str(node.args[0].value)] = {str(key.value) for key in told if isinstance(key, ast.Constant)}
+                answer = node.args[2].keys if len(node.args) > 2 and isinstance(node.args[2], ast.Dict) else []
+                found[str(node.args[0].value)] = {str(key.value) for key in answer if isinstance(key, ast.Constant)}
     return found
 
 
@@ -136,8 +135,8 @@ def test_error_sentences_use_only_placeholders_their_error_provides() -> None:
 def test_error_names_the_field_and_its_bound(client: TestClient, patient: dict[str, Any]) -> None:
     url = f"/api/patients/{patient['id']}/episodes"
     body = {"side": "left", "limits": [{"motion": 4, "highest_deg": 400}]}
-    told = problem(client.post(url, json=body), 422, "invalid")
-    (wrong,) = told["errors"]
+    refusal = problem(client.post(url, json=body), 422, "invalid")
+    (wrong,) = refusal["errors"]
     assert (wrong["pointer"], wrong["field"]) == ("#/limits/0/highest_deg", "limits 1, highest (degrees)")
     assert wrong["detail"] == "must be 190 or less"
     assert wrong["detail_key"] == {"code": "invalid_less_than_equal", "params": {"le": 190.0}}
@@ -146,14 +145,14 @@ def test_error_names_the_field_and_its_bound(client: TestClient, patient: dict[s
         "field_within", "field_numbered", "field_with_unit",
     )  # fmt: skip
     assert inner["params"]["unit"] == {"code": "unit_deg", "params": {}, "text": "degrees"}
-    assert told["detail"] == "Please check what was entered: limits 1, highest (degrees) must be 190 or less."
-    assert told["detail_key"]["code"] == "invalid_input"
+    assert refusal["detail"] == "Please check what was entered: limits 1, highest (degrees) must be 190 or less."
+    assert refusal["detail_key"]["code"] == "invalid_input"
 
 
 def test_what_is_no_field_is_the_request(client: TestClient) -> None:
     headers = {"content-type": "application/json"}
-    told = client.post("/api/patients", content=b"{", headers=headers).json()
-    (wrong,) = told["errors"]
+    answer = client.post("/api/patients", content=b"{", headers=headers).json()
+    (wrong,) = answer["errors"]
     assert (wrong["pointer"], wrong["field"], wrong["detail"]) == ("#/", "the request", "is not JSON")
 
 

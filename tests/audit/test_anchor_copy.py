@@ -1,7 +1,8 @@
 """The copy of the audit trail's anchor on another disk or computer."""
 
 import logging
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -30,7 +31,7 @@ def copying(file: Path, of: Path, ahead: list[AnchorLine] | None = None) -> Iter
 
 
 def extend(file: Path, heads: int, copy: AnchorCopy | None = None) -> None:
-    """Add lines to an anchor, and tell its copy."""
+    """Add lines to an anchor and to its copy."""
     opened = Anchor(file)
     for _ in range(heads):
         opened.add(Head(opened.lines + 1, bytes(32)))
@@ -89,14 +90,13 @@ def test_copy_keeps_the_lines_that_the_anchor_has_lost(tmp_path: Path) -> None:
     assert [line.line for line in anchor.read(second)] == [1, 2, 3, 4, 5, 4]
 
 
-def test_service_reports_a_cut_of_database_and_anchor(
-    database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    file, second = tmp_path / "audit.anchor", tmp_path / "copy.anchor"
+@pytest.fixture
+def critical_messages(database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Callable[[], list[str]]:
+    """Return a function that starts the audit trail, writes an entry, and returns the critical log messages until now."""
 
     def run() -> list[str]:
         spool = EventSpool(database, "Station 1", tmp_path / "spool")
-        made = AuditLog(database, file, spool, copy=second)
+        made = AuditLog(database, tmp_path / "audit.anchor", spool, copy=tmp_path / "copy.anchor")
         assert made.copy and made.copy.until_written(LIMIT_S)
         made.record_at_once(entries.entry("stop"))
         assert made.until_written()
@@ -104,12 +104,34 @@ def test_service_reports_a_cut_of_database_and_anchor(
         spool.close()
         return [record.message for record in caplog.records if record.levelno == logging.CRITICAL]
 
-    assert run() == []
+    return run
+
+
+def test_service_reports_a_cut_of_database_and_anchor(
+    database: Database, tmp_path: Path, critical_messages: Callable[[], list[str]]
+) -> None:
+    file, second = tmp_path / "audit.anchor", tmp_path / "copy.anchor"
+    assert critical_messages() == []
     assert len(anchor.read(second)) == len(anchor.read(file)) > 1
     rows = anchor.read(file)[-1].head.number
     with guards_down(database) as session:
         cut(session, rows, rows)
         session.commit()
     file.unlink()
-    (message,) = run()
+    (message,) = critical_messages()
     assert f"does not contain its anchored head {rows}:" in message
+
+
+def test_anchor_restored_from_its_copy_continues_the_trail(
+    tmp_path: Path, critical_messages: Callable[[], list[str]]
+) -> None:
+    file, second = tmp_path / "audit.anchor", tmp_path / "copy.anchor"
+    assert critical_messages() == []
+    before = anchor.read(file)
+    file.unlink()
+    shutil.copy(second, file)
+    assert critical_messages() == []
+    after = anchor.read(file)
+    assert after[: len(before)] == before
+    assert len(after) > len(before)
+    assert anchor.read(second) == after

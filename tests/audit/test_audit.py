@@ -1,4 +1,4 @@
-"""The audit trail: one chain without gaps, committed with what it tells, of which nothing can be changed unseen."""
+"""The audit trail: one chain without gaps, committed with the changes that it records; every tampering is detected."""
 
 import asyncio
 import json
@@ -17,9 +17,9 @@ from sqlalchemy.exc import DatabaseError as RefusedError
 from sqlalchemy.exc import OperationalError
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext, by_program
-from kata.audit import anchor, chain, entries
+from kata.audit import anchor, chain, deduplication, entries
 from kata.audit.audit_log import AuditHook, AuditLog
-from kata.audit.deduplication import WINDOW_S, Deduplicator
+from kata.audit.deduplication import WINDOW_S, Deduplicator, RecordedViews
 from kata.audit.restored import note_restored
 from kata.audit.tables import AuditRow
 from kata.audit.verify import Verdict, verify
@@ -42,9 +42,9 @@ def somebody(number: str = "K-1") -> PatientRow:
 
 
 @contextmanager
-def request(action: str, actor: Actor | None = SATO, **told: Any) -> Iterator[RequestContext]:
-    """As the edge has it."""
-    context = RequestContext(action, address="192.168.1.7", **told)
+def request(action: str, actor: Actor | None = SATO, **fields: Any) -> Iterator[RequestContext]:
+    """Set the request context like the audit middleware."""
+    context = RequestContext(action, address="192.168.1.7", **fields)
     acting, done = CURRENT_ACTOR.set(actor), REQUEST_CONTEXT.set(context)
     try:
         yield context
@@ -55,7 +55,7 @@ def request(action: str, actor: Actor | None = SATO, **told: Any) -> Iterator[Re
 
 @pytest.fixture
 def chained(database: Database) -> Database:
-    """Of a tool: each change has its row, and there is no anchor."""
+    """Return a database with the audit hook of a tool: every change has its row, and there is no anchor."""
     AuditHook(database)
     return database
 
@@ -66,7 +66,7 @@ def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLo
     try:
         made = AuditLog(database, folder / "audit.anchor", kept)
         try:
-            # Its first row is not to share a commit, and so a line of the anchor, with what a test adds.
+            # The first row must not share a commit, and thus a line of the anchor, with a test's rows.
             assert made.until_written()
             yield made
         finally:
@@ -176,8 +176,15 @@ class TestWhatIsWritten:
             session.add(StationRow(name="S", config="", registered_at=now, started_at=now))
             session.get_one(AccountRow, account.id).totp_last_step = 3
         with chained.write() as session:
-            told = {"began_at": now, "seen_at": now, "proved_at": now, "method": "password", "address": "", "agent": ""}
-            session.add(LoginSessionRow(id=uuid4(), account_id=account.id, secret_hash="0", **told))
+            fields = {
+                "began_at": now,
+                "seen_at": now,
+                "proved_at": now,
+                "method": "password",
+                "address": "",
+                "agent": "",
+            }
+            session.add(LoginSessionRow(id=uuid4(), account_id=account.id, secret_hash="0", **fields))
             session.execute(update(LoginSessionRow).values(seen_at=now))
         assert [json.loads(row.detail) for row in rows(chained)] == [{"added": {"accounts": [str(account.id)]}}]
 
@@ -198,7 +205,7 @@ class TestWhatIsWritten:
 
 class TestOneChain:
     def test_concurrent_writers_make_one_chain_without_gaps(self, database: Database) -> None:
-        """As two services would: two engines on one database, four threads each."""
+        """Write from two engines on one database, four threads each, like two services."""
         other = Database(database.url.render_as_string(hide_password=False))
         ready = threading.Barrier(8)
         failed: list[Exception] = []
@@ -268,7 +275,7 @@ class TestQueue:
         deduplicator = Deduplicator()
         with request("get_patient", None):
             refused = entries.entry("get_patient", "refused", uuid4(), detail={"code": "not_signed_in"})
-            # Whoever is not signed in does not get a row for each id that can be made up.
+            # Without a login, invented ids do not add rows.
             others = [replace(refused, patient_id=uuid4()) for _ in range(3)]
         assert deduplicator.add(refused, 0.0) == [refused]
         assert [deduplicator.add(one, 1.0) for one in others] == [[], [], []]
@@ -276,6 +283,20 @@ class TestQueue:
         assert json.loads(counted.detail) == {"code": "not_signed_in", "again": 3}
         assert counted.at == others[-1].at
         assert deduplicator.add(refused, WINDOW_S + 1) == [refused]
+
+    def test_views_are_remembered_by_browser_role_and_address(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        with request("get_patient", subject="patient"):
+            view = entries.entry("get_patient", "done")
+        views = RecordedViews()
+        views.add(view, b"/api/patients/1?")
+        assert (view, b"/api/patients/1?") in views
+        assert (view, b"/api/patients/2?") not in views
+        assert (replace(view, sign_in_id=uuid4()), b"/api/patients/1?") not in views
+        assert (replace(view, role="viewer"), b"/api/patients/1?") not in views
+        monkeypatch.setattr(deduplication, "_MAX_VIEWS", 2)
+        for number in (2, 1, 3):
+            views.add(view, b"/api/patients/%d?" % number)
+        assert [(view, b"/api/patients/%d?" % number) in views for number in (1, 2, 3)] == [True, False, True]
 
     def test_views_wait_for_a_full_disk_and_device_commands_continue(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -286,16 +307,16 @@ class TestQueue:
                 patch.setattr(EventSpool, "has_room", False)
 
                 async def flood() -> None:
-                    told = [
+                    answer = [
                         asyncio.create_task(audit_log.record(entries.entry(f"look {n}", "done"))) for n in range(20)
                     ]
-                    done, _ = await asyncio.wait(told, timeout=0.05)
+                    done, _ = await asyncio.wait(answer, timeout=0.05)
                     assert not done
                     audit_log.record_at_once(entries.entry("stop", "done"))
                     assert await asyncio.to_thread(audit_log.until_written)
                     assert [row.action for row in rows(database)] == ["service_started", "stop"]
                     patch.undo()
-                    await asyncio.gather(*told)
+                    await asyncio.gather(*answer)
 
                 asyncio.run(flood())
         actions = [row.action for row in rows(database)]
@@ -313,14 +334,14 @@ class TestQueue:
             return append(*given)
 
         monkeypatch.setattr(chain, "append", failing)
-        with trail_of(database, tmp_path, again_s=0.01) as audit_log:
+        with trail_of(database, tmp_path, retry_s=0.01) as audit_log:
             away.set()
             for n in range(20):
                 asyncio.run(told_in_time(audit_log, entries.entry(f"look {n}", "done")))
             away.clear()
             assert audit_log.until_written()
-        told = [row.action for row in rows(database)]
-        assert told == ["service_started", *(f"look {n}" for n in range(20)), "service_ended"]
+        answer = [row.action for row in rows(database)]
+        assert answer == ["service_started", *(f"look {n}" for n in range(20)), "service_ended"]
         assert verified(database, tmp_path).intact
 
     def test_temporarily_unwritable_database_loses_no_audit_rows(
@@ -333,7 +354,7 @@ class TestQueue:
                 raise OperationalError("", None, Exception("locked"))
             return append(*given)
 
-        with trail_of(database, tmp_path, again_s=0.01) as audit_log:
+        with trail_of(database, tmp_path, retry_s=0.01) as audit_log:
             monkeypatch.setattr(chain, "append", failing)
             audit_log.record_at_once(entries.entry("stop", "done"))
             assert audit_log.until_written()
@@ -433,7 +454,7 @@ class TestAnchor:
 
 
 def without_guards(database: Database) -> None:
-    """As somebody who may do anything with the database would begin."""
+    """Remove the protection of the audit table, as an attacker with full rights on the database can."""
     on_file = database.file is not None
     with database.writer.begin() as connection:
         names = (

@@ -1,17 +1,16 @@
-"""Whatever is done to the trail shows, and the verification says where."""
+"""The verification detects every kind of tampering with the trail and locates it."""
 
 import json
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
-from tempfile import TemporaryDirectory
 
 import pytest
 from sqlalchemy.orm import Session
 from typer.testing import CliRunner
 
 from kata.audit import anchor
-from kata.audit.audit_log import named
+from kata.audit.audit_log import format_head
 from kata.audit.chain import Head
 from kata.audit.verify import verify
 from kata.cli.main import app
@@ -19,6 +18,7 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from tests.support.audit_tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
 from tests.support.databases import upgraded_file
+from tests.support.other_disk import other_disk
 
 ROWS = 200
 NAMES = [name for name, _ in tricks(ROWS, Random(0))]
@@ -28,7 +28,7 @@ NAMES = [name for name, _ in tricks(ROWS, Random(0))]
 def audit_log(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[Database, Path]]:
-    """A whole one, which every test leaves as it was."""
+    """Return an intact trail. Every test leaves it unchanged."""
     folder = tmp_path_factory.mktemp("trail")
     on_file = request.param == "sqlite"
     database = Database(f"sqlite:///{folder / 'kata.db'}" if on_file else request.getfixturevalue("postgresql_url"))
@@ -83,7 +83,7 @@ def test_external_head_reveals_older_copies_of_database_and_anchor_together(
     try:
         with guards_down(database) as session:
             older(session)
-            # Nothing inside tells: they are what they were then.
+            # Database and anchor agree: both are the older copies.
             assert verify(session, [file]).findings == []
             (finding,) = verify(session, [file], kept).findings
     finally:
@@ -144,14 +144,14 @@ class TestCommand:
         return done.exit_code, done.output
 
     def test_verify_reports_a_complete_trail_and_what_to_store(self, folder: Path) -> None:
-        status, told = self.run(folder)
+        status, output = self.run(folder)
         assert status == 0
-        assert "No gap and no change was found: 60 rows, 3 anchors" in told
-        assert "Not proven: that the trail is complete." in told
-        head = named(last_line(folder / "audit.anchor"))
-        assert head in told
+        assert "No gap and no change was found: 60 rows, 3 anchors" in output
+        assert "Not proven: that the trail is complete." in output
+        head = format_head(last_line(folder / "audit.anchor"))
+        assert head in output
         assert self.run(folder, "--head", head)[0] == 0
-        assert self.run(folder, "--head", named(Head(61, bytes(32))))[0] == 1
+        assert self.run(folder, "--head", format_head(Head(61, bytes(32))))[0] == 1
 
     def test_verify_reports_the_damage_and_exits_with_status_1(self, folder: Path) -> None:
         database = Database(f"sqlite:///{folder / 'kata.db'}")
@@ -159,32 +159,32 @@ class TestCommand:
             connection.exec_driver_sql("DROP TRIGGER audit_kept_as_it_is")
             connection.exec_driver_sql("UPDATE audit SET who = 'Nobody' WHERE number = 17")
         database.close()
-        status, told = self.run(folder)
+        status, output = self.run(folder)
         assert status == 1
-        assert "NOT INTACT  Row 17 or the row before it, 16, was changed." in told
+        assert "NOT INTACT  Row 17 or the row before it, 16, was changed." in output
         assert json.loads(self.run(folder, "--json")[1])["findings"][0]["first"] == 17
 
     def test_verify_compares_with_the_configured_copy(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         copy = folder / "elsewhere" / "copy.anchor"
         monkeypatch.setenv("KATA_AUDIT_ANCHOR_COPY", str(copy))
-        status, told = self.run(folder)
-        assert (status, f"copy {copy} cannot be read" in told) == (2, True)
+        status, output = self.run(folder)
+        assert (status, f"copy {copy} cannot be read" in output) == (2, True)
         copy.parent.mkdir()
         copy.write_bytes((folder / "audit.anchor").read_bytes())
-        status, told = self.run(folder)
-        # On the same disk it proves nothing more.
-        assert (status, "Not proven: that the trail is complete." in told) == (0, True)
+        status, output = self.run(folder)
+        # A copy on the same disk proves nothing more.
+        assert (status, "Not proven: that the trail is complete." in output) == (0, True)
         cut_anchor(folder / "audit.anchor", 1)
-        status, told = self.run(folder)
-        assert (status, "NOT INTACT  The anchor lacks line 3 of its copy" in told) == (1, True)
-        assert "The audit trail is not intact: 60 rows" in told
+        status, output = self.run(folder)
+        assert (status, "NOT INTACT  The anchor lacks line 3 of its copy" in output) == (1, True)
+        assert "The audit trail is not intact: 60 rows" in output
 
     def test_verify_says_what_a_copy_on_another_disk_proves(self, folder: Path) -> None:
-        with TemporaryDirectory(dir="/dev/shm") as other:
-            copy = Path(other) / "copy.anchor"
+        with other_disk(folder) as disk:
+            copy = disk / "copy.anchor"
             copy.write_bytes((folder / "audit.anchor").read_bytes())
-            status, told = self.run(folder, "--anchor-copy", str(copy))
-        assert (status, f"Compared with {copy}. Not proven: this file may have been changed" in told) == (0, True)
+            status, output = self.run(folder, "--anchor-copy", str(copy))
+        assert (status, f"Compared with {copy}. Not proven: this file may have been changed" in output) == (0, True)
 
     def test_verify_exports_what_it_has_read(self, folder: Path) -> None:
         assert self.run(folder, "--export", str(folder / "trail.jsonl"))[0] == 0
@@ -198,15 +198,15 @@ class TestCommand:
         filled(database, second, 40)
         database.close()
         assert self.run(folder, "--anchor", str(folder / "audit.anchor"), "--anchor", str(second))[0] == 0
-        status, told = self.run(folder)
+        status, output = self.run(folder)
         assert status == 1
-        assert f"{anchor.read(second)[0].anchor} with 1 lines, which was not given" in told
+        assert f"{anchor.read(second)[0].anchor} with 1 lines, which was not given" in output
 
     @pytest.mark.parametrize("more", [("--head", "ten"), ("--head", "1:ab")])
     def test_malformed_head_is_refused(self, folder: Path, more: tuple[str, ...]) -> None:
         assert self.run(folder, *more)[0] == 2
 
     def test_without_a_database_there_is_nothing_to_verify(self, tmp_path: Path) -> None:
-        status, told = self.run(tmp_path)
+        status, output = self.run(tmp_path)
         assert status == 2
-        assert "cannot be read" in told
+        assert "cannot be read" in output

@@ -1,4 +1,4 @@
-"""Backups: what is in them, which key opens them, and how the clinic comes back, on both databases."""
+"""Backups on both kinds of database: their contents, their keys, and restoring a clinic from them."""
 
 import gzip
 import io
@@ -22,7 +22,7 @@ from sqlalchemy import select
 from kata.audit.audit_log import AuditLog
 from kata.audit.tables import AuditRow
 from kata.audit.verify import Verdict, verify
-from kata.auth.factor_key import factor_key
+from kata.auth.factor_key import read_factor_key
 from kata.auth.second_factor import count_undecryptable
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.backups import archive, catalogue, create, restore
@@ -41,15 +41,14 @@ from kata.database.table_checksums import Tally, tallies
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
 from tests.support.login import signed_in
+from tests.support.patients import SECRET_NAME, add_patient, clinic_numbers
 
 log = logging.getLogger(__name__)
-
-SECRET_NAME = "Yamada Hanako, who is nobody's business"
 
 
 @pytest.fixture
 def settings(database: Database, tmp_path: Path) -> Settings:
-    """Of a clinic with a patient, an administrator signed in, a journal that no row holds yet, and an anchor."""
+    """Return the settings of a clinic with a patient, a signed-in administrator, a journal that is not imported yet, and an anchor."""
     add_patient(database, "K-1")
     signed_in(database)
     (tmp_path / "journal" / "imported").mkdir(parents=True)
@@ -62,24 +61,9 @@ def settings(database: Database, tmp_path: Path) -> Settings:
 
 @pytest.fixture
 def small(tmp_path: Path) -> Settings:
-    """Of a clinic on SQLite with nothing in it: for what does not depend on what is."""
+    """Return the settings of an empty clinic on SQLite, for tests that need no data."""
     upgraded_file(tmp_path / "kata.db")
     return Settings(data=tmp_path, database_url="")
-
-
-def add_patient(database: Database, number: str) -> None:
-    now = utc_now()
-    with database.write() as session:
-        session.add(
-            PatientRow(
-                id=uuid4(), clinic_number=number, name=SECRET_NAME, sex="unknown", notes="", created_at=now, updated_at=now
-            )
-        )  # fmt: skip
-
-
-def patients(database: Database) -> list[str]:
-    with database.read() as session:
-        return list(session.scalars(select(PatientRow.clinic_number).order_by(PatientRow.clinic_number)))
 
 
 def counted(settings: Settings) -> dict[str, Tally]:
@@ -114,7 +98,7 @@ def test_backup_restores_the_database_unchanged(settings: Settings, database: Da
 
     restored = restore_backup(settings, Path(note.file), settings.backup_key_file)
 
-    assert patients(database) == ["K-1"]
+    assert clinic_numbers(database) == ["K-1"]
     assert restored.contents.tables == before
     changed = {name for name, tally in counted(settings).items() if tally != before[name]}
     assert changed <= {"sign_ins", "accounts", "audit"}
@@ -133,13 +117,13 @@ def test_restore_sets_the_replaced_data_aside_completely(settings: Settings, dat
     restored = restore_backup(settings, file, settings.backup_key_file)
     if database.file:
         (aside,) = settings.data.glob("before-restore-*")
-        assert patients(Database(f"sqlite:///{aside / 'kata.db'}")) == ["K-1", "K-2"]
+        assert clinic_numbers(Database(f"sqlite:///{aside / 'kata.db'}")) == ["K-1", "K-2"]
         assert str(aside) in restored.aside
         return
     schema = restored.aside.split()[-4]
     with database.reader.connect() as connection:
         assert connection.exec_driver_sql(f'SELECT count(*) FROM "{schema}".patients').scalar() == 2
-    # It does not go into the next backup, and the next restore puts its own aside.
+    # The folder is no part of the next backup, and the next restore makes another one.
     assert create_backup(settings, "asked").test_problem == ""
     with database.writer.begin() as connection:
         connection.exec_driver_sql(f'DROP SCHEMA "{schema}" CASCADE')
@@ -154,11 +138,11 @@ def test_on_a_new_computer_file_and_key_are_enough(settings: Settings, database:
     new = Settings(data=tmp_path / "new", database_url="")
     restored = restore_backup(new, file, key)
     assert "nothing" in restored.aside
-    assert patients(Database(new.effective_database_url)) == ["K-1"]
+    assert clinic_numbers(Database(new.effective_database_url)) == ["K-1"]
     assert (new.journal / "run-1.journal").read_bytes() == b"measured"
     assert not (new.journal / "imported").exists()
     assert (new.data / "station-in-use.toml").read_text() == 'side = "left"'
-    # Its next backups open with the same key.
+    # The same key opens the new computer's backups.
     assert str(identities(new.backup_key_file)[0]) == str(identities(key)[0])
     assert create_backup(new, "asked").test_problem == ""
 
@@ -183,7 +167,7 @@ def test_audit_trail_continues_after_a_restore_and_records_the_loss(
     database.close()
     elsewhere = settings
     if database.file:
-        # The anchor that burnt is the one of the backup.
+        # The anchor is lost with the computer, so the backup's anchor is used.
         elsewhere = Settings(data=tmp_path / "new", database_url="")
         restore_backup(elsewhere, file, settings.backup_key_file)
         assert verdict(elsewhere).remarks[0].startswith("Row ")
@@ -199,7 +183,7 @@ def test_audit_trail_continues_after_a_restore_and_records_the_loss(
 
 @contextmanager
 def trail_of(settings: Settings, database: Database) -> Iterator[AuditLog]:
-    """As a service has it."""
+    """Return the audit log of a service."""
     with (
         closing(EventSpool(database, "Station 1", settings.spool)) as kept,
         closing(AuditLog(database, settings.effective_audit_anchor, kept)) as audit_log,
@@ -211,17 +195,17 @@ def trail_of(settings: Settings, database: Database) -> Iterator[AuditLog]:
 def test_a_backup_brings_the_key_of_the_second_factors_along(
     settings: Settings, database: Database, tmp_path: Path
 ) -> None:
-    of_then = factor_key(settings.effective_second_factor_key)
+    of_then = read_factor_key(settings.effective_second_factor_key)
     with database.write() as session:
         account = session.scalars(select(AccountRow)).one()
         account.totp_sealed = of_then.encrypt("a secret", account.id)
     file = backup_of(settings)
-    # Since then, another key is used here; and there is a computer that has none.
+    # Given: another key on this computer, and another computer without a key.
     settings.effective_second_factor_key.unlink()
-    since = factor_key(settings.effective_second_factor_key).encrypt("a secret", account.id)
+    since = read_factor_key(settings.effective_second_factor_key).encrypt("a secret", account.id)
     database.close()
     restore_backup(settings, file, settings.backup_key_file)
-    key = factor_key(settings.effective_second_factor_key)
+    key = read_factor_key(settings.effective_second_factor_key)
     with database.read() as session:
         assert count_undecryptable(session, key) == 0
     assert key.decrypt(since, account.id) == "a secret"
@@ -229,7 +213,7 @@ def test_a_backup_brings_the_key_of_the_second_factors_along(
         new = Settings(data=tmp_path / "new", database_url="", second_factor_key=tmp_path / "elsewhere" / "key.txt")
         restore_backup(new, file, settings.backup_key_file)
         with Database(new.effective_database_url).read() as session:
-            assert count_undecryptable(session, factor_key(new.effective_second_factor_key)) == 0
+            assert count_undecryptable(session, read_factor_key(new.effective_second_factor_key)) == 0
         assert not (new.data / "second-factor-key.txt").exists()
 
 
@@ -242,7 +226,7 @@ def test_trial_restore_verifies_the_audit_trail(settings: Settings, database: Da
     assert (whole.test_problem, whole.audit_rows, whole.audit_problem) == ("", rows, "")
     assert rows > 2
 
-    # Somebody who may write to the database takes the last row away, and what forbids it.
+    # Given: an attacker removes the triggers and the last row.
     with database.writer.begin() as connection:
         on = "" if database.file else " ON audit"
         connection.exec_driver_sql(f"DROP TRIGGER audit_kept{on}")
@@ -261,14 +245,14 @@ def test_trial_restore_verifies_the_audit_trail(settings: Settings, database: Da
 def test_writes_during_a_backup_do_not_damage_its_trail(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The anchor is copied behind the database, and speaks of later rows."""
+    """The backup copies the anchor after the database, so the anchor contains later rows."""
     with trail_of(settings, database) as audit_log:
 
         def with_somebody_at_work(*given: Any) -> Any:
-            told = copy(*given)
+            answer = copy(*given)
             add_patient(database, "K-2")
             assert audit_log.until_written()
-            return told
+            return answer
 
         monkeypatch.setattr(create, "copy", with_somebody_at_work)
         note = create_backup(settings, "asked")
@@ -290,25 +274,25 @@ def test_shared_trail_verifies_without_the_other_services_anchors(
 def verdict(settings: Settings) -> Verdict:
     database = Database(settings.effective_database_url)
     with database.read() as session:
-        told = verify(session, [settings.effective_audit_anchor])
+        answer = verify(session, [settings.effective_audit_anchor])
     database.close()
-    return told
+    return answer
 
 
 def test_each_of_several_backups_under_load_is_consistent(settings: Settings, database: Database) -> None:
-    """Numbers come one after the other, two a transaction: a backup has them without a gap, and an even count."""
+    """The clients write consecutive numbers, two in a transaction. A backup contains an even count without gaps."""
     assert_of_one_moment(settings, database, backups=3)
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(3600)
 def test_each_of_a_hundred_backups_under_load_is_consistent(settings: Settings, database: Database) -> None:
-    # A hundred times as fast as it goes, and most of the hours would be spent on what the first ones have written.
+    # Without the pause, most of the time would be spent on rows of the first backups.
     assert_of_one_moment(settings, database, backups=100, pause_s=0.01)
 
 
 def assert_of_one_moment(settings: Settings, database: Database, backups: int, pause_s: float = 0.0) -> None:
-    """``backups``: how many are made while somebody writes; each is restored and looked at. ``pause_s``: between two writes."""
+    """Make ``backups`` backups while a client writes every ``pause_s`` seconds; restore and check each."""
     done, wrote = Event(), Event()
     acknowledged = [0]
 
@@ -348,17 +332,17 @@ def assert_of_one_moment(settings: Settings, database: Database, backups: int, p
 
 
 def numbers_in(settings: Settings, file: Path) -> list[str]:
-    """Clinic numbers in a backup, looked at without Kata's own comparison."""
+    """Return the clinic numbers in a backup, read without Kata's own comparison."""
     database = Database(settings.effective_database_url)
     held: list[str] = []
-    original = restore._problems
+    original = restore._find_problems
 
     def looked_at(made: Database, contents: archive.Contents) -> list[str]:
-        held.extend(number for number in patients(made) if number.startswith("N-"))
+        held.extend(number for number in clinic_numbers(made) if number.startswith("N-"))
         return original(made, contents)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(restore, "_problems", looked_at)
+        patch.setattr(restore, "_find_problems", looked_at)
         assert restore.verify_backup(settings, database, file, identities(settings.backup_key_file)).problems == []
     database.close()
     return held
@@ -404,11 +388,11 @@ def test_truncated_or_changed_backup_is_refused_and_changes_nothing(small: Setti
 
 
 def forged(small: Settings, contents: dict[str, object], *members: tuple[tarfile.TarInfo, bytes]) -> Path:
-    """A file that opens with the clinic's key, as only who knows its public half can make one."""
+    """Return a file that opens with the clinic's key. The public key is enough to make it."""
     packed = io.BytesIO()
     with gzip.GzipFile(fileobj=packed, mode="wb") as zipped, tarfile.open(fileobj=zipped, mode="w|") as tar:
-        head, told = tarfile.TarInfo("kata-backup.json"), msgspec.json.encode(contents)
-        for info, data in ((head, told), *members):
+        head, answer = tarfile.TarInfo("kata-backup.json"), msgspec.json.encode(contents)
+        for info, data in ((head, answer), *members):
             info.size = len(data)
             tar.addfile(info, io.BytesIO(data))
     file = small.data / "forged.kata-backup"
@@ -416,7 +400,7 @@ def forged(small: Settings, contents: dict[str, object], *members: tuple[tarfile
     return file
 
 
-def told(small: Settings) -> dict[str, object]:
+def answer(small: Settings) -> dict[str, object]:
     contents: dict[str, object] = msgspec.to_builtins(
         verify_and_record(small, backup_of(small), small.backup_key_file).contents
     )
@@ -424,7 +408,7 @@ def told(small: Settings) -> dict[str, object]:
 
 
 def test_backup_of_newer_version_or_other_database_explains_the_remedy(small: Settings) -> None:
-    honest = told(small)
+    honest = answer(small)
     for change, sentence in (
         ({"schema": "9999", "program": "7.0"}, "newer version of Kata .7.0, schema 9999.*Install the newer version"),
         ({"format": "kata-backup/2"}, "newer version of Kata .its format is 'kata-backup/2'.; install that version"),
@@ -439,11 +423,11 @@ def test_backup_of_newer_version_or_other_database_explains_the_remedy(small: Se
 @pytest.mark.parametrize("name", ["../outside", "/tmp/outside", "data/../../outside"])
 def test_nothing_in_a_file_is_written_outside(small: Settings, name: str) -> None:
     with pytest.raises(BackupError, match="not a backup of Kata"):
-        restore_backup(small, forged(small, told(small), (tarfile.TarInfo(name), b"x")), small.backup_key_file)
+        restore_backup(small, forged(small, answer(small), (tarfile.TarInfo(name), b"x")), small.backup_key_file)
     link = tarfile.TarInfo("data/link")
     link.type, link.linkname = tarfile.SYMTYPE, "/etc/passwd"
     with pytest.raises(BackupError, match="not a backup of Kata"):
-        restore_backup(small, forged(small, told(small), (link, b"")), small.backup_key_file)
+        restore_backup(small, forged(small, answer(small), (link, b"")), small.backup_key_file)
 
 
 def test_restored_copy_with_different_counts_is_not_put_in_place(small: Settings) -> None:
@@ -469,7 +453,7 @@ def test_nothing_is_replaced_under_a_running_service(settings: Settings, databas
         with pytest.raises(BackupError, match=r"Kata is running on .* Stop it"):
             restore_backup(settings, file, settings.backup_key_file)
         assert verify_and_record(settings, file, settings.backup_key_file).problems == []
-    assert patients(database) == ["K-1", "K-2"]
+    assert clinic_numbers(database) == ["K-1", "K-2"]
 
 
 def test_server_with_other_connections_is_not_replaced(settings: Settings, database: Database) -> None:
@@ -481,7 +465,7 @@ def test_server_with_other_connections_is_not_replaced(settings: Settings, datab
         pytest.raises(Exception, match=r"other clients are connected to .* stop every Kata that uses it"),
     ):
         restore_backup(settings, file, settings.backup_key_file)
-    assert patients(database) == ["K-1"]
+    assert clinic_numbers(database) == ["K-1"]
 
 
 def test_restore_that_fails_halfway_leaves_everything_unchanged(
@@ -494,10 +478,10 @@ def test_restore_that_fails_halfway_leaves_everything_unchanged(
     def fails(*arguments: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(restore, "_revoke_access", fails)
+    monkeypatch.setattr(restore, "revoke_access", fails)
     with pytest.raises(OSError, match="No space left"):
         restore_backup(settings, file, settings.backup_key_file)
-    assert patients(database) == ["K-1", "K-2"]
+    assert clinic_numbers(database) == ["K-1", "K-2"]
     with claimed_by_service(settings):
         assert (settings.journal / "run-1.journal").exists()
 
@@ -519,7 +503,7 @@ def test_interrupted_restore_is_reported_at_start_and_can_be_repeated(
         pass
     restore_backup(settings, file, settings.backup_key_file)
     with claimed_by_service(settings):
-        assert patients(database) == ["K-1"]
+        assert clinic_numbers(database) == ["K-1"]
         assert (settings.journal / "run-1.journal").read_bytes() == b"measured"
 
 
@@ -540,7 +524,7 @@ def test_key_is_made_once_and_may_be_moved_elsewhere(small: Settings) -> None:
     assert not make_key(small)
     assert (note.problem, note.tested_at) == ("", None)
     assert "The key is not on this computer" in note.test_problem
-    # Where the key is, it opens what was made without it; and that is noted with the backup.
+    # With the key, a backup that was made without it can be verified, and its record says so.
     assert verify_and_record(small, Path(note.file), away).problems == []
     database = Database(small.effective_database_url)
     import_records(small, database)

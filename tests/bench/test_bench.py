@@ -10,12 +10,19 @@ from typing import Any
 import pytest
 
 from benchmarks import sign_in
+from benchmarks.attacks import ATTACKS
+from benchmarks.stop_under_attack import measure
 from kata.bench import bus
 from kata.bench.loop import LoopCase, loop_cases
 from kata.bench.other_libraries import installed
 from kata.bench.report import Report
-from kata.bench.running_service import RunningService, prepare_records
+from kata.bench.running_service import WITHOUT_REAL_TIME, RunningService, prepare_records
 from kata.bench.stop import LOADS
+from kata.database.programs import postgresql_program
+
+needs_postgresql = pytest.mark.skipif(
+    postgresql_program("initdb") is None, reason="PostgreSQL's programs are not on this computer"
+)
 
 
 def bench(*arguments: str, out: Path) -> dict[str, Any]:
@@ -108,7 +115,7 @@ def test_soak(tmp_path: Path) -> None:
 
 def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
     records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
-    with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as service:
+    with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, settings=WITHOUT_REAL_TIME) as service:
         service.play(records)
         service.until(lambda live: live.mode == "idle", 60)
         after = service.begin_next_session(records)
@@ -117,7 +124,7 @@ def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
 
 
 def test_pages(tmp_path: Path) -> None:
-    report = bench("pages", "--pages", "4", "--stalled", "2", "--seconds", "1", out=tmp_path / "pages.json")
+    report = bench("pages", "--pages", "110", "--stalled", "2", "--seconds", "1", out=tmp_path / "pages.json")
     figures = report["figures"]
     for suffix in ("1", "all", "stalled"):
         assert 0 < figures[f"delivery_p99_ms_{suffix}"] <= figures[f"delivery_max_ms_{suffix}"]
@@ -149,9 +156,9 @@ def test_history(tmp_path: Path) -> None:
     small = ("--patients", "20", "--sessions", "200", "--minutes", "1.1", "--times", "2")
     report = bench("history", *small, out=tmp_path / "history.json")
     figures = report["figures"]
-    wanted = {"bytes_per_hour", "error_plot_p95_ms", "lists_p95_ms_sqlite", "growth_ratio_10x"}
+    wanted = {"bytes_per_hour", "error_plot_p95_ms", "lists_p50_ms_sqlite", "lists_p95_ms_sqlite", "growth_ratio_10x"}
     missing = any("PostgreSQL" in note for note in report["notes"])
-    assert set(figures) == (wanted if missing else wanted | {"lists_p95_ms_postgresql"})
+    assert set(figures) == (wanted if missing else wanted | {"lists_p50_ms_postgresql", "lists_p95_ms_postgresql"})
     assert 1e6 < figures["bytes_per_hour"] < 2.5e6
     assert all(value > 0 for value in figures.values())
 
@@ -162,9 +169,28 @@ def test_slow_station_is_measured_with_its_own_cycle() -> None:
     assert [cell.cycle_hz for cell in wanted] == [100, 200]
 
 
-def test_stop_is_answered_under_attack(tmp_path: Path) -> None:
-    attacks = ("--attack", "socket_flood", "--attack", "slow_headers")
-    report = bench("stop-under-attack", "--stops", "5", *attacks, out=tmp_path / "attack.json")
-    for name in ("none", "socket_flood", "slow_headers"):
+def stop_under_attack(out: Path, stops: int, *attacks: str, stations: int = 1) -> None:
+    options = [word for name in attacks for word in ("--attack", name)]
+    report = bench("stop-under-attack", "--stops", f"{stops}", "--stations", f"{stations}", *options, out=out)
+    at = ["", *(f"_station_{n}" for n in range(2, stations + 1))]
+    for name in (f"{attack}{station}" for attack in ("none", *attacks) for station in at):
         assert report["figures"][f"failed_{name}"] == 0
         assert 0 < report["figures"][f"p50_ms_{name}"] <= report["figures"][f"max_ms_{name}"]
+
+
+def test_stop_is_answered_under_attack(tmp_path: Path) -> None:
+    stop_under_attack(tmp_path / "attack.json", 5, "socket_flood")
+
+
+@needs_postgresql
+def test_stop_is_answered_at_every_station_under_attack(tmp_path: Path) -> None:
+    stations = measure(tmp_path, "reports", stops=3, stations=2)
+    assert [(len(one.took_ms), one.refused) for one in stations] == [(3, 0), (3, 0)]
+    assert [one.begun > 0 for one in stations] == [True, False]
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("stations", [1, pytest.param(2, marks=needs_postgresql)])
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_stop_is_answered_under_every_attack(tmp_path: Path, attack: str, stations: int) -> None:
+    stop_under_attack(tmp_path / "attack.json", 5, attack, stations=stations)

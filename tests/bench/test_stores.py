@@ -3,11 +3,16 @@
 from pathlib import Path
 
 import pytest
-from sqlalchemy import select
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
 
 from benchmarks.stores import store
+from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
+from kata.clinic.statistics import upkeep
+from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
+from kata.database.base import Base
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
 from tests.support.databases import upgraded_file
@@ -72,6 +77,24 @@ def test_quickly_filled_database_equals_a_normally_filled_one(tmp_path: Path) ->
     with other.writer.connect() as connection:
         assert indexes == {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
     other.close()
+
+
+def test_quickly_filled_figures_are_those_of_the_records(tmp_path: Path) -> None:
+    tables = (StationHourRow, EpisodeOutcomeRow)
+    with store("sqlite", 4, 200, MINUTE_S, tmp_path) as (database, _, _), database.write() as session:
+        made = [figures(session, table) for table in tables]
+        hours = {(row.station, row.hour) for row in session.scalars(select(StationHourRow))}
+        for table in tables:
+            session.execute(delete(table))
+        upkeep.refresh(session, hours, set(), set(session.scalars(select(EpisodeRow.id))))
+        computed = [figures(session, table) for table in tables]
+    assert all(made) and made == computed
+
+
+def figures(session: Session, table: type[Base]) -> list[tuple[object, ...]]:
+    """Return the rows of a table in order, numbers rounded."""
+    rows = session.execute(select(*table.__table__.columns)).all()
+    return sorted(tuple(round(value, 6) if isinstance(value, float) else value for value in row) for row in rows)
 
 
 _SCHEMA = (

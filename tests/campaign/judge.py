@@ -10,8 +10,8 @@ from typing import Final
 
 from kata.device.config import StationConfig
 from kata.device.messages import LOAD_LEVELS, Snapshot
+from kata.testing.world import RecordingWorld, Seen
 from tests.support.drive_registers import expected_registers
-from tests.support.simulated_world import Seen, World
 
 COMMAND_LIFE_NS: Final = 2_000_000_000
 """A command expires this long after its button was pressed."""
@@ -79,7 +79,7 @@ class _Motor:
 class Judge:
     """Raises AssertionError when a safety rule is broken. Call :meth:`look` after every cycle."""
 
-    world: World
+    world: RecordingWorld
     config: StationConfig
     last_stop_ns: int = -1
     """Arrival of the last Stop at the device."""
@@ -122,6 +122,10 @@ class Judge:
     def power_lost(self, motor: int) -> None:
         """Note that motor 1-5 has lost its torque; it may still get goals until the loss is detected."""
         self._motors[motor - 1].powerless = True
+
+    def holds_since_loss(self, motor: int) -> bool:
+        """Return True if motor 1-5 had torque when the port was lost, and nobody has released the arm since."""
+        return self._motors[motor - 1].energised_at_loss
 
     def loaded(self, limits_deg: tuple[tuple[float, float], ...]) -> None:
         """Note an accepted load."""

@@ -1,7 +1,7 @@
 """Checks that the campaign finds known defects: ``python -m tests.campaign.reverts [number ...]``.
 
 Each fix of the outside review's defects is reverted in a copy of the package. The campaign runs on the copy until it fails. Prints the
-table of docs/explanation/figures.md: how many sequences that took.
+table of docs/explanation/campaigns.md: how many sequences that took.
 """
 
 import argparse
@@ -169,7 +169,7 @@ REVERTS: Final = (
         5,
         "rules across fields are not checked",
         "config_rules.py",
-        "    return found or [message for rule in RULES for message in rule.broken(config)]\n",
+        "    return found or [message for rule in rules_of(config.protocol) for message in rule.broken(config)]\n",
         "    return found\n",
         "configurations",
     ),
@@ -203,21 +203,21 @@ REVERTS: Final = (
         "limits stay as wide as they were for the approach",
         (
             _NO_LIMITS_TIGHTEN,
-            Edit("limits.py", "        self.now_deg = self.tight_deg\n        return True", "        return True"),
-            Edit("run.py", "        self.return_to_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)\n", "        self.return_to_deg = here_deg\n"),
+            Edit("limits.py", "        self.now_deg, self.beyond_deg = self.tight_deg, 0.0\n        return True", "        return True"),
+            Edit("run.py", "        self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))\n", "        self.return_to_deg = here_deg\n"),
         ),
     ),
     _one(
         8,
         "the turn is taken as the drive says it",
-        "bus/dynamixel/driver.py",
+        "bus/dynamixel/answers.py",
         "zero_count(axis) - nearest_turn(axis, position)",
         "zero_count(axis)",
     ),
     _one(
         9,
         "a watchdog that is not armed is not noticed",
-        "bus/dynamixel/driver.py",
+        "bus/dynamixel/answers.py",
         '            return ()\n        return ("bus watchdog",)',
         "            return ()\n        return ()",
     ),

@@ -44,9 +44,9 @@ from kata.device.messages import (
 )
 from kata.simulator.fault_injector import FaultKind
 from kata.system.realtime import Granted
+from kata.testing.world import RecordingWorld
 from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
 from tests.campaign.stations import stations
-from tests.support.simulated_world import World
 from tests.support.stepped import SteppedExchange
 
 _NOTICED_NS: Final = 15_000_000
@@ -58,6 +58,8 @@ _PEDAL_LATE_NS: Final = 80_000_000
 _RECOVERS_S: Final = 4.0
 """After all faults are cleared: the port is open, the drives are configured and every register has been read."""
 
+_FOUND_S: Final = 4.0
+"""The verification has read a lost setting, and a controlled stop has ended."""
 _ON_THE_WIRE_S: Final = 0.005
 """The last sent bytes still reach the drives."""
 
@@ -69,6 +71,8 @@ _RESETS: Final[list[FaultKind]] = ["off", "reboot", "exchanged", "exchanged_id",
 _BUS_FAULTS: Final[list[FaultKind]] = [
     "noise", "echo", "estop_wire_broken", "second_wire_broken", "contact_welded", "inputs_silent",
 ]  # fmt: skip
+_UNREAD_INPUTS: Final[list[FaultKind]] = ["off", "silent", "garbage", "wrong_crc", "delayed", "intermittent", *_RESETS]
+"""Faults of the inputs' drive after which the emergency stop may not be read."""
 _VALUES: Final = {"delayed": 15.0, "intermittent": 0.5, "hardware_error": 4.0, "exchanged_id": 17.0}
 _POWERLESS: Final[frozenset[FaultKind]] = frozenset({"hardware_error", *_RESETS})
 
@@ -176,7 +180,7 @@ class Sequences(RuleBasedStateMachine):
 
     @initialize(config=stations(), seed=st.integers(0, 1000), pressed=st.booleans(), unknown=st.booleans())
     def switch_on(self, config: StationConfig, seed: int, pressed: bool, unknown: bool) -> None:
-        self.world = World.of(config, seed=seed)
+        self.world = RecordingWorld.of(config, seed=seed)
         self.judge = Judge(self.world, config)
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._deadline_ns = self.world.t_ns
@@ -225,10 +229,10 @@ class Sequences(RuleBasedStateMachine):
     @rule(load=_loads, end=st.sampled_from(["approaching", "start", "playing", "playing", "paused"]))
     def go(self, load: Load, end: str) -> None:
         """Do the steps of a playback in order, which random commands seldom reach."""
-        for command in (ReleaseTorque(), Acknowledge(), load, Approach()):
-            self._look(0)
-            self._press(0, command, 0.0)
-            self._run(0.3 if isinstance(command, ReleaseTorque) else 0.02)
+        self._make_ready(load)
+        self._look(0)
+        self._press(0, Approach(), 0.0)
+        self._run(0.02)
         if end == "approaching":
             return
         self._run(0.5)
@@ -240,6 +244,18 @@ class Sequences(RuleBasedStateMachine):
         if end == "paused":
             self._press(0, Pause(), 0.0)
             self._run(0.3)
+
+    @rule(load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), stop=st.booleans())
+    def a_start_arrives_late(self, load: Load, delay_s: float, stop: bool) -> None:
+        """The command to start is delayed. ``stop``: meanwhile the arm is stopped and made ready again."""
+        self._make_ready(load)
+        self._look(0)
+        self._press(0, Approach(), delay_s)
+        if stop:
+            self._press(0, _STOP, 0.0)
+            self._run(0.3)
+            self._make_ready(load)
+        self._run(delay_s)
 
     @rule(delay_s=_delays_s)
     def stop(self, delay_s: float) -> None:
@@ -274,13 +290,17 @@ class Sequences(RuleBasedStateMachine):
         if back:
             self.it_is_mended()
 
-    @rule(motor=st.integers(1, 5), which=st.integers(0, 9))
-    def a_drive_loses_one_setting(self, motor: int, which: int) -> None:
-        """A register outside the status block gets its factory value; only the periodic verification reads it."""
+    @rule(motor=st.integers(1, 5), which=st.integers(0, 9), seconds=st.sampled_from([0.0, 0.0, _FOUND_S]))
+    def a_drive_loses_one_setting(self, motor: int, which: int, seconds: float) -> None:
+        """A register outside the status block gets its factory value; only the periodic verification reads it.
+
+        ``seconds``: nothing else happens for so long. Random rules seldom leave an arm its torque until the verification is due.
+        """
         registers = self.judge.rotated_registers(motor)
         if registers and not self.world.faults.has("exchanged_id", motor):
             self._disturb()
             self.world.set_registers(motor, *registers[which % len(registers)])
+        self._run(seconds)
 
     @rule(kind=st.sampled_from(_BUS_FAULTS))
     def the_bus_fails(self, kind: FaultKind) -> None:
@@ -388,7 +408,10 @@ class Sequences(RuleBasedStateMachine):
             reached = [
                 drive.torque_on
                 for motor, drive in enumerate(self.world.apparatus.drives, start=1)
-                if not self.world.faults.has("off", motor) and not self.world.faults.has("exchanged_id", motor)
+                if not self.world.faults.has("off", motor)
+                and not self.world.faults.has("exchanged_id", motor)
+                # An arm that was held when the port was lost is let go by a known press or a confirmation only.
+                and not (self._inputs_may_be_unread and self.judge.holds_since_loss(motor))
             ]
             assert not any(reached), "torque with the switch pressed"
 
@@ -454,6 +477,13 @@ class Sequences(RuleBasedStateMachine):
 
     # -- parts --------------------------------------------------------------------------------------------------------
 
+    def _make_ready(self, load: Load) -> None:
+        """Release the arm, acknowledge a stop and load a recording."""
+        for command in (ReleaseTorque(), Acknowledge(), load):
+            self._look(0)
+            self._press(0, command, 0.0)
+            self._run(0.3 if isinstance(command, ReleaseTorque) else 0.02)
+
     def _fault(self, kind: FaultKind, motor: int) -> None:
         alone = kind == "hardware_error" and not self._disturbed
         self._disturb()
@@ -470,6 +500,12 @@ class Sequences(RuleBasedStateMachine):
         return not self.world.faults.has("contact_welded") or (
             second and not self.world.faults.has("second_wire_broken")
         )
+
+    @property
+    def _inputs_may_be_unread(self) -> bool:
+        """True if a fault can keep both contacts from being read."""
+        faults, drive = self.world.faults, self.world.config.inputs.drive_id
+        return faults.has("inputs_silent") or any(faults.has(kind, drive) for kind in _UNREAD_INPUTS)
 
     @property
     def _looks_pressed(self) -> bool:

@@ -1,10 +1,10 @@
 """The checklist before a recording is played."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 
 import pytest
 
-from kata.clinic.sessions import checks
+from kata.clinic.sessions import checks, identity
 from kata.clinic.sessions.checklist import (
     Answer,
     CheckName,
@@ -13,6 +13,7 @@ from kata.clinic.sessions.checklist import (
     playback_fixtures,
     required_checks,
 )
+from kata.errors import ProblemError
 
 NOON = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 NOTHING: dict[CheckName, datetime | None] = {"pedal": None, "estop": None}
@@ -25,6 +26,9 @@ def still_open(checks: tuple[CheckState, ...]) -> list[str]:
 
 def answer(check: CheckName, subject: str, minutes: int = 0) -> Answer:
     return Answer(check, subject, NOON + timedelta(minutes=minutes), "Ito Mai")
+
+
+IDENTIFIED = answer("identity", "birth_date+name")
 
 
 @pytest.mark.parametrize(
@@ -44,21 +48,21 @@ def test_fixer_follows_teaching_or_else_the_rotation(
 
 def test_all_checks_are_open_at_first_and_have_names() -> None:
     checks = match_answers(required_checks("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
-    assert still_open(checks) == ["side", "fixtures", "belt", "pedal", "estop"]
-    assert checks[0].need.sentence == "The apparatus is set to the left shoulder, and its pin is in."
-    assert checks[1].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
+    assert still_open(checks) == ["identity", "side", "fixtures", "belt", "pedal", "estop"]
+    assert checks[1].need.sentence == "The apparatus is set to the left shoulder, and its pin is in."
+    assert checks[2].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
 
 
 def test_automatic_checks_cannot_be_ticked() -> None:
     ticked = [answer("pedal", ""), answer("estop", ""), answer("belt", "")]
     checks = match_answers(required_checks("left", ("arm_fixer_1",)), ticked, NOTHING)
-    assert still_open(checks) == ["side", "fixtures", "pedal", "estop"]
+    assert still_open(checks) == ["identity", "side", "fixtures", "pedal", "estop"]
     seen = match_answers(required_checks("left", ("arm_fixer_1",)), ticked, EVERYTHING)
-    assert [(one.answer.by, one.answer.at) for one in seen[3:] if one.answer] == [("", NOON), ("", NOON)]
+    assert [(one.answer.by, one.answer.at) for one in seen[4:] if one.answer] == [("", NOON), ("", NOON)]
 
 
 def test_changed_fixtures_reopen_only_their_own_check() -> None:
-    given = [answer("side", "left"), answer("fixtures", "arm_fixer_1"), answer("belt", "")]
+    given = [IDENTIFIED, answer("side", "left"), answer("fixtures", "arm_fixer_1"), answer("belt", "")]
     assert still_open(match_answers(required_checks("left", ("arm_fixer_1",)), given, EVERYTHING)) == []
     other = required_checks("left", ("arm_fixer_2", "elbow_fixer_2"))
     assert still_open(match_answers(other, given, EVERYTHING)) == ["fixtures"]
@@ -67,6 +71,7 @@ def test_changed_fixtures_reopen_only_their_own_check() -> None:
 
 def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
     given = [
+        IDENTIFIED,
         answer("side", "left"),
         answer("belt", ""),
         answer("fixtures", "arm_fixer_1"),
@@ -96,3 +101,39 @@ def test_an_estop_test_of_yesterday_does_not_count() -> None:
 
     assert checks.estop_test(checks.today() - timedelta(seconds=1), there) is None
     assert checks.estop_test(None, there) is None
+
+
+def test_identity_is_confirmed_once_a_day_by_two_identifiers() -> None:
+    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=None)
+    needs = required_checks("left", ("arm_fixer_1",))
+
+    def is_open(at: datetime) -> bool:
+        given = [Answer("identity", "birth_date+name", at, "Ito Mai")]
+        return "identity" in still_open(checks.check_states(needs, given, there, None))
+
+    assert not is_open(datetime.now(UTC))
+    assert is_open(checks.today() - timedelta(seconds=1))
+
+
+@pytest.mark.parametrize(
+    ("compared", "code"),
+    [
+        ((), "two_identifiers_needed"),
+        (("name",), "two_identifiers_needed"),
+        (("name", "birth_date"), "identifier_unknown"),
+    ],
+)
+def test_identifiers_that_identify_nobody_are_refused(compared: tuple[identity.Identifier, ...], code: str) -> None:
+    with pytest.raises(ProblemError) as refused:
+        identity.subject(compared, None)
+    assert (refused.value.status, refused.value.code) == (422, code)
+    assert identity.subject(("name", "birth_date"), date(1968, 4, 12)) == "birth_date+name"
+
+
+def test_an_open_identity_is_refused_with_its_own_code() -> None:
+    given = [answer("side", "left"), answer("fixtures", "arm_fixer_1"), answer("belt", "")]
+    checked = match_answers(required_checks("left", ("arm_fixer_1",)), given, EVERYTHING)
+    with pytest.raises(ProblemError) as refused:
+        checks.require_all(checked)
+    assert refused.value.code == "identity_not_confirmed"
+    checks.require_all(match_answers(required_checks("left", ("arm_fixer_1",)), [IDENTIFIED, *given], EVERYTHING))

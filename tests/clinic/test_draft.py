@@ -112,7 +112,7 @@ def test_draft_reports_when_nothing_was_played() -> None:
         ({"comparison": compared()}, "Tracking error at most 2.4 deg (motor 4, RMSE 0.5 deg)."),
         (
             {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
-            "Reached: abduction / adduction of the shoulder 5 to 99 deg.",
+            "Apparatus angle reached: abduction / adduction of the shoulder 5 to 99 deg.",
         ),
     ],
 )
@@ -131,7 +131,9 @@ def test_planned_repetitions_come_from_the_programme_and_omissions_are_named() -
 def test_the_widest_range_of_all_runs_counts() -> None:
     first = run(comparison=compared(played_min_deg=10, played_max_deg=80))
     second = run(comparison=compared(played_min_deg=5, played_max_deg=70))
-    assert "Reached: abduction / adduction of the shoulder 5 to 80 deg." in draft(session(first, second))
+    assert "Apparatus angle reached: abduction / adduction of the shoulder 5 to 80 deg." in draft(
+        session(first, second)
+    )
 
 
 @pytest.mark.parametrize(
@@ -149,7 +151,7 @@ def test_the_widest_range_of_all_runs_counts() -> None:
         ({"least_range_percent": 70.0}, "「挙上」では可動範囲を狭める操作があり、一部を範囲70%で実施。"),
         (
             {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
-            "到達範囲：肩関節 外転・内転 5〜99°。追従誤差は最大2.4°(モータ4、RMSE 0.5°)。",
+            "到達した装置角度：肩関節 外転・内転 5〜99°。追従誤差は最大2.4°(モータ4、RMSE 0.5°)。",
         ),
         ({}, "痛み(0〜10)：前4、後2。"),
     ],
@@ -188,3 +190,8 @@ def test_draft_reports_the_recorded_pain() -> None:
 )
 def test_end_name_follows_from_the_events(planned: SessionProgramme | None, runs: list[Run], reason: str) -> None:
     assert suggested_reason(planned.items if planned else [], runs) == reason
+
+
+def test_errors_of_a_partial_run_are_not_noted() -> None:
+    assert "Tracking error" in draft(session(run(comparison=compared())))
+    assert "Tracking error" not in draft(session(run(comparison=compared(), partial=True)))

@@ -164,7 +164,7 @@ def sqlite(tmp_path: Path) -> Database:
 
 
 def test_locked_database_delays_no_writer_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
-    event_spool = EventSpool(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
+    event_spool = EventSpool(sqlite, "Station 1", tmp_path / "spool", retry_s=0.01)
     assert event_spool.until_taken(10)
     told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
     with sqlite.writer.connect() as locking, locking.begin():

@@ -5,48 +5,25 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
-from uuid import UUID
+from uuid import UUID, uuid4
 
 import pytest
+from sqlalchemy import delete, select
 
+from kata.clinic.assessments.spadi import ITEMS
+from kata.clinic.contraindications.tables import ContraindicationRow
+from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients import service as patients
+from kata.clinic.sessions.tables import RunRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.interop import bundle
-from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN
+from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN, ClinicNames
 from kata.interop.fhir_import import FhirImportError, read_patients
+from tests.support.fhir_bundle import Json, everything, exported, judged, of_kind
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
-from tests.support.validators import judge
-
-Json = dict[str, Any]
-
-
-def exported(database: Database, patient_id: UUID, path: Path) -> Json:
-    with database.read() as session:
-        bundle.write(session, patients.get(session, patient_id), path)
-    told: Json = json.loads(path.read_text())
-    return told
-
-
-def of_kind(told: Json, kind: str) -> list[Json]:
-    return [entry["resource"] for entry in told["entry"] if entry["resource"]["resourceType"] == kind]
-
-
-def everything(part: Any) -> list[Json]:
-    """Every object in it, however deep."""
-    if isinstance(part, list):
-        return [one for item in part for one in everything(item)]
-    if isinstance(part, dict):
-        return [part, *(one for item in part.values() for one in everything(item))]
-    return []
-
-
-def judged(cases: dict[str, Json]) -> dict[str, list[str]]:
-    """Return each validator's verdict on each resource."""
-    told = judge("validate.mjs", given=json.dumps(cases))
-    return {name: [*said["medplum"], *said["lantana"]] for name, said in told.items()}
 
 
 def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: Database, tmp_path: Path) -> None:
@@ -58,7 +35,9 @@ def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: 
     assert (kinds["Patient"], kinds["Condition"], kinds["CarePlan"], kinds["Device"]) == (1, 1, 2, 2)
     assert kinds["QuestionnaireResponse"] == 5
     # Two runs and two or three pains a session; each assessment has 64 angles, four pains, a score and a note.
-    assert kinds["Observation"] == 50 * 2 + 50 * 2 + 25 + 5 * (64 + 4 + 1 + 1)
+    assert (kinds["EpisodeOfCare"], kinds["Flag"]) == (1, 2)
+    # Two goniometer readings in the first session, and the patient's angles of its two runs.
+    assert kinds["Observation"] == 50 * 2 + 50 * 2 + 25 + 5 * (64 + 4 + 1 + 1) + 2 + 2
 
 
 def test_same_record_makes_the_same_bundle_with_resolvable_references(database: Database, tmp_path: Path) -> None:
@@ -87,6 +66,83 @@ def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp
     assert used <= known
 
 
+@pytest.mark.parametrize("written", ["", "Rotator cuff tear, postoperative"])
+def test_no_diagnosis_is_exported_that_nobody_made(database: Database, tmp_path: Path, written: str) -> None:
+    patient_id = treated(database, sessions=1)
+    with database.write() as session:
+        episode = session.scalars(select(EpisodeRow).filter_by(patient_id=patient_id)).one()
+        assert episode.stages, "a stage is no diagnosis either"
+        episode.diagnosis = written
+    (condition,) = of_kind(exported(database, patient_id, tmp_path / "bundle.json"), "Condition")
+    assert condition.get("code") == ({"text": written} if written else None)
+    assert "verificationStatus" not in condition
+
+
+def test_partial_run_has_no_error_but_its_compared_share(database: Database, tmp_path: Path) -> None:
+    patient = treated(database, sessions=1)
+    with database.write() as session:
+        for row in session.scalars(select(RunRow)):
+            row.compared_percent, row.worst_rmse_deg, row.worst_peak_deg = 41.5, None, None
+    told = exported(database, patient, tmp_path / "bundle.json")
+    runs = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "run-tracking"]
+    assert runs
+    for run in runs:
+        assert "valueQuantity" not in run
+        assert run["dataAbsentReason"]["coding"][0]["code"] == "unknown"
+        assert run["dataAbsentReason"]["text"] == "Less than 90 % of the playing time was compared"
+        shares = {
+            part["code"]["coding"][0]["code"]: part["valueQuantity"]["value"]
+            for part in run["component"]
+            if "valueQuantity" in part
+        }
+        assert shares["compared-share"] == 41.5
+        assert "tracking-peak" not in shares
+        assert not any(name.endswith("-rmse") for name in shares)
+
+
+def test_run_names_its_following_error_and_its_change_by_settings(database: Database, tmp_path: Path) -> None:
+    patient = treated(database, sessions=1)
+    with database.write() as session:
+        for row in session.scalars(select(RunRow)):
+            row.clock_offset_s = 0.094
+            for motor in row.tracking:
+                motor.change_deg = -12.5 if motor.motor == 3 else 1.0
+    told = exported(database, patient, tmp_path / "bundle.json")
+    runs = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "run-tracking"]
+    assert runs
+    for run in runs:
+        assert run["code"]["coding"][0]["display"].startswith("Following error")
+        values = {
+            part["code"]["coding"][0]["code"]: part["valueQuantity"]
+            for part in run["component"]
+            if "valueQuantity" in part
+        }
+        assert (values["change-by-settings"]["value"], values["change-by-settings"]["unit"]) == (-12.5, "deg")
+        assert (values["clock-offset"]["value"], values["clock-offset"]["unit"]) == (0.094, "s")
+
+
+def test_goniometer_readings_and_the_patients_angles_name_their_method(database: Database, tmp_path: Path) -> None:
+    told = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
+    observations = of_kind(told, "Observation")
+
+    def of_code(code: str) -> list[Json]:
+        return [one for one in observations if one["code"]["coding"][0]["code"] == code]
+
+    readings, angles = of_code("goniometer-reading"), of_code("patient-angle")
+    assert [one["valueQuantity"]["value"] for one in readings] == [26.0, 78.0]
+    assert {one["method"]["coding"][0]["code"] for one in readings} == {"goniometer"}
+    assert [one["component"][0]["valueQuantity"]["value"] for one in readings] == [20.0, 80.0]
+    # Two playbacks of the session with readings; nothing is estimated in the other session or for another motion.
+    assert len(angles) == 2
+    for one in angles:
+        assert "basic motion 4" in one["code"]["text"]
+        assert one["method"]["coding"][0]["code"] == "goniometer-estimate"
+        assert "valueQuantity" not in one
+        names = [part["code"]["coding"][0]["code"] for part in one["component"]]
+        assert names == [f"patient-angle-{end}{what}" for end in ("lowest", "highest") for what in ("", "-uncertainty")]
+        assert len(one["derivedFrom"]) == 3
+
+
 def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: Path) -> None:
     told = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
     (who,) = of_kind(told, "Patient")
@@ -98,19 +154,19 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
     assert (who["birthDate"], who["gender"], who["active"]) == ("1968-04-12", "female", True)
 
     (condition,) = of_kind(told, "Condition")
-    assert condition["code"]["coding"][0]["code"] == "399114005"
+    assert set(condition["code"]) == {"text"}
+    assert "verificationStatus" not in condition
     assert condition["bodySite"][0]["coding"][0]["code"] == "91775009"
     assert condition["onsetDateTime"] == "2026-01-10"
     assert [stage["extension"][0]["valueDate"] for stage in condition["stage"]] == ["2026-02-01", "2026-05-20"]
-    assert any(
-        "Abduction / adduction of the shoulder: as far as it goes to 90 deg" in note["text"]
-        for note in condition["note"]
-    )
+    warnings = [flag["code"]["text"] for flag in of_kind(told, "Flag")]
+    assert warnings[0] == "Left shoulder. Contraindications: None known to Mrs Yamada."
+    assert "Abduction / adduction of the shoulder: as far as it goes to 90 deg" in warnings[1]
 
     old, new = sorted(of_kind(told, "CarePlan"), key=lambda plan: plan["title"])
     assert (old["status"], new["status"]) == ("revoked", "active")
     assert new["replaces"][0]["reference"] == f"urn:uuid:{old['id']}"
-    assert new["activity"][0]["detail"]["quantity"] == {"value": 10}
+    assert new["activity"][0]["detail"]["quantity"]["value"] == 10
 
     observations = of_kind(told, "Observation")
     codes = Counter(one["code"]["coding"][0]["code"] for one in observations)
@@ -177,6 +233,153 @@ def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Databa
         assert sum(name.startswith("value") for name in part if name != "value") <= 1, part
         times = [value for value in part.values() if isinstance(value, str) and re.match(r"\d{4}-\d\d-\d\dT", value)]
         assert all(re.search(r"(Z|[+-]\d\d:\d\d)$", value) for value in times), part
+
+
+def test_pain_scores_of_one_moment_differ_and_name_the_shoulder(database: Database, tmp_path: Path) -> None:
+    told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
+    pains = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == PAIN]
+    assert len(pains) == 7
+    meant = {(one["code"]["coding"][1]["code"], one.get("effectiveDateTime")) for one in pains}
+    assert len({code for code, _ in meant}) == len(pains)
+    assert {one["bodySite"]["coding"][0]["display"] for one in pains} == {"Structure of left shoulder"}
+    assert {one["code"]["text"] for one in pains} >= {"Pain at rest", "Pain before the session"}
+    (during,) = [one for one in pains if one["code"]["coding"][1]["code"] == "pain-during"]
+    assert set(during["effectivePeriod"]) == {"start", "end"}, "nobody noted the moment"
+
+
+def test_our_own_wording_of_the_spadi_is_not_exported(database: Database, tmp_path: Path) -> None:
+    told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
+    written = json.dumps(told, ensure_ascii=False)
+    assert [item.english for item in ITEMS if item.english in written] == []
+    assert [item.japanese for item in ITEMS if item.japanese in written] == []
+    (questions,) = of_kind(told, "Questionnaire")
+    assert [item["linkId"] for item in questions["item"]] == [str(number) for number in range(1, 14)]
+
+
+def test_clinic_sets_identifier_system_and_profiles_and_reimports_them(database: Database, tmp_path: Path) -> None:
+    system = "urn:oid:1.2.392.100495.20.3.51.11311234567"
+    profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Patient"
+    told = exported(
+        database, treated(database, sessions=1), tmp_path / "bundle.json", ClinicNames(system, {"Patient": profile})
+    )
+    (who,) = of_kind(told, "Patient")
+    assert (who["identifier"][0]["system"], who["meta"]) == (system, {"profile": [profile]})
+    assert all("meta" not in one for one in of_kind(told, "Observation"))
+    who["identifier"].append({"system": "urn:oid:1.2", "value": "insurance", "type": who["identifier"][0]["type"]})
+    ((found,), left_out) = read_patients(told, "left", system)
+    assert (found.patient.clinic_number, found.patient.name) == (NUMBER, NAME)
+    assert [path for path in left_out if "meta" in path] == []
+
+
+ODD: dict[str, tuple[Json, Json | None]] = {
+    "nothing written": ({"diagnosis": "", "onset_on": None}, None),
+    "spaces and signs": ({"diagnosis": "? <b>&#0;", "onset_on": None}, {"code": {"text": "? <b>&#0;"}}),
+    "written, not chosen": (
+        {"diagnosis": "Rotator cuff tear, postoperative", "onset_on": None},
+        {"code": {"text": "Rotator cuff tear, postoperative"}},
+    ),
+    "a certainty of nothing": ({"diagnosis": "", "onset_on": None, "verification": "confirmed"}, None),
+    "a code of another version": ({"diagnosis": "", "onset_on": None, "diagnosis_code": "M99.9"}, None),
+    "only an onset": ({"diagnosis": ""}, {"code": None, "verificationStatus": None, "onsetDateTime": "2026-01-10"}),
+    "chosen, contradicted by the text, closed": (
+        {"diagnosis": "No frozen shoulder", "diagnosis_code": "M75.0", "verification": "differential", "closed_at": utc_now()},
+        {"clinicalStatus": None, "abatementDateTime": None},
+    ),
+}  # fmt: skip
+"""Odd, empty and contradictory episodes, and what their Condition says; None where there is none."""
+
+
+@pytest.mark.parametrize("database", ["sqlite"], indirect=True)
+def test_odd_records_are_valid_and_say_only_what_was_entered(database: Database, tmp_path: Path) -> None:
+    cases = {}
+    for number, (name, (columns, says)) in enumerate(ODD.items()):
+        patient_id = treated(database, sessions=2, number=f"K-{number}")
+        with database.write() as session:
+            episode = session.scalars(select(EpisodeRow).filter_by(patient_id=patient_id)).one()
+            session.execute(delete(StageRow).filter_by(episode_id=episode.id))
+            session.expire(episode)
+            for column, value in columns.items():
+                setattr(episode, column, value)
+        cases[name] = exported(database, patient_id, tmp_path / "bundle.json")
+        conditions = of_kind(cases[name], "Condition")
+        assert len(conditions) == (says is not None), name
+        for element, value in (says or {}).items():
+            assert conditions[0].get(element) == value, (name, element)
+        assert bool(conditions) == ("addresses" in of_kind(cases[name], "CarePlan")[0])
+    assert judged(cases) == {name: [] for name in cases}
+    (chosen,) = of_kind(cases["chosen, contradicted by the text, closed"], "Condition")
+    assert [coding["code"] for coding in chosen["code"]["coding"]] == ["M75.0", "399114005"]
+    assert chosen["code"]["text"] == "No frozen shoulder"
+    assert chosen["verificationStatus"]["coding"][0]["code"] == "differential"
+
+
+ENTERED: dict[str, dict[str, str]] = {
+    "Condition": {"code": "diagnosis", "onsetDateTime": "onset", "stage": "stages", "bodySite": "side"},
+    "EpisodeOfCare": {"type": "side", "period": "opened and closed", "status": "opened and closed", "diagnosis": "diagnosis"},
+    "Flag": {
+        "code": "entry of the list with note, permission and end; free contraindications; limits",
+        "author": "who recorded it; the doctor of the limits",
+        "status": "resolved or not; opened and closed",
+        "period": "recorded and resolved",
+        "category": "all are warnings",
+    },
+}  # fmt: skip
+"""What was entered (right) against what is exported of it (left). Every other element is bookkeeping."""
+_BOOKKEEPING = {"resourceType", "id", "subject", "patient", "recordedDate", "clinicalStatus"}
+
+
+def contraindicated(database: Database, patient_id: UUID) -> None:
+    """Record contraindications of the list: open, signed off, resolved, of another version; of the patient and of a shoulder."""
+    at = datetime(2026, 5, 1, 9, 0, tzinfo=UTC)
+    with database.write() as session:
+        episode = session.scalars(select(EpisodeRow).filter_by(patient_id=patient_id)).one()
+        for code, whose, more in (
+            ("pacemaker", None, {}),
+            ("fracture", episode.id, {"note": "Humeral neck.", "resolved_at": at, "resolved_by": "Kimura Jun", "resolution": "United."}),
+            ("recent_repair", episode.id, {"signed_off_at": at, "signed_off_by": "Dr. Mori"}),
+            ("other", episode.id, {"note": "Afraid of <b>motors</b>"}),
+            ("of_tomorrow", None, {}),
+        ):  # fmt: skip
+            session.add(
+                ContraindicationRow(
+                    id=uuid4(), patient_id=patient_id, episode_id=whose, code=code, noted_at=at, noted_by="Sato Mai", **more
+                )
+            )  # fmt: skip
+
+
+def test_every_statement_of_an_episode_was_entered(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=1)
+    contraindicated(database, patient_id)
+    told = exported(database, patient_id, tmp_path / "bundle.json")
+    for kind, entered in ENTERED.items():
+        for resource in of_kind(told, kind):
+            assert set(resource) - _BOOKKEEPING <= set(entered), kind
+
+
+@pytest.mark.parametrize("database", ["sqlite"], indirect=True)
+def test_listed_contraindications_are_exported_as_entered(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=1)
+    contraindicated(database, patient_id)
+    told = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": told}) == {"bundle": []}
+    said = {flag["code"]["text"]: flag for flag in of_kind(told, "Flag") if "period" in flag}
+    assert list(said) == [
+        "Pacemaker or other active implant.",
+        "Left shoulder. Fracture that has not united. Note: Humeral neck. No longer applies (Kimura Jun, 2026-05-01T09:00:00+00:00): United.",
+        "Left shoulder. Recent repair of tendon, ligament or capsule. Treatment allowed by Dr. Mori, 2026-05-01T09:00:00+00:00.",
+        "Left shoulder. Other contraindication. Note: Afraid of <b>motors</b>",
+        "of_tomorrow.",
+    ]  # fmt: skip
+    assert [flag["status"] for flag in said.values()] == ["active", "inactive", "active", "active", "active"]
+    codes = [flag["code"].get("coding", [{}])[0].get("code") for flag in said.values()]
+    assert codes == [
+        "contraindication-pacemaker",
+        "contraindication-fracture",
+        "contraindication-recent_repair",
+        "contraindication-other",
+        None,
+    ]
+    assert len(of_kind(told, "Condition")) == 1, "a warning is no diagnosis"
 
 
 def _first(kind: str) -> Callable[[Json], Json]:

@@ -152,6 +152,7 @@ def test_plotly_accepts_the_handmade_figures() -> None:
 def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "_warm_up", partial(time.sleep, 600))
     worker = figures.FigureWorker()
+    worker.warm_up()
     ending = threading.Thread(target=worker.close, daemon=True)
     ending.start()
     ending.join(20)

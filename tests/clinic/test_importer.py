@@ -141,9 +141,9 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
     for motor in run.comparison.motors:
         assert motor.peak_deg == pytest.approx(0.5, abs=0.01)
         assert motor.lag_ms == pytest.approx(0.0, abs=1.0)
-        assert (motor.taught_min_deg, motor.taught_max_deg) == pytest.approx((2.0, 18.0), abs=1e-3)
+        assert (motor.taught_min_deg, motor.taught_max_deg) == pytest.approx((0.0, 16.0), abs=1e-3)
     told = json.loads(figures.run(parts))
-    assert trace(told, motor=1, name="Teaching").max() == pytest.approx(18.0, abs=0.01)
+    assert trace(told, motor=1, name="Teaching").max() == pytest.approx(16.0, abs=0.01)
     assert trace(told, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
 
 

@@ -20,6 +20,7 @@ from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
+from kata.motion.reach import FREE_DEG, ArmLimits
 from tests.support.databases import upgraded_file
 
 TIMES_S = np.arange(0, 4.005, 0.01)
@@ -115,9 +116,10 @@ def test_on_the_left_the_bodys_angle_counts_too(clinic: Clinic) -> None:
     assert refusal(clinic, moved(2, 9.0, "left"), side="left").code == "beyond_doctors_limit"
 
 
-def test_lifted_arm_decides_the_motion_of_motor_4(clinic: Clinic) -> None:
+def test_horizontal_flexion_is_limited_once_the_arm_is_raised(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 3, "highest_deg": 20.0}])
-    clinic.check(moved(4, 60.0, abduction_deg=10.0))
+    clinic.check(moved(4, 30.0, abduction_deg=10.0))
+    assert refusal(clinic, moved(4, 60.0, abduction_deg=10.0)).code == "beyond_doctors_limit"
     assert refusal(clinic, moved(4, 60.0, abduction_deg=80.0)).code == "beyond_doctors_limit"
 
 
@@ -190,3 +192,63 @@ def test_recording_beyond_the_scapulas_range_is_refused(clinic: Clinic) -> None:
     clinic.check(impossible)
     clinic.allow(limits=[{"motion": 1, "highest_deg": 10.0}])
     assert refusal(clinic, impossible).code == "scapula_unknown"
+
+
+def at_abduction(abduction_deg: float, flexion_deg: float) -> Motion:
+    """The arm is lifted sideways and then flexed, and comes back the same way."""
+    times_s = np.arange(0.0, 12.005, 0.01)
+    pose = np.zeros((len(times_s), 5))
+    pose[:, 2] = np.interp(times_s, [0, 2, 10, 12], [5, abduction_deg, abduction_deg, 5])
+    pose[:, 3] = np.interp(times_s, [2, 6, 10], [0, flexion_deg, 0])
+    return Motion(times_s, motor_angles_deg(pose))
+
+
+@pytest.mark.parametrize("abduction_deg", [0.0, 30.0, 44.0, 46.0, 60.0, 85.0])
+def test_limits_have_no_hole_where_motor_4_changes_its_motion(clinic: Clinic, abduction_deg: float) -> None:
+    clinic.allow(limits=[{"motion": 4, "highest_deg": 90.0}, {"motion": 5, "highest_deg": 90.0}])
+    clinic.check(at_abduction(abduction_deg, 85.0))
+    # Sideways and level, flexion no longer raises the arm: only abduction does.
+    raised = at_abduction(abduction_deg, 110.0) if abduction_deg < 80 else at_abduction(abduction_deg + 10.0, 0.0)
+    told = refusal(clinic, raised)
+    assert told.code == "beyond_doctors_limit"
+
+
+def test_refusal_of_a_raised_arm_names_elevation_and_limit(clinic: Clinic) -> None:
+    clinic.allow(limits=[{"motion": 4, "highest_deg": 90.0}, {"motion": 5, "highest_deg": 90.0}])
+    assert re.fullmatch(
+        r"The elevation of the upper arm would be 13[01]\.\d deg at \d\.\d s; "
+        r"Dr\. Mori allows no more than 90\.0 deg in this pose\.",
+        refusal(clinic, at_abduction(46.0, 160.0)).message,
+    )
+
+
+def test_device_receives_the_limits_of_the_pose(clinic: Clinic) -> None:
+    with clinic._database.read() as session:
+        assert limits.allowed(session, clinic._patient_id, "right").arm is None
+    clinic.allow(
+        limits=[
+            {"motion": 1, "lowest_deg": -5.0},
+            {"motion": 3, "highest_deg": 100.0},
+            {"motion": 4, "highest_deg": 80.0},
+            {"motion": 5, "lowest_deg": -10.0, "highest_deg": 120.0},
+        ]
+    )
+    with clinic._database.read() as session:
+        arm = limits.allowed(session, clinic._patient_id, "right").arm
+    assert arm == ArmLimits(
+        scapula_deg=((-5.0, FREE_DEG), (-FREE_DEG, FREE_DEG)),
+        side_deg=80.0,
+        front_deg=120.0,
+        back_deg=80.0,
+        plane_deg=(-FREE_DEG, 100.0),
+        flexion_from_deg=(-10.0, -20.0),
+    )
+
+
+def test_plane_limit_counts_whichever_motor_raised_the_arm(clinic: Clinic) -> None:
+    clinic.allow(limits=[{"motion": 3, "highest_deg": 60.0}])
+    clinic.check(at_abduction(80.0, 55.0))
+    assert refusal(clinic, at_abduction(80.0, 70.0)).code == "beyond_doctors_limit"
+    told = refusal(clinic, at_abduction(10.0, 60.0))
+    assert told.message.startswith("The plane of elevation would be ")
+    clinic.check(at_abduction(10.0, 30.0))

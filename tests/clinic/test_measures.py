@@ -55,6 +55,7 @@ def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
         ("abduction", "41381-5", "41382-3"),
         ("external_rotation", "41387-2", "41388-0"),
         ("internal_rotation", "41391-4", "41392-2"),
+        ("horizontal_flexion", "", "56046-6"),
     }
 
 
@@ -67,9 +68,10 @@ def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
         ([8, 7, 6, 5, 4], [3] * 8, Score(60, 30, 45)),
         # One left out: 24 of 40 points.
         ([8, None, 6, 6, 4], [3] * 8, Score(60, 30, 45)),
-        ([None, None, 6, 6, 6], [None, None, 4, 4, 4, 2, 2, 2], Score(60, 30, 45)),
-        ([None, None, None, 6, 6], [3] * 8, Score(None, 30, None)),
-        ([6] * 5, [None, None, None, 3, 3, 3, 3, 3], Score(60, None, None)),
+        ([None, 6, 6, 6, 6], [None, 4, 4, 4, 3, 2, 2, 2], Score(60, 30, 45)),
+        ([None, None, 6, 6, 6], [3] * 8, Score(60, 30, 45)),
+        ([None, None, 6, 6, 6], [None] + [3] * 7, Score(None, None, None)),
+        ([6] * 5, [None, None, None, 3, 3, 3, 3, 3], Score(None, None, None)),
         ([None] * 5, [None] * 8, Score(None, None, None)),
     ],
 )

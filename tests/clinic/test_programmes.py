@@ -16,7 +16,13 @@ from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.programmes import adherence, planned, service
 from kata.clinic.programmes.adherence import VersionWish, Visit, by_week
 from kata.clinic.programmes.planned import Setting
-from kata.clinic.programmes.schemas import ItemWanted, ProgrammeCreate, ProgrammeItem, ProgrammeUpdate, VersionCreate
+from kata.clinic.programmes.schemas import (
+    ProgrammeCreate,
+    ProgrammeItem,
+    ProgrammeItemRequest,
+    ProgrammeUpdate,
+    VersionCreate,
+)
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
@@ -79,8 +85,10 @@ class Clinic:
             return visit.id
 
 
-def items(*recordings: UUID, **given: Any) -> list[ItemWanted]:
-    return [ItemWanted(**{"recording_id": one, "repetitions": 10, "load_level": 8} | given) for one in recordings]
+def items(*recordings: UUID, **given: Any) -> list[ProgrammeItemRequest]:
+    return [
+        ProgrammeItemRequest(**{"recording_id": one, "repetitions": 10, "load_level": 8} | given) for one in recordings
+    ]
 
 
 def played(**given: Any) -> RunRow:

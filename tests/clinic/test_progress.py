@@ -167,7 +167,8 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
     assert len({*dashes.values()}) == 4
     table = numbers.pain(lines)
     assert names(table) == [
-        "When", "At rest", "Average of the week", "Before the session", "During the session", "After the session",
+        "When", "At rest, 0 to 10", "Average of the week, 0 to 10", "Before the session, 0 to 10", "During the session, 0 to 10",
+        "After the session, 0 to 10",
     ]  # fmt: skip
     assert table.rows[0] == [DAY, None, None, 6, None, 5]
     assert len(table.rows) == 3
@@ -186,21 +187,21 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
     assert traces(figure) == {
         "SPADI": ([0, 2, 3], [45, 35, 25]),
         "Pain": ([0, 2, 3], [60, 40, 20]),
-        "Disability": ([0, 1, 2, 3], [30, 30, 30, 30]),
+        "Disability": ([0, 2, 3], [30, 30, 30]),
         "Baseline": ([-0.2, 3.2], [45, 45]),
-        "8 better: perhaps important": ([-0.2, 3.2], [37, 37]),
-        "13 better: important": ([-0.2, 3.2], [32, 32]),
+        "8 points better: perhaps important, or chance": ([-0.2, 3.2], [37, 37]),
+        "Over 17 points better: important, not chance": ([-0.2, 3.2], [28, 28]),
     }
-    assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (32, 37)
+    assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (28, 37)
     table = numbers.spadi(points)
-    assert names(table)[-2:] == ["Change from baseline", "Important change"]
+    assert names(table)[-2:] == ["Change from baseline, points", "Important change"]
     assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "perhaps better"], [-20, "better"]]
 
 
 @pytest.mark.parametrize(
     ("change", "verdict"),
-    [(None, ""), (0, "no"), (-7.9, "no"), (-8, "perhaps better"), (-12.9, "perhaps better"), (-13, "better"),
-     (7.9, "no"), (8, "perhaps worse"), (13, "worse")],
+    [(None, ""), (0, "no"), (-7.9, "no"), (-8, "perhaps better"), (-17, "perhaps better"), (-17.1, "better"),
+     (7.9, "no"), (8, "perhaps worse"), (17, "perhaps worse"), (17.1, "worse")],
 )  # fmt: skip
 def test_lower_scores_are_better_and_relevance_begins_at_eight(change: float | None, verdict: str) -> None:
     assert numbers.verdict(change) == verdict

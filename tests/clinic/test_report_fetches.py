@@ -4,7 +4,7 @@ import base64
 import socket
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import pytest
 
@@ -14,6 +14,7 @@ from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.rendering import Print
 from tests.support.databases import upgraded_file
 from tests.support.reports import AT, contents
+from tests.support.service import running
 from tests.support.treatment import Texts
 
 _SVG: Final = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{}</svg>'
@@ -93,6 +94,16 @@ def test_a_logo_with_something_outside_it_is_refused(tmp_path: Path, server: _Se
     with pytest.raises(LetterheadError, match=r"is an SVG with|neither PNG nor SVG"):
         letterhead.read("", "", "", logo)
     assert not server.was_asked()
+
+
+def test_service_starts_without_a_logo_that_it_refuses(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    logo = tmp_path / "logo.svg"
+    logo.write_text(HOSTILE[0].replace("ADDRESS", "http://127.0.0.1:9"))
+    with running(tmp_path, simulate=False, clinic_name="Midori Clinic", clinic_logo=logo) as client:
+        app: Any = client.app
+        head = app.state.services.letterhead
+    assert (head.name, head.logo) == ("Midori Clinic", "")
+    assert "Reports are printed without a logo." in caplog.text
 
 
 def test_a_drawing_of_a_usual_program_is_accepted(tmp_path: Path) -> None:

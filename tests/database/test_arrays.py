@@ -26,7 +26,7 @@ def test_decoded_values_are_within_the_resolution(angle_deg: np.ndarray) -> None
 
 @given(numpy_arrays(np.int64, st.tuples(st.integers(0, 50), st.just(5)), elements=st.integers(-4096, 4096)))
 def test_counts_of_a_drive_come_back_as_they_were(counts: np.ndarray) -> None:
-    """Whatever their zero is, and though the journal keeps 32 bits of them."""
+    """Counts are restored exactly for every offset, although the journal stores them in 32 bits."""
     angle_deg = (0.0123 + counts * COUNT_DEG).astype(np.float32).astype(np.float64)
     back = decode(encode({"angle_deg": angle_deg}, (SampleColumn("angle_deg", "deg", 1e-4, counted=True),)))[
         "angle_deg"

@@ -60,12 +60,12 @@ def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
     with database.write() as session:
         session.add(patient := _patient("1"))
         session.add(visit := SessionRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, ended_at=None, note=""))
-        told = {"patient_id": patient.id, "name": "N", "side": "left"}
-        session.add(teaching := TeachingRow(id=uuid4(), started_at=_NOW, **told))
+        fields = {"patient_id": patient.id, "name": "N", "side": "left"}
+        session.add(teaching := TeachingRow(id=uuid4(), started_at=_NOW, **fields))
         session.flush()
         session.add(
             recording := RecordingRow(
-                id=uuid4(), teaching_id=teaching.id, take=1, station="S", note="", **told, **taught
+                id=uuid4(), teaching_id=teaching.id, take=1, station="S", note="", **fields, **taught
             )
         )
         session.flush()
@@ -93,7 +93,7 @@ def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
         assert kept.load_level is None
         assert (kept.method, kept.corrected_by) == (None, None)
         assert (kept.repetitions_done, kept.played_s) == (1, 1.0)
-        # Everything was played as it was taught, once; what was not worked out then is not known.
+        # Old runs were played once, as taught. Values that were not computed then are unknown.
         assert (kept.speed_percent, kept.repetitions, kept.pause_s, kept.range_percent) == (100.0, 1, 0.0, 100.0)
         assert (kept.tracking[0].peak_deg, kept.tracking[0].lag_ms, kept.tracking[0].torque_peak_nm) == (
             1.0,
@@ -103,12 +103,12 @@ def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
 
 
 def test_derived_recording_downgrades_to_a_take_without_loss(database: Database) -> None:
-    told = {"name": "N", "side": "left"}
-    row = {"station": "S", "duration_s": 1.0, "rate_hz": 100, "samples": 101, "note": "", "archived_at": None, **told}
+    fields = {"name": "N", "side": "left"}
+    row = {"station": "S", "duration_s": 1.0, "rate_hz": 100, "samples": 101, "note": "", "archived_at": None, **fields}
     with database.write() as session:
         session.add(patient := _patient("1"))
         session.flush()
-        teaching = TeachingRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, **told)
+        teaching = TeachingRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, **fields)
         visit = SessionRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, ended_at=None, note="")
         session.add_all([teaching, visit])
         session.flush()
@@ -264,7 +264,7 @@ class TestSqlite:
                 session.flush()
 
     def test_last_closing_reader_leaves_the_log_to_the_next_writer(self, database: Database, tmp_path: Path) -> None:
-        """Before 3.51.3 a log can be corrupted when two connections write and checkpoint together: ever only one does."""
+        """SQLite before 3.51.3 can corrupt a log when two connections write and checkpoint. Only one connection may do so."""
         file, log = tmp_path / "kata.db", tmp_path / "kata.db-wal"
         with database.write() as session:
             session.add(_patient("1"))
@@ -308,3 +308,8 @@ class TestSqlite:
         assert second_done.wait(5)
         with database.read() as session:
             assert session.query(PatientRow).count() == 2
+
+
+def test_size_and_kind_are_known_on_both_databases(database: Database) -> None:
+    assert database.kind == database.url.get_backend_name()
+    assert database.size_bytes() > 8192

@@ -1,4 +1,4 @@
-"""Databases of every released version, with data in every table: up, down, up again, and killed at every statement."""
+"""Databases of every released version with data in every table: upgrade, downgrade, second upgrade, and a kill at every statement."""
 
 import hashlib
 import json
@@ -45,8 +45,8 @@ def key(number: int) -> UUID:
 
 
 def rows_of(version: str) -> list[tuple[str, Row]]:
-    """Two of everything that version knows, in an order in which it can be written down."""
-    told: list[tuple[str, Row]] = []
+    """Return two rows of every table of a version, ordered so that references exist when a row is inserted."""
+    answer: list[tuple[str, Row]] = []
     for n, side in ((1, "left"), (2, "right")):
         patient = {
             "id": key(n), "clinic_number": f"K-{n}", "name": "Satō Ken", "kana": "サトウ ケン" if n == 1 else None,
@@ -82,26 +82,26 @@ def rows_of(version: str) -> list[tuple[str, Row]]:
             }  # fmt: skip
         if version >= "0004":
             recording |= {"parent_id": None, "done": []}
-        told += [("patients", patient), ("sessions", visit), ("teachings", teaching), ("recordings", recording)]
-        # One that can be read, and one that was damaged before.
-        told.append(
+        answer += [("patients", patient), ("sessions", visit), ("teachings", teaching), ("recordings", recording)]
+        # Given: a readable series, and a damaged one.
+        answer.append(
             ("recording_samples", {"recording_id": key(30 + n), "data": FIRST_FORMAT[: 1000 if n == 1 else 40]})
         )
-        told.append(("runs", run))
+        answer.append(("runs", run))
         motor = tracking | {"motor": 3} | (figures | {"torque_peak_nm": 1.5} if version >= "0003" else {})
-        told += [("motor_tracking", motor), ("run_samples", {"run_id": key(40 + n), "data": FIRST_FORMAT})]
+        answer += [("motor_tracking", motor), ("run_samples", {"run_id": key(40 + n), "data": FIRST_FORMAT})]
         if version >= "0003":
-            told.append(("motion_tracking", tracking | figures | {"motion": 4}))
-            told.append(("run_corrections", {"run_id": key(40 + n), "station": "Station 1", "data": FIRST_FORMAT}))
+            answer.append(("motion_tracking", tracking | figures | {"motion": 4}))
+            answer.append(("run_corrections", {"run_id": key(40 + n), "station": "Station 1", "data": FIRST_FORMAT}))
         if version >= "0004":
             derived = {"id": key(50 + n), "teaching_id": None, "take": None, "parent_id": key(30 + n)}
-            told.append(("recordings", recording | derived | {"done": ["trimmed", "mirrored"]}))
-            told.append(("recording_samples", {"recording_id": key(50 + n), "data": FIRST_FORMAT}))
-    return told
+            answer.append(("recordings", recording | derived | {"done": ["trimmed", "mirrored"]}))
+            answer.append(("recording_samples", {"recording_id": key(50 + n), "data": FIRST_FORMAT}))
+    return answer
 
 
 def kind(name: str) -> Any:
-    """A column's type, by its name: these tests know no classes of today."""
+    """Return the type of a column from its name. These tests do not use the present classes."""
     if name in ("id", "corrected_by") or name.endswith("_id"):
         return sa.Uuid()
     if name.endswith("_at"):
@@ -118,18 +118,18 @@ def at_version(database: Database, version: str, move: Callable[[Config, str], N
 
 
 def filled(database: Database, version: str) -> None:
-    """As a program of that version left it."""
+    """Return a database of this version with two rows in every table."""
     at_version(database, version)
-    told = rows_of(version)
+    answer = rows_of(version)
     with database.writer.begin() as connection:
-        for table, row in told:
+        for table, row in answer:
             connection.execute(sa.insert(sa.table(table, *(sa.column(name, kind(name)) for name in row))), [row])
         tables = set(sa.inspect(connection).get_table_names()) - {"alembic_version"}
-    assert tables == {table for table, _ in told}
+    assert tables == {table for table, _ in answer}
 
 
 def contents(database: Database) -> Contents:
-    """Everything, as the database itself tells it; but for the ids that an upgrade makes up."""
+    """Return all rows as the database returns them, without the ids that an upgrade creates."""
     kept: Contents = {}
     with database.writer.connect() as connection:
         for table in sorted(sa.inspect(connection).get_table_names()):
@@ -142,7 +142,7 @@ def contents(database: Database) -> Contents:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def empty(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
-    """A database in which there is nothing, not even tables."""
+    """Return a database without tables."""
     on_file = request.param == "sqlite"
     made = Database(f"sqlite:///{tmp_path / 'kata.db'}" if on_file else request.getfixturevalue("postgresql_url"))
     yield made
@@ -179,6 +179,21 @@ def test_data_of_every_released_version_upgrades_and_downgrades(empty: Database,
     assert contents(empty) == upgraded
 
 
+def test_upgrade_takes_errors_with_reduced_range_out_of_charts(empty: Database) -> None:
+    filled(empty, "0004")
+    at_version(empty, "0010")
+    with empty.writer.begin() as connection:
+        connection.exec_driver_sql("UPDATE runs SET worst_rmse_deg = 0.75, worst_peak_deg = 2.5")
+        connection.exec_driver_sql("UPDATE runs SET least_range_percent = 60 WHERE outcome = 'stopped'")
+    before = contents(empty)
+    upgrade(empty)
+    found = {row["outcome"]: (row["worst_rmse_deg"], row["worst_peak_deg"]) for row in contents(empty)["runs"]}
+    assert found == {"stopped": (None, None), "completed": (0.75, 2.5)}
+    assert [row["peak_deg"] for row in contents(empty)["motor_tracking"]] == [-2.5, -2.5]
+    at_version(empty, "0010", command.downgrade)
+    assert contents(empty) == before
+
+
 def test_stopped_session_is_stored_beside_its_cause(empty: Database) -> None:
     filled(empty, "0004")
     at_version(empty, "0006")
@@ -212,7 +227,7 @@ def test_downgrade_removes_new_data_and_preserves_old_data(empty: Database) -> N
 
 
 def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, Any]]]:
-    """Today's samples in place of those of before, and a row in each of the tables that are new."""
+    """Replace the former samples by present ones, and add a row to each new table."""
     times_s = np.arange(13_000) * 0.01
     taught = {"time_s": times_s, "angle_deg": np.rint(np.sin(times_s[:, None] * np.arange(1, 6)) * 400) * 360 / 4096}
     angles = taught["angle_deg"]
@@ -220,7 +235,10 @@ def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, An
         "time_s": times_s, "phase": np.full(13_000, 2.0), "path_s": np.where(times_s < 1, np.nan, times_s),
         "setpoint_deg": np.rint(angles * 500) / 500, "measured_deg": angles, "torque_nm": angles / 100,
     }  # fmt: skip
-    learned = {"time_s": times_s[:100], "correction_deg": angles[:100] / 1000}
+    learned = {
+        "time_s": times_s[:100], "correction_deg": angles[:100] / 1000, "played_deg": angles[:100] / 2000,
+        "error_deg": np.full((100, 5), 0.2), "gain": np.full((100, 5), 0.6), "fell_back": np.zeros((100, 5)),
+    }  # fmt: skip
     with database.writer.begin() as connection:
         connection.exec_driver_sql("DELETE FROM recording_samples WHERE recording_id IN (SELECT id FROM recordings)")
         connection.exec_driver_sql("DELETE FROM run_samples")
@@ -262,7 +280,7 @@ def test_newer_database_is_refused_and_left_unchanged(tmp_path: Path) -> None:
 
 
 def newer(database: Database, revision: str, oldest: str, *statements: str) -> None:
-    """As the program after this one, or after that, would leave it."""
+    """Change the database like one of the next two versions of the program."""
     with database.writer.begin() as connection:
         for statement in statements:
             connection.exec_driver_sql(statement)
@@ -335,7 +353,7 @@ def test_upgrade_without_free_space_is_refused(tmp_path: Path, monkeypatch: pyte
 
 
 def statements(database: Database, at: Callable[[int], None]) -> None:
-    """Say before each one that is carried out which it is."""
+    """Call ``before`` with each SQL statement before it is executed."""
     count = 0
 
     def about_to(*_: object) -> None:
@@ -347,12 +365,12 @@ def statements(database: Database, at: Callable[[int], None]) -> None:
 
 
 def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) -> None:
-    """What a killed process leaves are its files as they are at that moment."""
+    """A killed process leaves its files as they are at that moment."""
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     filled(database, "0001")
     whole = {"0001": contents(database)}
     database.close()
-    for version in ("0002", "0003", "0004", "0005", "0006", "0007", "0008"):
+    for version in sorted(path.name[:4] for path in migrations().glob("versions/0*.py"))[1:]:
         shutil.copy(tmp_path / "kata.db", tmp_path / "step.db")
         step = Database(f"sqlite:///{tmp_path / 'step.db'}")
         at_version(step, version)
@@ -382,9 +400,9 @@ def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) 
     versions = set()
     for path in left.values():
         found = Database(f"sqlite:///{path}")
-        told = contents(found)
-        version = told["alembic_version"][0]["version_num"]
-        assert told == whole[version]
+        answer = contents(found)
+        version = answer["alembic_version"][0]["version_num"]
+        assert answer == whole[version]
         with closing(sqlite3.connect(path)) as connection:
             assert connection.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
         found.close()
@@ -393,7 +411,7 @@ def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) 
 
 
 def killed_at(url: str, statement: int) -> None:
-    """Upgrade in a process of its own, and kill that before a statement."""
+    """Upgrade in a separate process, and kill it before a statement."""
     child = os.fork()
     if child == 0:
         try:

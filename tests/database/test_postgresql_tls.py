@@ -1,4 +1,4 @@
-"""The way to PostgreSQL on another computer: encrypted, to a server that is known, with a certificate in place of a password."""
+"""PostgreSQL on another computer: encrypted connections to a verified server, with a client certificate instead of a password."""
 
 import os
 import shutil
@@ -58,15 +58,15 @@ def test_local_or_explicit_postgresql_settings_are_left_unchanged(url: str) -> N
 
 @dataclass(frozen=True)
 class Server:
-    """On 127.0.0.1, by TLS alone; whoever has a certificate of its authority for ``kata`` comes in, and nobody else."""
+    """A server on 127.0.0.1 that accepts only TLS, and only clients with its authority's certificate for ``kata``."""
 
     port: int
     folder: Path
 
     def url(self, **more: str | Path) -> str:
-        told = {"sslmode": "verify-full", "sslrootcert": self.folder / "authority.pem"} | more
+        answer = {"sslmode": "verify-full", "sslrootcert": self.folder / "authority.pem"} | more
         return f"postgresql+psycopg://kata@127.0.0.1:{self.port}/postgres?" + "&".join(
-            f"{k}={v}" for k, v in told.items()
+            f"{k}={v}" for k, v in answer.items()
         )
 
     @property
@@ -90,7 +90,7 @@ class Authority:
         )
 
     def issue(self, name: str, folder: Path) -> None:
-        """``name.pem`` and ``name.key``."""
+        """Write a certificate ``name.pem`` and its key ``name.key``."""
         key = ec.generate_private_key(ec.SECP256R1())
         subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
         pem = serialization.Encoding.PEM
@@ -161,10 +161,10 @@ def refusal(url: str) -> str:
 def test_a_certificate_lets_the_service_in_and_its_backup_too(server: Server, tmp_path: Path) -> None:
     database = Database(server.url(**server.ours))
     with database.reader.connect() as connection:
-        told = connection.exec_driver_sql(
+        answer = connection.exec_driver_sql(
             "SELECT version, client_dn FROM pg_stat_ssl WHERE pid = pg_backend_pid()"
         ).one()
-    assert tuple(told) == ("TLSv1.3", "/CN=kata")
+    assert tuple(answer) == ("TLSv1.3", "/CN=kata")
     copy(database, tmp_path / "dump")
     assert (tmp_path / "dump").stat().st_size > 0
     database.close()

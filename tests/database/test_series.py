@@ -1,4 +1,4 @@
-"""An hour in blocks: what a window needs, and what damage takes away."""
+"""Series in blocks: which blocks a window reads, and which samples a damaged block affects."""
 
 import json
 from uuid import UUID, uuid4
@@ -77,7 +77,7 @@ def test_damage_affects_one_block_and_is_never_hidden(series: Series) -> None:
     for blocks in (
         dict(series.blocks) | {2: bytes(damaged)},
         dict(series.blocks) | {2: b""},
-        # A whole one, only not this one.
+        # Given: an intact block of another series.
         dict(series.blocks) | {2: series.blocks[1]},
     ):
         hurt = Series(series.head, blocks)
@@ -117,12 +117,12 @@ def test_a_window_loads_nothing_of_the_rest(database: Database, series: Series) 
 
 def test_overview_loads_only_when_requested(database: Database, series: Series) -> None:
     key = keep(database, series)
-    told: list[str] = []
-    event.listen(database.reader, "before_cursor_execute", lambda *of: told.append(of[2]))
+    answer: list[str] = []
+    event.listen(database.reader, "before_cursor_execute", lambda *of: answer.append(of[2]))
     with database.read() as session:
         SAMPLES.read(session, key)
-    assert told
-    assert not [statement for statement in told if "overview" in statement]
+    assert answer
+    assert not [statement for statement in answer if "overview" in statement]
 
 
 def test_missing_samples_cannot_be_read(database: Database) -> None:
@@ -142,18 +142,18 @@ def test_blocks_are_deleted_with_their_owner(database: Database, series: Series)
 
 def keep(database: Database, series: Series) -> UUID:
     now = utc_now()
-    told = {"name": "N", "side": "left"}
+    fields = {"name": "N", "side": "left"}
     with database.write() as session:
         patient = PatientRow(
             id=uuid4(), clinic_number="1", name="N", sex="unknown", notes="", created_at=now, updated_at=now
         )
         session.add(patient)
         session.flush()
-        session.add(teaching := TeachingRow(id=uuid4(), patient_id=patient.id, started_at=now, **told))
+        session.add(teaching := TeachingRow(id=uuid4(), patient_id=patient.id, started_at=now, **fields))
         session.flush()
         recording = RecordingRow(
             id=uuid4(), patient_id=patient.id, teaching_id=teaching.id, take=1, station="S", taught_at=now,
-            duration_s=1.0, rate_hz=100, samples=101, note="", archived_at=None, **told,
+            duration_s=1.0, rate_hz=100, samples=101, note="", archived_at=None, **fields,
         )  # fmt: skip
         session.add(recording)
         session.flush()

@@ -1,4 +1,4 @@
-"""What happens at the station is on disk at once, and in the database exactly once, in order, however often either fails."""
+"""Records of the station are stored on disk at once and in the database exactly once and in order, also after failures."""
 
 import errno
 import os
@@ -24,14 +24,14 @@ ARRIVED = Table(
 
 
 def filled(folder: Path, *payloads: str, **given: Any) -> Spool:
-    made = Spool(folder, again_s=0.01, **given)
+    made = Spool(folder, retry_s=0.01, **given)
     for one in payloads:
         made.put(one.encode())
     assert made.until_written(10)
     return made
 
 
-def told(records: Sequence[Record]) -> list[str]:
+def answer(records: Sequence[Record]) -> list[str]:
     return [one.payload.decode() for one in records]
 
 
@@ -54,7 +54,7 @@ def test_spool_cut_at_any_byte_yields_everything_before(tmp_path: Path) -> None:
         part = read(cut)
         whole = sum(size >= end for end in ends[1:])
         assert (part is None) == (size < ends[0])
-        assert told(part.records if part else []) == payloads[:whole], size
+        assert answer(part.records if part else []) == payloads[:whole], size
 
 
 def test_wrong_byte_yields_everything_before_it(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_wrong_byte_yields_everything_before_it(tmp_path: Path) -> None:
         file.write_bytes(data[:at] + bytes([data[at] ^ 0x10]) + data[at + 1 :])
         part = read(file)
         assert part
-        assert told(part.records) == payloads[: len(part.records)]
+        assert answer(part.records) == payloads[: len(part.records)]
         assert len(part.records) < 3
 
 
@@ -81,15 +81,15 @@ def test_spool_continues_behind_a_torn_entry(tmp_path: Path) -> None:
 
 
 def test_files_rotate_and_imported_ones_are_deleted(tmp_path: Path) -> None:
-    made = Spool(tmp_path, full_bytes=200, again_s=0.01)
+    made = Spool(tmp_path, max_file_bytes=200, retry_s=0.01)
     for n in range(50):
         made.put(f"{n:03d}".encode())
         assert made.until_written(10)
     assert len(list(tmp_path.glob("*.spool"))) > 3
-    assert told(made.after(0, 1000)) == [f"{n:03d}" for n in range(50)]
-    assert told(made.after(20, 5)) == [f"{n:03d}" for n in range(20, 25)]
+    assert answer(made.after(0, 1000)) == [f"{n:03d}" for n in range(50)]
+    assert answer(made.after(20, 5)) == [f"{n:03d}" for n in range(20, 25)]
     made.taken(30)
-    assert told(made.after(30, 1000)) == [f"{n:03d}" for n in range(30, 50)]
+    assert answer(made.after(30, 1000)) == [f"{n:03d}" for n in range(30, 50)]
     made.taken(50)
     assert len(list(tmp_path.glob("*.spool"))) == 1
     made.close()
@@ -136,7 +136,7 @@ def test_full_disk_is_reported_and_nothing_is_written_twice(tmp_path: Path, monk
 
 
 class Clinic:
-    """A database with a table of what has arrived."""
+    """A database with a table of delivered records."""
 
     def __init__(self, database: Database, folder: Path) -> None:
         self.database, self.folder = database, folder
@@ -154,7 +154,7 @@ class Clinic:
         return len(records)
 
     def delivery(self, spool: Spool) -> Delivery:
-        return Delivery(spool, self.database, "Station 1", self.take, again_s=0.01)
+        return Delivery(spool, self.database, "Station 1", self.take, retry_s=0.01)
 
     def arrived(self) -> list[str]:
         with self.database.read() as session:
@@ -185,7 +185,7 @@ def test_everything_arrives_once_and_in_order_over_failures_and_starts(clinic: C
 def test_its_end_waits_for_no_next_look(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a")
     looked = threading.Semaphore(0)
-    delivery = Delivery(spool, clinic.database, "Station 1", clinic.take, again_s=600, each_round=looked.release)
+    delivery = Delivery(spool, clinic.database, "Station 1", clinic.take, retry_s=600, each_round=looked.release)
     assert looked.acquire(timeout=20)
     ending = threading.Thread(target=delivery.close, args=(5,), daemon=True)
     ending.start()
@@ -204,12 +204,12 @@ def test_crash_between_commit_and_files_imports_nothing_twice(
 ) -> None:
     spool = filled(tmp_path / "spool", "a", "b")
     with monkeypatch.context() as patch:
-        patch.setattr(Delivery, "_now_taken", lambda *_: None)
+        patch.setattr(Delivery, "_set_delivered", lambda *_: None)
         delivery = clinic.delivery(spool)
         limit = time.monotonic() + 30
         while clinic.arrived() != ["a", "b"]:
             assert time.monotonic() < limit
-        # It ends where the process would have: with everything else still to do.
+        # The exception stands for a crash at this point.
         patch.setattr(Delivery, "_deliver", _crashed)
         delivery.close(0)
     spool.close()
@@ -225,14 +225,14 @@ def test_crash_between_commit_and_files_imports_nothing_twice(
 def test_commit_with_a_lost_answer_is_found_in_place(
     clinic: Clinic, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The server has committed, and the connection broke before it could say so."""
+    """The server commits, and the connection breaks before its answer arrives."""
     spool = filled(tmp_path / "spool", "a", "b")
     deliver = Delivery._deliver
     lost: list[bool] = []
 
     def losing(self: Delivery, at_once: int) -> None:
         with monkeypatch.context() as patch:
-            patch.setattr(Delivery, "_now_taken", lambda *_: None)
+            patch.setattr(Delivery, "_set_delivered", lambda *_: None)
             if not lost:
                 lost.append(True)
                 deliver(self, at_once)

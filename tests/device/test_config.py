@@ -70,7 +70,12 @@ def changed(**axis: object) -> tuple[Axis, ...]:
         ({"axes": changed(position_p_gain=-1)}, r"axes\[3\].position_p_gain: -1 is not within 0 to 16,383"),
         ({"axes": changed(position_d_gain=16_384)}, r"axes\[3\].position_d_gain: 16384 is not within 0 to 16,383"),
         ({"axes": changed(zero_count=4_096)}, r"axes\[3\].zero_count: 4096 is not within 0 to 4,095 counts"),
-        ({"axes": changed(model=0)}, r"axes\[3\].model: 0 is not within 1 to 65,535"),
+        ({"axes": changed(model=1060)}, r"axes\[3\].model: 1,?060 is not .*known are .*1140 \(XH540-V270\)"),
+        (
+            {"axes": changed(model=1030, max_torque_nm=4.0)},
+            r"axes\[3\].max_torque_nm: 4 is more than a XM430-W210 has \(3\)",
+        ),
+        ({"axes": changed(model=0)}, r"axes\[3\].model: 0 is not within one of"),
         (
             {"axes": changed(max_speed_deg_s=500.0)},
             r"axes\[3\].max_speed_deg_s: 500 is not within 1 to 150 deg/s \(.*75 rpm",

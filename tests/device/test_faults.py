@@ -1,6 +1,8 @@
 """Every row of the fault table: it does not hold exactly at its limit, and holds just beyond it."""
 
+import json
 import math
+import re
 from typing import Any
 
 import msgspec
@@ -10,6 +12,7 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, LoopContext
 from kata.device.faults import FAULTS, evaluate_faults
 from kata.device.setpoint_gate import refused_setpoints
+from tests.support.paths import ROOT
 from tests.support.stepped import REST_DEG
 
 CONFIG = StationConfig()
@@ -257,3 +260,11 @@ def test_every_axis_is_looked_at() -> None:
     found = refused_setpoints([rest], gone, LIMITS, CONFIG, 100)
     assert [axis for code, axis in found if code == "setpoint_limit"] == [0, 1, 2, 3, 4]
     assert [axis for code, axis in found if code == "setpoint_step"] == [0, 1, 2, 3, 4]
+
+
+def test_every_stop_says_to_support_the_arm() -> None:
+    """Without torque the arm falls within half a second (docs/explanation/safety.md)."""
+    japanese = json.loads((ROOT / "frontend/src/locales/ja/server.json").read_text())
+    for fault in FAULTS:
+        assert re.search(r"[Ss]upport (the arm|it)", fault.next_step()), fault.code
+        assert "腕を支え" in japanese[fault.next_step.code], fault.code

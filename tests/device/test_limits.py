@@ -1,5 +1,7 @@
 """Limits of setpoints and measured angles: the tighter of mechanism and patient, and the way from the arm's position."""
 
+from itertools import product
+
 import msgspec
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from kata.device.messages import Approach, Less, Play, Return, Unload
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
+from kata.motion.pose_gate import PoseGate
+from kata.motion.reach import reachable_set
 from kata.motion.trajectory import Trajectory
 from tests.support.examples import examples
 from tests.support.playback import station
@@ -138,6 +142,16 @@ def outside(angles_deg: Floats, low_deg: Floats, high_deg: Floats) -> Floats:
     return np.maximum(np.maximum(low_deg - angles_deg, angles_deg - high_deg), 0.0)
 
 
+REACHABLE_DEG = ((2.0, 28.0), (98.0, 118.0), (0.0, 120.0), (-20.0, 125.0), (-90.0, 40.0))
+"""Ranges of the motors between which every pose is reachable."""
+
+
+def test_every_pose_between_these_ranges_is_reachable() -> None:
+    corners = np.array(list(product(*(np.linspace(low, high, 5) for low, high in REACHABLE_DEG))))
+    for bound in reachable_set(corners, "right"):
+        assert bound.beyond_deg.max() < 0.0, bound.quantity
+
+
 shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
 
 
@@ -152,10 +166,10 @@ def test_no_setpoint_moves_away_from_the_patients_limits(
     lag_s: float,
     method: Method,
 ) -> None:
-    """For any position of the arm in the mechanism, any limits, and any recording between them."""
+    """For any reachable position of the arm, any limits of the motors, and any recording between them."""
     config = station(lag_s=lag_s, lag2_s2=lag_s / 20, friction_deg=lag_s)
     stepped = Stepped(tmp_path_factory.mktemp("run"), config)
-    range_low, range_high = np.array([(axis.min_deg, axis.max_deg) for axis in config.axes]).T
+    range_low, range_high = np.array(REACHABLE_DEG).T
     a, b = (range_low + np.array(share) * (range_high - range_low) for share in (lows, highs))
     low, high = np.minimum(a, b), np.maximum(a, b)
     stepped.apparatus.angles_deg = (range_low + np.array(picked_up) * (range_high - range_low)).tolist()
@@ -285,21 +299,28 @@ def test_the_guard_of_setpoints_knows_the_patients_speed_limit(stepped: Stepped)
 
 def settling(high_deg: float = 42.0) -> RunLimits:
     """Limits of 5 to 42 deg on every axis, widened for an arm at 60."""
-    limits = RunLimits(((0.0, 120.0),) * 5, ((5.0, high_deg),) * 5, tolerance_deg=4.0)
-    limits.widen((60.0,) * 5)
+    wide = (0.0, 120.0)
+    gate = PoseGate("right", None, 2.0)
+    limits = RunLimits((wide,) * 5, (wide, wide, *((5.0, high_deg),) * 3), tolerance_deg=4.0, gate=gate)
+    limits.widen(arm(60.0))
     return limits
+
+
+def arm(angle_deg: float) -> tuple[float, ...]:
+    """The scapula at rest, and the other motors at one angle."""
+    return (*REST_DEG[:2], *(angle_deg,) * 3)
 
 
 def test_arm_that_stays_outside_has_exactly_its_settling_time() -> None:
     limits = settling()
-    inside, outside = (40.0,) * 5, (50.0,) * 5
+    inside, outside = arm(40.0), arm(50.0)
     assert [limits.settle(inside, outside, SETTLE_S / 4) for _ in range(4)] == [False, False, False, True]
     assert not limits.widened
 
 
 def test_limits_do_not_tighten_before_a_setpoint_still_outside() -> None:
     limits = settling()
-    inside, just_outside = (40.0,) * 5, (42.5,) * 5
+    inside, just_outside = arm(40.0), arm(42.5)
     assert not limits.settle(just_outside, inside, 2 * SETTLE_S)
     assert limits.widened
     assert limits.settle(inside, inside, 0.0)
@@ -309,4 +330,4 @@ def test_limits_do_not_tighten_before_a_setpoint_still_outside() -> None:
     ("arm_deg", "settles"), [(42.9, True), (43.1, False), (4.1, True), (3.9, False), (42.0, True), (5.0, True)]
 )
 def test_arm_within_a_quarter_of_the_tolerance_is_inside(arm_deg: float, settles: bool) -> None:
-    assert settling().settle((40.0,) * 5, (arm_deg,) * 5, 0.0) is settles
+    assert settling().settle(arm(40.0), arm(arm_deg), 0.0) is settles

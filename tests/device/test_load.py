@@ -1,6 +1,7 @@
 """Checks of a recording before it is loaded, outside the control thread: for each method, and of its correction."""
 
 import math
+import re
 from collections.abc import Callable
 
 import msgspec
@@ -9,7 +10,7 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.ipc import QueuedCommand
-from kata.device.messages import Load, Refusal
+from kata.device.messages import LOAD_LEVELS, Load, Refusal
 from kata.device.references import build
 from kata.motion.ilc import MAX_CORRECTION_DEG, rows
 from kata.motion.trajectory import Trajectory, ZeroOrderHold
@@ -208,3 +209,46 @@ def test_a_patients_speed_limit_is_held(loading: Loading) -> None:
     refusal = loading(message(up, max_speed_deg_s=9.5)).refusal
     assert refusal is not None
     assert "motor 3 would move at 10 deg/s" in refusal.message
+
+
+def carrying(weight_nm: float) -> StationConfig:
+    """Return a station whose motor 3 carries an arm of this weight, raised sideways."""
+    axes = list(StationConfig().axes)
+    weight = (0.0, -weight_nm, 0.0, 0.0, 0.0, 0.0)
+    axes[2] = msgspec.structs.replace(axes[2], weight_nm=weight)
+    return StationConfig(axes=tuple(axes))
+
+
+def raised(**changes: object) -> Load:
+    """Return a Load that raises the arm sideways to 80 deg at the middle of its time."""
+    rows = angles()
+    rows[:, 2] = 10.0 + 35.0 * (1 - np.cos(2 * np.pi * TIMES_S / SECONDS))
+    rows[:, 3] = 0.0
+    return msgspec.structs.replace(message(rows), **changes)
+
+
+@pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
+def test_overload_is_refused_by_motor_time_and_torque(loading: Loading, method: str) -> None:
+    assert loading(raised(method=method), carrying(3.6)).refusal is None
+    refusal = loading(raised(method=method), carrying(6.0)).refusal
+    assert refusal is not None
+    # 6 Nm times sin 80 deg, and 0.95 x 0.98 of 4 Nm.
+    found = re.fullmatch(
+        r"This recording cannot be played: motor 3 would need (\d\.\d) Nm at (\d+\.\d) s; 3\.7 Nm is the most it may give\.",
+        refusal.message,
+    )
+    assert found
+    assert float(found[1]) == pytest.approx(5.9, abs=0.15)
+    assert float(found[2]) == pytest.approx(SECONDS / 2, abs=0.3)
+    assert "balancer" in refusal.next_step
+
+
+def test_a_lower_resistance_level_carries_less(loading: Loading) -> None:
+    assert loading(raised(load_level=LOAD_LEVELS), carrying(2.0)).refusal is None
+    assert loading(raised(load_level=LOAD_LEVELS // 4), carrying(2.0)).refusal is not None
+
+
+def test_unidentified_load_refuses_nothing(loading: Loading) -> None:
+    config = carrying(6.0)
+    axes = tuple(msgspec.structs.replace(axis, weight_nm=(0.0,) * 6) for axis in config.axes)
+    assert loading(raised(), msgspec.structs.replace(config, axes=axes)).refusal is None

@@ -583,7 +583,7 @@ def test_an_axis_of_little_acceleration_is_not_jerked(
     angles = np.tile(MIDDLE_DEG, (len(times), 1))
     angles[:, MOVING] += 6.9 * np.sin(18.0 * times)
     trajectory = reference("smooth", times, angles)
-    config.check_reference("smooth", trajectory)
+    config.check_reference("smooth", trajectory, "right")
     stepped = Stepped(tmp_path, config)
     stepped.apparatus.angles_deg = MIDDLE_DEG.tolist()
     stepped.forward(0.1)

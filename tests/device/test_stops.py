@@ -60,7 +60,7 @@ def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(p
     refusal = playing.send(Acknowledge())
     assert refusal is not None
     assert refusal.code == "estop_pressed"
-    assert "release the switch" in refusal.next_step
+    assert "Release the switch" in refusal.next_step
 
     playing.apparatus.estop_open = False
     playing.forward(5.0)

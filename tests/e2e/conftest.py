@@ -11,22 +11,48 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 
 from kata.auth.login_session import COOKIE
-from tests.support.browser_clinic import Clinic, clinic_in
+from tests.support.browser_clinic import Clinic, SharedClinics, clinic_in
 from tests.support.page_actions import wait_until_idle
 from tests.support.paths import ROOT
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the tests that share a clinic one after another, after all other tests."""
+    kinds = ["", *SharedClinics.KINDS]
+    items.sort(key=lambda item: kinds.index(_shared_kind(item)))
+
+
+def _shared_kind(item: pytest.Item) -> str:
+    """Return the kind of clinic that the test shares, or ""."""
+    mark = item.get_closest_marker("shared_clinic")
+    return str(mark.args[0]) if mark else ""
+
+
+@pytest.fixture(scope="session")
+def shared_clinics(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedClinics]:
+    clinics = SharedClinics(tmp_path_factory)
+    yield clinics
+    clinics.close()
+
+
 @pytest.fixture
-def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    """Return an empty clinic for one test. Modules whose tests can share one replace this fixture."""
-    with clinic_in(tmp_path) as clinic:
+def clinic(request: pytest.FixtureRequest, shared_clinics: SharedClinics) -> Iterator[Clinic]:
+    """Return an empty clinic for one test, or the clinic that the test's mark ``shared_clinic`` names.
+
+    Tests that share a clinic use patients and accounts of their own. If one leaves the apparatus stopped, the next gets a new clinic.
+    """
+    if kind := _shared_kind(request.node):
+        yield shared_clinics.lend(kind)
+        shared_clinics.take_back()
+        return
+    with clinic_in(request.getfixturevalue("tmp_path")) as clinic:
         yield clinic
 
 
 @pytest.fixture
 def demonstration(tmp_path: Path) -> Iterator[Clinic]:
     """Return a clinic with a dozen invented patients and months of history."""
-    command = [sys.executable, "-m", "kata", "seed", "--data", str(tmp_path)]
+    command = [sys.executable, "-m", "kata", "seed", "--data", str(tmp_path), "--patients", "12"]
     subprocess.run(command, check=True, capture_output=True)
     with clinic_in(tmp_path) as clinic:
         yield clinic
@@ -41,7 +67,7 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
 def page(page: Page, clinic: Clinic) -> Page:
     """Return the station's page, signed in as an administrator, with an idle apparatus."""
     page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
-    page.goto(clinic.url)
+    page.goto(f"{clinic.url}/station")
     wait_until_idle(page)
     return page
 

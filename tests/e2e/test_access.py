@@ -1,23 +1,18 @@
 """Accounts, roles, second factors and restricted records, in a real browser."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pyotp
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
+from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, write
+from tests.support.keyboard import open_tab as open_tab_by_keys
 from tests.support.page_accounts import PASSWORD, first_password, made, menu, sign_in
-from tests.support.page_actions import sign_up, wait_until_idle
+from tests.support.page_actions import open_tab, sign_up, wait_until_idle
 
-
-@pytest.fixture(scope="module")
-def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
-    """Return one clinic for all tests of this module. Each test has its own accounts and patients."""
-    with clinic_in(tmp_path_factory.mktemp("kata")) as clinic:
-        yield clinic
+pytestmark = pytest.mark.shared_clinic("empty")
 
 
 def test_account_is_created_used_locked_and_closed(
@@ -28,7 +23,7 @@ def test_account_is_created_used_locked_and_closed(
     code = made(page, "Ito Mai", "ito", "Therapist")
     page.screenshot(path=artefacts / "accounts.png")
 
-    # She chooses a password that nobody else knows, and is in.
+    # The new user chooses a password and is signed in.
     hers = another.new_page()
     first_password(hers, clinic, "ito", code)
     expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
@@ -36,7 +31,7 @@ def test_account_is_created_used_locked_and_closed(
     hers.goto(record)
     expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
 
-    # Locked: nothing of the patient, in sight or out of it, but the apparatus' state and Stop.
+    # A locked page has no data of a patient, and shows the apparatus' state and Stop.
     menu(hers, "Lock the screen")
     expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
     assert "Yamada" not in hers.content()
@@ -46,7 +41,7 @@ def test_account_is_created_used_locked_and_closed(
     hers.screenshot(path=artefacts / "locked.png")
     hers.get_by_role("button", name="Stop", exact=True).click()
     expect(hers.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
-    # A reload does not help, and a wrong password neither; the right one leads back to where she was.
+    # A reload and a wrong password unlock nothing. The right password leads back to the same page.
     hers.reload()
     expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
     hers.get_by_label("Password of Ito Mai").fill("not hers")
@@ -56,7 +51,7 @@ def test_account_is_created_used_locked_and_closed(
     hers.get_by_role("button", name="Unlock").click()
     expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
 
-    # Signed out in one tab, the other one forgets, too; after signing in one is where one was.
+    # Signing out in one tab signs out the other. Signing in leads back to the same page.
     tab = another.new_page()
     tab.goto(f"{clinic.url}/patients")
     expect(tab.get_by_role("link", name="Yamada Hanako")).to_be_visible()
@@ -70,14 +65,14 @@ def test_account_is_created_used_locked_and_closed(
     sign_in(hers, "ito")
     expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
 
-    # Disabled by the administrator, she is out at once, without touching anything.
+    # Disabling the account ends its session at once.
     page.get_by_role("button", name="Disable Ito Mai").click()
     expect(hers.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
     assert "Yamada" not in hers.content()
     sign_in(hers, "ito")
     expect(hers.get_by_role("alert").filter(has_text="User name or password is wrong.")).to_be_visible()
 
-    # And all of that is in the trail.
+    # The audit trail has all of it.
     page.get_by_role("link", name="Audit trail").click()
     trail = page.get_by_role("region", name="Audit trail")
     expect(trail.get_by_role("row").filter(has_text="Ito Mai").first).to_be_visible()
@@ -107,7 +102,7 @@ def test_an_administrator_has_to_have_a_second_factor(
     hers.get_by_role("button", name="I have stored them").click()
     expect(hers.get_by_role("link", name="Administration")).to_be_visible()
 
-    # Her password alone is not enough any more. A recovery code stands in for the phone, once.
+    # The password alone is no longer enough. A recovery code replaces the phone once.
     menu(hers, "Sign out")
     sign_in(hers, "mori")
     hers.get_by_label("Code").fill(codes[0])
@@ -120,37 +115,57 @@ def test_an_administrator_has_to_have_a_second_factor(
     hers.get_by_role("button", name="Sign in", exact=True).click()
     expect(hers.get_by_role("alert").filter(has_text="The code is incorrect or was used before")).to_be_visible()
 
+    # Removing the second factor needs the password and a code, also right after signing in.
+    hers.get_by_label("Code").fill(codes[1])
+    hers.get_by_role("button", name="Sign in", exact=True).click()
+    menu(hers, "My account")
+    remove = hers.get_by_role("button", name="Remove the second factor")
+    remove.click()
+    expect(remove).to_be_disabled()
+    hers.get_by_label("Your password again").fill(PASSWORD)
+    hers.get_by_label("Code").fill(codes[1])
+    hers.screenshot(path=artefacts / "account.png", full_page=True)
+    remove.click()
+    expect(hers.get_by_role("alert").filter(has_text="The code is incorrect or was used before")).to_be_visible()
+    hers.get_by_label("Code").fill(codes[2])
+    remove.click()
+    expect(hers.get_by_role("heading", name="A second factor is required")).to_be_visible()
+
 
 def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
-    sign_up(page, "Tanaka Ren", "K-0043")
+    sign_up(page, "Tanaka Ren")
     record = page.url
     hers = another.new_page()
     first_password(hers, clinic, "abe", made(page, "Abe Rin", "abe", "Viewer"))
     expect(hers.get_by_role("button", name="Signed in as Abe Rin")).to_be_visible(timeout=LONG_MS)
     hers.goto(record)
     expect(hers.get_by_role("heading", name="Tanaka Ren")).to_be_visible()
-    for name in ("Edit", "Archive", "Change", "New assessment", "Close episode"):
-        expect(hers.get_by_role("button", name=name, exact=True)).to_have_count(0)
+    for tab in hers.get_by_role("tab").all_inner_texts():
+        open_tab(hers, tab)
+        for name in ("Edit", "Archive", "Change", "New assessment", "Close episode"):
+            expect(hers.get_by_role("button", name=name, exact=True)).to_have_count(0)
     hers.screenshot(path=artefacts / "viewer-patient.png", full_page=True)
     menu(hers, "Sign out")
 
     first_password(hers, clinic, "oda", made(page, "Oda Ken", "oda", "Technician"))
     expect(hers.get_by_role("button", name="Signed in as Oda Ken")).to_be_visible(timeout=LONG_MS)
-    expect(hers.get_by_role("link", name="Patients")).to_have_count(0)
+    expect(hers.get_by_role("link", name="Patients", exact=True)).to_have_count(0)
+    hers.get_by_role("link", name="Station", exact=True).click()
     expect(hers.get_by_role("region", name="Simulated apparatus")).to_be_visible()
     hers.goto(record)
-    expect(hers.get_by_role("alert")).to_contain_text("role does not allow")
+    expect(hers.get_by_role("alert").filter(has_text="role does not allow")).to_be_visible()
     assert "Tanaka" not in hers.content()
 
 
 def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
-    sign_up(page, "Sato Yui", "K-0044")
+    sign_up(page, "Sato Yui")
     record = page.url
     code = made(page, "Endo Rei", "endo", "Therapist")
-    # All of it by keyboard alone.
+    # By keyboard alone.
     page.goto(record)
+    open_tab_by_keys(page, "Data")
     press(page, page.get_by_role("button", name="Restrict to a care team"))
     dialog = page.get_by_role("dialog", name="Who can see this record")
     choose(page, dialog.get_by_role("combobox", name="Care team"), "Test administrator", several=True)

@@ -1,25 +1,28 @@
-"""How a shoulder is assessed, and what has become of it a week later, in a real browser."""
+"""Two assessments of a shoulder a week apart, in a real browser."""
 
 import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import sign_up
+from tests.support.page_actions import open_tab, sign_up
+
+pytestmark = pytest.mark.shared_clinic("empty")
 
 FIRST_DAY = datetime.now(UTC) - timedelta(days=8)
 
 
 def picture(page: Page, file: Path) -> None:
-    """The whole page, from its top."""
+    """Take a picture of the whole page, from its top."""
     page.evaluate("scrollTo(0, 0)")
     page.screenshot(path=file, full_page=True)
 
 
 def assess(page: Page, day: datetime, angles: tuple[int, ...], pain: int, answer: int) -> Locator:
-    """Angles by the keyboard alone, down the first column; pain and SPADI by touch. Not saved yet."""
+    """Fill in an assessment without saving it: angles by keyboard, down the first column; pain and SPADI by touch."""
     page.get_by_role("button", name="New assessment").click()
     form = page.get_by_role("region", name="New assessment")
     form.get_by_label("Date and time").fill(day.strftime("%Y-%m-%dT%H:%M"))
@@ -43,6 +46,7 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Sakura")
+    open_tab(page, "Assessments")
     section = page.get_by_role("region", name="Assessments")
     expect(section).to_contain_text("No assessments yet.")
 
@@ -52,7 +56,7 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     newest = page.get_by_test_id("newest-assessment")
     expect(newest).to_contain_text("Flexion: 95° active")
 
-    # It is whoever is signed in, unless somebody else is named; and what was found last time stands in the fields.
+    # The assessor is the signed-in user, unless another name is given. The fields show the last values.
     form = assess(page, FIRST_DAY + timedelta(days=7), (120, 30, 105, 22), pain=3, answer=4)
     expect(form.get_by_label("Assessed by")).to_have_value("Test administrator")
     picture(page, artefacts / "assessment-spadi.png")

@@ -1,4 +1,4 @@
-"""The database dies while somebody works at the page: a session begins for a patient of this day, is played and ends, and is there after it."""
+"""A session of today's patient begins, is played and ends during a database outage, and is stored afterwards."""
 
 import re
 from collections.abc import Iterator
@@ -18,11 +18,11 @@ from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import motor_angles_deg
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import load_and_play, try_estop, wait_until_idle
+from tests.support.page_actions import confirm_identity, load_and_play, try_estop, wait_until_idle
 from tests.support.recordings import LASTS_S, lifted
 
 FETCHED_MS = 20_000
-"""What is fetched ahead is so every ten seconds."""
+"""Limit of the first prefetch. The service prefetches every ten seconds."""
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def clinic(tmp_path: Path, server: postgresql.Server) -> Iterator[Clinic]:
 
 
 def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -> str:
-    """Somebody with a programme of one recording: the id."""
+    """Create a patient with a programme of one recording. Return the patient's id."""
     given = {"clinic_number": "K-1", "name": name, "affected_side": "right"}
     patient_id: str = page.request.post(f"{clinic.url}/api/patients", data=given).json()["id"]
     database = Database(server.url)
@@ -90,7 +90,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     patient_id = of_today(page, clinic, server, "Yamada Hanako")
-    # Somebody looks at the record; that is what makes it one of this day.
+    # Opening the record makes the patient one of today.
     page.goto(f"{clinic.url}/patients/{patient_id}")
     expect(page.get_by_role("heading", name="Yamada Hanako")).to_be_visible(timeout=LONG_MS)
     page.get_by_role("link", name="Go to the station").click()
@@ -104,7 +104,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
             break
         page.wait_for_timeout(500)
     assert is_ready()
-    page.goto(clinic.url)
+    page.goto(f"{clinic.url}/station")
     with server.killed():
         expect(page.get_by_text("You can begin or continue sessions")).to_be_visible(timeout=LONG_MS)
         page.get_by_role("combobox", name="Patient").click()
@@ -121,13 +121,14 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         try_estop(page)
         expect(visit.get_by_test_id("check-estop")).to_contain_text("Detected by the apparatus", timeout=LONG_MS)
         page.screenshot(path=artefacts / "away-checklist.png", full_page=True)
+        confirm_identity(visit, page)
         visit.get_by_role("button", name="Confirm all 3 checks").click()
         visit.get_by_role("button", name="Pain before: 4").click()
         expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
         load_and_play(page)
         page.screenshot(path=artefacts / "away-play.png", full_page=True)
         wait_until_idle(page)
-        # How it has ended is known here, and that nothing is left of what was planned.
+        # The page knows that the run has ended and that the plan is complete.
         expect(visit.get_by_role("combobox", name="Recording")).to_have_value("", timeout=LONG_MS)
         visit.get_by_role("button", name="Finish playing: go to pain after").click()
         visit.get_by_role("button", name="Worst pain during the session: 5").click()
@@ -138,7 +139,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         expect(visit.get_by_role("button", name="Sign as")).to_be_visible(timeout=LONG_MS)
         page.screenshot(path=artefacts / "away-note.png", full_page=True)
 
-    # By itself the page goes on with what the database has by now.
+    # The page continues with the database's state on its own.
     expect(page.get_by_text("You can begin or continue sessions")).to_be_hidden(timeout=LONG_MS)
     note = visit.get_by_role("textbox", name="Note of this session")
     expect(note).to_have_value(re.compile("Lift"), timeout=LONG_MS)

@@ -1,25 +1,42 @@
-"""How many clicks, and how many seconds, what is done every day takes; kept in ``artefacts/clicks.json``."""
+"""Clicks and seconds of daily tasks, stored in ``artefacts/clicks.json`` and ``artefacts/lookups.json``."""
 
 import json
+import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
-from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import HOLD_MS, choose_level, sign_up, stand_for_left, try_estop
+from kata.actor import Role
+from kata.auth.demonstration import ACCOUNTS
+from kata.auth.login_session import COOKIE
+from tests.support.browser_clinic import LONG_MS, Clinic, seeded_clinic
+from tests.support.login import signed_in_at
+from tests.support.page_actions import (
+    HOLD_MS,
+    choose_level,
+    confirm_identity,
+    open_tab,
+    sign_up,
+    stand_for_left,
+    try_estop,
+)
 
-APPROACH: Final = 6
-TEACH: Final = 5
+IDENTITY: Final = 2
+"""The therapist compares and ticks two identifiers."""
+APPROACH: Final = 6 + IDENTITY + 1
+"""The identity has a button of its own, so that no other press confirms it."""
+TEACH: Final = 5 + IDENTITY
 WORST_MOTOR: Final = 4
-NAME: Final = "Yamada Hanako"
-MOTION: Final = "5 Flexion / extension of the shoulder"
+NAME: Final = "Yamada Yui"
+MOTION: Final = "1 Abduction / adduction of the scapula"
+"""The shortest: 3 s."""
 
-# What stands in for hand, pedal and switch is no click of the therapist's: their hand and foot are at the apparatus.
+# Clicks on the simulated hand, pedal and switch do not count: at a real apparatus they are no clicks.
 _COUNT: Final = """() => {
     window.clicks = 0;
     addEventListener('click', ({isTrusted, detail, target}) => {
@@ -46,27 +63,29 @@ def task(page: Page, figures: dict[str, dict[str, float]], name: str) -> Iterato
 
 
 def choose(page: Page) -> None:
-    """Whoever it is, by the first letters of the name."""
+    """Choose the patient by the first letters of the name."""
     who = page.get_by_role("combobox", name="Patient")
     who.click()
     who.press_sequentially("yama")
     page.get_by_role("option", name=NAME).click()
 
 
+@pytest.mark.shared_clinic("empty")
 def test_daily_tasks_take_few_clicks(page: Page, counted: dict[str, dict[str, float]]) -> None:
     sign_up(page, NAME)
     page.get_by_role("link", name="Go to the station").click()
     stand_for_left(page)
-    # The day's first act at the apparatus, whoever comes.
+    # Once a day, before the first patient.
     try_estop(page)
 
-    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Patients", exact=True).click()
     page.get_by_role("link", name="Station", exact=True).click()
     with task(page, counted, "teach and save a motion"):
         choose(page)
         name = page.get_by_label("Name of the motion")
         name.click()
         page.keyboard.type("Raise the arm")
+        confirm_identity(page.get_by_role("region", name="Checks before teaching"), page)
         page.get_by_role("button", name="Start teaching").click()
         motion = page.get_by_role("combobox", name="Motion that the hand follows")
         motion.fill(MOTION)
@@ -78,12 +97,13 @@ def test_daily_tasks_take_few_clicks(page: Page, counted: dict[str, dict[str, fl
         page.get_by_role("button", name="Finish teaching").click()
         expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
 
-    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Patients", exact=True).click()
     page.get_by_role("link", name="Station", exact=True).click()
     visit = page.get_by_role("region", name="Session")
     with task(page, counted, "a returning patient, until the arm is moved to the start"):
         choose(page)
         visit.get_by_role("button", name="Begin the session").click()
+        confirm_identity(visit, page)
         visit.get_by_role("button", name="Confirm all 3 checks").click()
         visit.get_by_role("button", name="Pain before: 4").click()
         choose_level(page)
@@ -96,9 +116,145 @@ def test_daily_tasks_take_few_clicks(page: Page, counted: dict[str, dict[str, fl
     with task(page, counted, "a patient's last session, to its worst motor"):
         page.get_by_role("link", name="Sessions").click()
         page.get_by_role("row", name=NAME).get_by_role("link").first.click()
+        open_tab(page, "Numbers")
         rows = page.get_by_role("region", name="Playback 1").get_by_test_id("errors").locator("tbody tr")
         expect(rows).to_have_count(5)
 
     assert counted["teach and save a motion"]["clicks"] <= TEACH
     assert counted["a returning patient, until the arm is moved to the start"]["clicks"] <= APPROACH
     assert counted["a patient's last session, to its worst motor"]["clicks"] <= WORST_MOTOR
+
+
+# A look-up also counts clicks after a reload of the page.
+_COUNT_ALWAYS: Final = """() => addEventListener('click', ({isTrusted, detail}) => {
+    if (isTrusted && detail > 0) sessionStorage.clicks = Number(sessionStorage.clicks ?? 0) + 1;
+}, true)"""
+
+
+class Office:
+    """The page of a seeded clinic, opened at home by one role. It counts clicks and seconds from then on."""
+
+    def __init__(self, page: Page, clinic: Clinic) -> None:
+        self.page = page
+        self._clinic = clinic
+        self._since = time.monotonic()
+
+    def ask(self, path: str, **parameters: Any) -> Any:
+        """Return what the service answers."""
+        return self.page.request.get(f"{self._clinic.url}/api{path}", params=parameters).json()
+
+    @property
+    def clicks(self) -> int:
+        return int(self.page.evaluate("Number(sessionStorage.clicks ?? 0)"))
+
+    def record(self, artefacts: Path, question: str, goal: int) -> None:
+        """Store the figures of a question, and fail above the goal."""
+        seconds = round(time.monotonic() - self._since, 1)
+        file = artefacts / "lookups.json"
+        figures = json.loads(file.read_text()) if file.exists() else {}
+        figures[question] = {"clicks": self.clicks, "goal": goal, "seconds": seconds}
+        file.write_text(json.dumps(figures, indent=2))
+        assert self.clicks <= goal
+
+
+@pytest.fixture(scope="module")
+def seeded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Clinic, dict[Role, str]]]:
+    """Return a clinic with 60 invented patients, and a cookie of an administrator and of a therapist with own patients."""
+    folder = tmp_path_factory.mktemp("kata")
+    with seeded_clinic(folder, lambda: signed_in_at(folder, "therapist", name=ACCOUNTS["therapist"][1])) as made:
+        clinic, therapist = made
+        yield clinic, {"administrator": clinic.cookie, "therapist": therapist}
+
+
+@pytest.fixture
+def office(
+    browser: Browser, browser_context_args: dict[str, Any], seeded: tuple[Clinic, dict[Role, str]], request: Any
+) -> Iterator[Office]:
+    """Open the home page of the role that the test asks for; a therapist's without one."""
+    clinic, cookies = seeded
+    context = browser.new_context(**browser_context_args)
+    context.add_cookies([{"name": COOKIE, "value": cookies[getattr(request, "param", "therapist")], "url": clinic.url}])
+    context.add_init_script(f"({_COUNT_ALWAYS})()")
+    page = context.new_page()
+    page.goto(clinic.url)
+    expect(page.get_by_role("heading", name="Home", level=1)).to_be_visible(timeout=LONG_MS)
+    yield Office(page, clinic)
+    context.close()
+
+
+def test_no_click_tells_who_is_due_today(office: Office, artefacts: Path) -> None:
+    due = office.page.get_by_role("region", name=re.compile("^Due today: "))
+    first = due.get_by_test_id("due").first
+    expect(first).to_be_in_viewport(timeout=LONG_MS)
+    office.record(artefacts, "who is due today", 0)
+    work = office.ask("/worklist")
+    assert work["due_count"] > 0, "the seeded clinic has no patient who is due"
+    expect(first).to_contain_text(work["due"][0]["patient"]["name"])
+    expect(due).to_have_accessible_name(re.compile(rf"^Due today: {work['due_count']} patient"))
+
+
+@pytest.mark.parametrize("office", ["administrator"], indirect=True)
+def test_one_click_tells_what_share_improved_this_year(office: Office, artefacts: Path) -> None:
+    tile = office.page.get_by_role("link", name=re.compile(r"^Improved this year \(SPADI\)"))
+    expect(tile).to_be_in_viewport(timeout=LONG_MS)
+    expect(tile).to_contain_text(re.compile(r"\d+ %"), timeout=LONG_MS)
+    tile.click()
+    verdict = office.page.get_by_text(re.compile(r"^\d+ % improved importantly")).first
+    expect(verdict).to_be_in_viewport(timeout=LONG_MS)
+    office.record(artefacts, "what share of patients improved this year", 1)
+    year = verdict.page.get_by_role("textbox", name="From").input_value()
+    changes = office.ask("/statistics/outcomes", since=f"{year}T00:00:00Z")["groups"][0]["changes"]
+    share = next(change["important"]["value"] for change in changes if change["measure"] == "spadi")
+    expect(verdict).to_contain_text(f"{100 * share:.0f} %")
+
+
+@pytest.mark.parametrize("office", ["administrator"], indirect=True)
+def test_two_clicks_tell_which_station_drifts(office: Office, artefacts: Path) -> None:
+    tile = office.page.get_by_role("link", name=re.compile("^Tracking error"))
+    expect(tile).to_be_in_viewport(timeout=LONG_MS)
+    tile.click()
+    rising = office.page.get_by_test_id("drift").get_by_role("row", name=re.compile("Rising"))
+    expect(rising.first).to_be_in_viewport(timeout=LONG_MS)
+    office.record(artefacts, "which station is drifting", 2)
+    drifting = [one["station"] for one in office.ask("/statistics/tracking")["drift"] if one["drifting"]]
+    assert drifting, "the seeded clinic has no drifting station"
+    expect(rising).to_have_count(len(drifting))
+    expect(rising.first).to_contain_text(drifting[0])
+
+
+def test_two_clicks_tell_whether_a_patient_is_better(office: Office, artefacts: Path) -> None:
+    page = office.page
+    page.get_by_role("link", name="Patients", exact=True).click()
+    # One of the first in the list; the clinic has more patients than a page of it.
+    page.get_by_role("link", name="Abe Taro", exact=True).click()
+    change = page.get_by_test_id("since-last-month")
+    expect(change).to_contain_text("compared with", timeout=LONG_MS)
+    flexion = change.get_by_role("region", name="Better than a month ago?")
+    expect(flexion).to_contain_text("Flexion, active")
+    expect(flexion).to_be_in_viewport()
+    office.record(artefacts, "is my patient better than last month", 2)
+
+
+def test_two_clicks_tell_why_a_session_was_stopped(office: Office, artefacts: Path) -> None:
+    page = office.page
+    page.get_by_role("link", name="Sessions", exact=True).click()
+    stopped = next(one for one in office.ask("/sessions", limit=50)["items"] if one["stops"])
+    page.locator(f'a[href="/sessions/{stopped["id"]}"]').click()
+    verdict = page.get_by_test_id("verdict")
+    expect(verdict).to_have_attribute("data-verdict", "stopped", timeout=LONG_MS)
+    expect(verdict).to_be_in_viewport()
+    office.record(artefacts, "why was this session stopped", 2)
+    causes = [run["stop"]["message"] for run in office.ask(f"/sessions/{stopped['id']}")["runs"] if run["stop"]]
+    expect(verdict).to_contain_text(causes[0])
+
+
+def test_a_patient_is_found_by_kana_with_the_keyboard_alone(office: Office, artefacts: Path) -> None:
+    page = office.page
+    page.keyboard.press("ControlOrMeta+K")
+    expect(page.get_by_role("dialog", name="Search everywhere")).to_be_visible()
+    page.keyboard.type("やまだ はなこ")
+    chosen = page.get_by_role("option", name="Yamada Hanako").first
+    expect(chosen).to_have_attribute("data-combobox-selected", "true", timeout=LONG_MS)
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", name="Yamada Hanako", level=1)).to_be_visible(timeout=LONG_MS)
+    office.record(artefacts, "find a patient by kana", 0)

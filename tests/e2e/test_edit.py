@@ -1,24 +1,26 @@
-"""What a therapist does to a motion, in a real browser."""
+"""A therapist edits a motion, in a real browser."""
 
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import sign_up, teach
+from tests.support.page_actions import open_tab, sign_up, teach
 
 
+@pytest.mark.shared_clinic("empty")
 def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
-    sign_up(page, "Mori Sakura")
+    sign_up(page, "Mori Kaede")
     teach(page, "1 Abduction / adduction of the scapula")
     page.get_by_test_id("saved").get_by_role("link").click()
     page.get_by_role("button", name="Edit", exact=True).click()
     panel = page.get_by_role("region", name="Edit")
     keep = panel.get_by_role("button", name="Save as a new recording")
 
-    # More than there is to take away: said so, and nothing is kept.
+    # A reduction larger than the motion is refused, and nothing is saved.
     panel.get_by_role("combobox", name="Type of edit").click()
     page.get_by_role("option", name="Warm-up").click()
     panel.get_by_label("Reduction at the beginning", exact=True).and_(panel.get_by_role("textbox")).fill("180")
@@ -45,7 +47,8 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     expect(page.get_by_role("heading", name="Raise the arm, motor 1 only")).to_be_visible()
     made_of = page.get_by_test_id("made-of")
     expect(made_of).to_contain_text("Created from Raise the arm. Edits to the taught motion: motor 1 only.")
-    page.get_by_role("link", name="Mori Sakura").click()
+    page.get_by_role("link", name="Mori Kaede").click()
+    open_tab(page, "Recordings")
     expect(page.get_by_role("row", name="Raise the arm, motor 1 only")).to_contain_text(
         "Created from Raise the arm: motor 1 only"
     )

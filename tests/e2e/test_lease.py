@@ -18,6 +18,7 @@ def test_second_user_watches_until_taking_over(
     expect(page.get_by_test_id("lease")).to_contain_text("You have operated the apparatus")
     hers = another.new_page()
     first_password(hers, clinic, "ito", code)
+    hers.get_by_role("link", name="Station", exact=True).click()
     lease = hers.get_by_test_id("lease")
     expect(lease).to_contain_text("Test administrator has operated the apparatus from another browser", timeout=LONG_MS)
     hers.screenshot(path=artefacts / "watching.png")
@@ -25,7 +26,7 @@ def test_second_user_watches_until_taking_over(
     hers.get_by_role("dialog").get_by_role("button", name="Take over").click()
     expect(lease).to_contain_text("You took over from Test administrator")
     expect(page.get_by_test_id("lease")).to_contain_text("Ito Mai has operated the apparatus from another browser")
-    # Whoever watches commands nothing, and may stop it.
+    # A watching user can command nothing but Stop.
     expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
     page.get_by_role("button", name="Stop", exact=True).click()
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")

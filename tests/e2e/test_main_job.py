@@ -1,13 +1,14 @@
-"""What a therapist does, in a real browser."""
+"""A therapist's main tasks, in a real browser."""
 
 import re
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import HOLD_MS, begin_session, load_and_play, sign_up, teach
+from tests.support.page_actions import HOLD_MS, begin_session, load_and_play, open_tab, sign_up, teach
 
 
 def test_teach_stop_reset_play_again_and_read_the_errors(
@@ -18,13 +19,13 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     page.on("request", lambda request: hosts.add(urlsplit(request.url).netloc))
     page.on("pageerror", lambda error: wrong.append(str(error)))
 
-    # Whoever is here for the first time is told what comes next.
+    # A new user sees the next step.
     first = page.get_by_role("region", name="First steps")
     expect(first).to_contain_text("1 of 6")
     sign_up(page, "Yamada Hanako")
     page.get_by_role("link", name="Station", exact=True).click()
     expect(first).to_contain_text("2 of 6")
-    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Patients", exact=True).click()
     page.get_by_role("link", name="Yamada Hanako").click()
     teach(page, taught_name)
     expect(first).to_contain_text("4 of 6")
@@ -38,10 +39,10 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
     acknowledge = banner.get_by_role("button", name="Acknowledge")
     expect(acknowledge).to_be_disabled()
-    # It stands in place of the work, until it is acknowledged.
+    # The banner replaces the work panels until it is acknowledged.
     expect(page.get_by_role("button", name="Load")).to_be_hidden()
     page.screenshot(path=artefacts / "emergency-stop.png")
-    # It stands on every page.
+    # Every page shows the banner.
     page.get_by_role("link", name="Sessions").click()
     expect(banner).to_be_visible()
     page.get_by_role("link", name="Yamada Hanako").click()
@@ -63,11 +64,17 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     page.get_by_role("link", name="Compare teaching and playback").click()
 
-    runs = page.get_by_role("region", name=re.compile("Playback"))
-    expect(runs).to_have_count(2)
-    expect(runs.nth(0)).to_contain_text("The emergency stop was pressed.")
-    expect(runs.nth(1)).to_contain_text("Played to its end")
-    rows = runs.nth(1).get_by_test_id("errors").locator("tbody tr")
+    # The page shows the result and the cause of the stop first.
+    expect(page.get_by_test_id("verdict")).to_contain_text("A playback was stopped")
+    expect(page.get_by_test_id("verdict")).to_contain_text("The emergency stop was pressed.")
+    expect(page.get_by_role("region", name="Playback 1")).to_contain_text("The emergency stop was pressed.")
+    choice = page.get_by_role("radiogroup", name="Playback shown")
+    expect(choice.get_by_role("radio")).to_have_count(2)
+    choice.get_by_text("2. Raise the arm").click()
+    run = page.get_by_role("region", name="Playback 2")
+    expect(run).to_contain_text("Played to its end")
+    open_tab(page, "Numbers")
+    rows = run.get_by_test_id("errors").locator("tbody tr")
     expect(rows).to_have_count(5)
     for row in rows.all():
         cells = [text.replace("−", "-") for text in row.locator("td").all_inner_texts()]
@@ -75,20 +82,28 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
         assert abs(float(start)) <= 1.0
         assert float(rmse) <= abs(float(peak))
         assert int(motor) == 5 or abs(float(peak)) <= 6.0
-    figures = runs.nth(1).locator("[data-drawn=true]")
+    open_tab(page, "Playbacks")
+    expect(run.locator("[data-drawn=true]")).to_have_count(1, timeout=LONG_MS)
+    run.get_by_text("All motors", exact=True).click()
+    figures = run.locator("[data-drawn=true]")
     expect(figures).to_have_count(5, timeout=LONG_MS)
     for figure in figures.all():
         expect(figure.locator(".legendtext")).to_have_text(["Teaching", "Playback", "Error"])
         expect(figure.locator(".ytitle")).to_have_text("Angle, deg")
         expect(figure.locator(".y2title")).to_have_text("Error, deg")
     page.screenshot(path=artefacts / "session.png", full_page=True)
+    # The played motion in 3-D: the time runs while it plays.
+    open_tab(page, "Motion in 3D")
+    page.get_by_role("button", name="Play it").click()
+    expect(page.get_by_test_id("ghost-time")).not_to_contain_text(re.compile("^0.0 of"), timeout=LONG_MS)
 
     assert hosts == {urlsplit(clinic.url).netloc}, "the page asked a foreign host"
     assert wrong == []
 
 
+@pytest.mark.shared_clinic("empty")
 def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, artefacts: Path) -> None:
-    sign_up(page, "Tanaka Ren")
+    sign_up(page, "Tanaka Sora")
     teach(page, "5 Flexion / extension of the shoulder")
     begin_session(page)
     level = page.get_by_role("slider", name="Resistance level")
@@ -130,21 +145,22 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, ar
     expect(banner).to_be_hidden()
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
 
-    # What fits this patient is not forgotten, by another computer neither.
+    # The service remembers this patient's level, also for another computer.
     page.reload()
     expect(page.get_by_test_id("level")).to_have_text("6 of 25, as last time")
     page.get_by_role("link", name="Sessions").click()
-    page.get_by_role("row", name=re.compile("Tanaka Ren")).get_by_role("link").first.click()
+    page.get_by_role("row", name=re.compile("Tanaka Sora")).get_by_role("link").first.click()
     expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 6 of 25")
 
 
+@pytest.mark.shared_clinic("empty")
 def test_stop_key_works_while_typing_and_shows_device_confirmation(page: Page) -> None:
     sign_up(page, "Suzuki Aoi")
     teach(page, "1 Abduction / adduction of the scapula")
     begin_session(page)
     load_and_play(page)
-    page.get_by_role("link", name="Patients").click()
-    page.get_by_label("Search").fill("abc")
+    page.get_by_role("link", name="Patients", exact=True).click()
+    page.get_by_role("textbox", name="Search").fill("abc")
     page.keyboard.press("Escape")
 
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")

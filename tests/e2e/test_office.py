@@ -1,4 +1,4 @@
-"""What is done at a desk, in a real browser, by keyboard alone: assess, edit a motion, prescribe, look something up, administer."""
+"""Desk work in a real browser, by keyboard alone: assess, edit a motion, prescribe, look up, administer."""
 
 import re
 from pathlib import Path
@@ -6,40 +6,30 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, reach, write
+from tests.support.keyboard import open_tab as open_tab_by_keys
 from tests.support.page_actions import wait_until_idle
 
-PATIENT = "Ishii Nao"
+PATIENT = "Yamada Hanako"
 
 
-@pytest.fixture
-def page(page: Page, demonstration: Clinic) -> Page:
-    page.context.clear_cookies()
-    page.context.add_cookies([{"name": COOKIE, "value": demonstration.cookie, "url": demonstration.url}])
-    page.goto(demonstration.url)
-    wait_until_idle(page)
-    return page
-
-
-@pytest.fixture
-def clinic(demonstration: Clinic) -> Clinic:
-    return demonstration
-
-
-def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Path) -> None:
+@pytest.mark.shared_clinic("invented")
+def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.goto(clinic.url)
+    wait_until_idle(page)
 
     # Find the patient.
-    press(page, page.get_by_role("link", name="Patients"))
-    write(page, page.get_by_role("textbox", name=re.compile("^Search")), "Ishii")
+    press(page, page.get_by_role("link", name="Patients", exact=True))
+    write(page, page.get_by_role("textbox", name=re.compile("^Search")), "Yamada")
     expect(page.get_by_role("row")).to_have_count(2, timeout=LONG_MS)
     press(page, page.get_by_role("link", name=PATIENT))
     expect(page.get_by_role("heading", name=PATIENT)).to_be_visible(timeout=LONG_MS)
 
     # Assess.
+    open_tab_by_keys(page, "Assessments")
     press(page, page.get_by_role("button", name="New assessment"))
     form = page.get_by_role("region", name="New assessment")
     write(page, form.get_by_role("textbox", name="Flexion, right, active", exact=True), "131")
@@ -53,7 +43,8 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, form.get_by_role("button", name="Save assessment"))
     expect(page.get_by_test_id("newest-assessment")).to_contain_text("Flexion: 131° active", timeout=LONG_MS)
 
-    # Make a motion of another.
+    # Derive a motion.
+    open_tab_by_keys(page, "Recordings")
     press(page, page.get_by_role("link", name="Abduction / adduction of the shoulder", exact=True).first)
     press(page, page.get_by_role("button", name="Edit", exact=True))
     panel = page.get_by_role("region", name="Edit")
@@ -67,6 +58,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
 
     # Prescribe it.
     press(page, page.get_by_role("link", name=PATIENT).first)
+    open_tab_by_keys(page, "Programmes")
     press(page, page.get_by_role("link", name="New programme"))
     write(page, page.get_by_label("Name of the programme"), "Evening")
     choose(page, page.get_by_role("combobox", name="Add a recording"), "motors 3, 4 only")
@@ -80,7 +72,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     expect(page.get_by_role("heading", name="Evening")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=artefacts / "office-programme.png", full_page=True)
 
-    # Look up what was done, by whom and with which result.
+    # Look up a session by therapist.
     press(page, page.get_by_role("link", name="Sessions", exact=True))
     choose(page, page.get_by_role("combobox", name="Therapist"), "Sato Mai")
     rows = page.get_by_role("row").filter(has_text="Sato Mai")
@@ -88,7 +80,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, rows.first.get_by_role("link").first)
     expect(page.get_by_role("heading", name=re.compile("^Session of"))).to_be_visible(timeout=LONG_MS)
 
-    # A part of its figures, from a little later on, and all of them again.
+    # Zoom into a part of the figures, and back to the whole.
     part = page.get_by_role("group", name="Part shown in the figures").first
     with page.expect_response(lambda answer: "/figures?start_s=" in answer.url):
         press(page, part.get_by_role("slider", name="From"), "ArrowRight")
@@ -96,14 +88,16 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, part.get_by_role("button", name="Whole recording"))
     expect(part.get_by_test_id("window")).to_contain_text("Shown: 0.0")
 
+    open_tab_by_keys(page, "Compare")
     beside = page.get_by_role("region", name="Compare with another session")
     choose(page, beside.get_by_role("combobox", name="Session"), "2026")
     expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
     expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
     page.screenshot(path=artefacts / "office-beside.png", full_page=True)
 
-    # Take the record along as a file, and have another one erased, which an administrator decides.
+    # Export the record, and request an erasure, which an administrator decides.
     press(page, page.get_by_role("link", name=PATIENT).first)
+    open_tab_by_keys(page, "Data")
     with page.expect_download() as taken:
         press(page, page.get_by_role("link", name="All data (ZIP)"))
     assert taken.value.suggested_filename.endswith(".zip")
@@ -117,7 +111,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, deciding.get_by_role("button", name="Refuse and keep the record"))
     expect(page.get_by_test_id("erasure")).to_contain_text("Refused by", timeout=LONG_MS)
 
-    # Administer: an account, and who did all this.
+    # Administer: create an account, and read the audit trail.
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("button", name="New account"))
     account = page.get_by_role("dialog", name="New account")

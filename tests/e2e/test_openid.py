@@ -1,4 +1,4 @@
-"""Signing in by the clinic's own provider, in a real browser that is sent to another site and back."""
+"""Login through the clinic's OpenID provider, in a real browser: to another site and back."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +13,7 @@ from tests.support.page_accounts import made, menu
 
 @pytest.fixture
 def theirs() -> Iterator[Provider]:
-    # Another site than the service's, which is at 127.0.0.1.
+    # Another site than the service's, which is 127.0.0.1.
     with provider("localhost") as made:
         yield made
 
@@ -43,8 +43,10 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     hers.goto(f"{clinic.url}/patients")
     hers.screenshot(path=artefacts / "sign-in-openid.png")
     hers.get_by_role("link", name="Sign in with Clinic ID").click()
-    expect(hers.get_by_role("alert")).to_contain_text("No account is linked with this identity of Clinic ID")
-    expect(hers.get_by_role("alert")).to_contain_text(theirs.subject)
+    expect(
+        hers.get_by_role("alert").filter(has_text="No account is linked with this identity of Clinic ID")
+    ).to_be_visible()
+    expect(hers.get_by_role("alert").filter(has_text=theirs.subject)).to_be_visible()
     hers.screenshot(path=artefacts / "openid-not-linked.png")
 
     page.get_by_role("button", name="Change Ito Mai").click()
@@ -58,7 +60,7 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=START_LIMIT_S * 1000)
     expect(hers).to_have_url(f"{clinic.url}/patients")
 
-    # Locked, she goes there and back in a tab of its own; Stop stays where it is.
+    # The locked user signs in again in a new tab. Stop stays on the locked page.
     menu(hers, "Lock the screen")
     expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
     hers.screenshot(path=artefacts / "locked-openid.png")

@@ -1,17 +1,19 @@
-"""What a therapist prescribes, in a real browser."""
+"""A therapist prescribes a programme, in a real browser."""
 
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import begin_session, load_and_play, sign_up, teach
+from tests.support.page_actions import begin_session, load_and_play, open_tab, sign_up, teach
 
 
+@pytest.mark.shared_clinic("empty")
 def test_programme_is_created_changed_played_and_reported(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
-    sign_up(page, "Mori Sakura")
+    sign_up(page, "Mori Tsubaki")
     patient = page.url
     teach(page, "1 Abduction / adduction of the scapula")
     page.get_by_test_id("saved").get_by_role("link").click()
@@ -21,6 +23,7 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     assert page.request.post(f"{service}/api/recordings/{recording}/derived", data=less).ok
 
     page.goto(patient)
+    open_tab(page, "Programmes")
     page.get_by_role("link", name="New programme").click()
     page.get_by_label("Name of the programme").fill("Morning")
     for name, more in (("Raise the arm", 2), ("A little less", 1)):
@@ -34,11 +37,11 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
             dialog.get_by_role("button", name="Repetitions: increase").click()
         dialog.get_by_role("button", name="Done").click()
         expect(dialog).to_be_hidden()
-        # Where it was before: until then what is focused by somebody else would lose it again.
+        # The dialog returns the focus when it closes. Until then another focus would be lost.
         expect(page.get_by_role("combobox", name="Add a recording")).to_be_focused()
     table = page.get_by_role("table", name="Recordings in playing order")
     expect(table.get_by_role("row", name="A little less")).to_contain_text("4 repetitions")
-    # By the keyboard: up, and the button stays in use where it has become the first.
+    # By keyboard: the row moves up, and the focus stays in the row.
     up = page.get_by_role("button", name="A little less: move up")
     up.focus()
     page.keyboard.press("Enter")
@@ -74,8 +77,8 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     expect(versions.get_by_role("table", name="Version 1")).to_contain_text("A little less")
     page.screenshot(path=artefacts / "programme.png", full_page=True)
 
-    # Today's visit is for the newest programme, as it now stands.
-    page.get_by_role("link", name="Mori Sakura").click()
+    # Today's session uses the newest version of the newest programme.
+    page.get_by_role("link", name="Mori Tsubaki").click()
     page.get_by_role("link", name="Go to the station").click()
     visit = page.get_by_role("region", name="Session")
     expect(visit.get_by_role("combobox", name="Programme")).to_have_value("Morning (version 2)")
@@ -85,16 +88,18 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     load_and_play(page)
     expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
     page.get_by_role("link", name="Compare teaching and playback").click()
+    open_tab(page, "Plan")
     expect(page.get_by_test_id("planned").get_by_role("row", name="Raise the arm")).to_contain_text("3 of 3")
 
-    # On paper, in either language, and as a file.
+    # The report, in both languages, printed and as a PDF.
+    open_tab(page, "Record")
     reports = page.get_by_role("group", name="Report", exact=True)
     with page.expect_popup() as opened:
         reports.get_by_role("link", name="Print report").click()
     printed = opened.value
     expect(printed.get_by_role("heading", name="Session report")).to_be_visible()
     expect(printed.get_by_text("Not signed. This is a draft").first).to_be_visible()
-    expect(printed.locator("body")).to_contain_text("Mori Sakura")
+    expect(printed.locator("body")).to_contain_text("Mori Tsubaki")
     printed.screenshot(path=artefacts / "report.png", full_page=True)
     printed.close()
     reports.get_by_text("日本語").click()
@@ -102,7 +107,8 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
         reports.get_by_role("link", name="Report as PDF").click()
     assert saving.value.path().read_bytes().startswith(b"%PDF-")
 
-    page.get_by_role("link", name="Mori Sakura").first.click()
+    page.get_by_role("link", name="Mori Tsubaki").first.click()
+    open_tab(page, "Programmes")
     section = page.get_by_role("region", name="Programmes")
     expect(section.get_by_role("row", name="Morning")).to_contain_text("90 % of the speed")
     expect(section.get_by_test_id("regularity")).to_contain_text(

@@ -1,4 +1,4 @@
-"""The screens stand where patients sit, and whoever leaves one leaves nothing on it: passwords, signing out, and what a browser keeps."""
+"""A shared screen keeps nothing of the last user: passwords, sign-out and browser storage."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -12,18 +12,24 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_accounts import PASSWORD, made, menu
 from tests.support.page_actions import sign_up
 
-NAME: Final = "Yamada Hanako"
-NOBODYS: Final = {"kata-scheme", "kata.language", "kata.first-steps-hidden", "kata.report-language"}
-"""What a browser keeps of whoever used it: colours, languages, what was put away."""
+NAME: Final = "Kondo Miyu"
+NOBODYS: Final = {
+    "kata-scheme",
+    "kata.language",
+    "kata.first-steps-hidden",
+    "kata.report-language",
+    "kata.columns.patients",
+}
+"""Keys that a browser keeps after a user has signed out: colours, languages, hidden hints, columns of a table."""
 SCREENS: Final = (
     "/", "/stations", "/patients", "/sessions", "/account", "/administration/accounts", "/administration/audit",
-    "/administration/emergency-access", "/administration/backups", "/nowhere",
+    "/administration/emergency-access", "/administration/backups", "/commissioning", "/nowhere",
 )  # fmt: skip
 
 
 @pytest.fixture
 def stranger(browser: Browser, browser_context_args: dict[str, Any], clinic: Clinic) -> Iterator[Page]:
-    """A browser that nobody is signed in at, whose clipboard a test may fill."""
+    """Return a page of a browser without a login, whose clipboard a test may fill."""
     context = browser.new_context(**browser_context_args)
     context.grant_permissions(["clipboard-read", "clipboard-write"], origin=clinic.url)
     yield context.new_page()
@@ -31,7 +37,7 @@ def stranger(browser: Browser, browser_context_args: dict[str, Any], clinic: Cli
 
 
 def pasted(page: Page, field: Locator, text: str) -> None:
-    """As a password manager's button or somebody's fingers do it; masked before and after."""
+    """Paste a password like a password manager. The field is masked before and after."""
     expect(field).to_have_attribute("type", "password")
     assert field.get_attribute("autocomplete") in ("current-password", "new-password")
     page.evaluate("text => navigator.clipboard.writeText(text)", text)
@@ -41,20 +47,21 @@ def pasted(page: Page, field: Locator, text: str) -> None:
     expect(field).to_have_attribute("type", "password")
 
 
+@pytest.mark.shared_clinic("empty")
 def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, stranger: Page) -> None:
-    code = made(page, "Ito Mai", "ito", "Therapist")
+    code = made(page, "Ito Nana", "ito-nana", "Therapist")
     # A new password, by the one-time code.
     stranger.goto(clinic.url)
     stranger.get_by_role("link", name="I have a one-time code").click()
-    stranger.get_by_label("User name").fill("ito")
+    stranger.get_by_label("User name").fill("ito-nana")
     expect(stranger.get_by_label("User name")).to_have_attribute("autocomplete", "username")
     stranger.get_by_label("One-time code").fill(code)
     pasted(stranger, stranger.get_by_label("New password", exact=True), PASSWORD)
     pasted(stranger, stranger.get_by_label("New password again"), PASSWORD)
     stranger.get_by_role("button", name="Set password").click()
-    expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
+    expect(stranger.get_by_role("button", name="Signed in as Ito Nana")).to_be_visible(timeout=LONG_MS)
 
-    # The account's page, the lock screen, signing in.
+    # The account's page, the lock screen and the login.
     stranger.goto(f"{clinic.url}/account")
     fields = stranger.locator("input[autocomplete$=password]")
     expect(fields.first).to_be_visible()
@@ -62,19 +69,19 @@ def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, s
     for field in fields.all():
         pasted(stranger, field, "pasted, and long enough to be one")
     menu(stranger, "Lock the screen")
-    pasted(stranger, stranger.get_by_label("Password of Ito Mai"), PASSWORD)
+    pasted(stranger, stranger.get_by_label("Password of Ito Nana"), PASSWORD)
     stranger.get_by_role("button", name="Unlock").click()
-    expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
+    expect(stranger.get_by_role("button", name="Signed in as Ito Nana")).to_be_visible()
     menu(stranger, "Sign out")
-    stranger.get_by_label("User name").fill("ito")
+    stranger.get_by_label("User name").fill("ito-nana")
     expect(stranger.get_by_label("User name")).to_have_attribute("autocomplete", "username")
     pasted(stranger, stranger.locator("input[autocomplete=current-password]"), PASSWORD)
     stranger.get_by_role("button", name="Sign in", exact=True).click()
-    expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
+    expect(stranger.get_by_role("button", name="Signed in as Ito Nana")).to_be_visible()
 
 
 def kept(page: Page) -> dict[str, Any]:
-    """Everything that a page can leave in a browser, and can read there."""
+    """Return everything that the page has stored in the browser."""
     told: dict[str, Any] = page.evaluate(
         """async () => ({
             local: {...localStorage}, session: {...sessionStorage}, cookie: document.cookie,
@@ -86,7 +93,7 @@ def kept(page: Page) -> dict[str, Any]:
 
 @pytest.fixture
 def page(page: Page, clinic: Clinic) -> Page:
-    """With its cookie as the service sets it."""
+    """Return a page whose cookie is set as the service sets it."""
     page.context.clear_cookies()
     page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url, "httpOnly": True}])
     return page

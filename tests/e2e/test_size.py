@@ -1,4 +1,4 @@
-"""How much script the service sends for the first page, before anything is drawn."""
+"""The size of the scripts that the first page loads before it draws."""
 
 import gzip
 import json
@@ -44,7 +44,7 @@ def test_first_page_loads_at_most_a_quarter_megabyte_of_script() -> None:
 
 
 def sent_kb(client: TestClient, file: str) -> float:
-    """A thousand bytes each, as they go over the wire."""
+    """Return the kilobytes (1000 bytes) that go over the wire."""
     with client.stream("GET", f"/{file}") as answer:
         assert answer.status_code == 200
         return sum(map(len, answer.iter_raw())) / 1000
@@ -55,7 +55,7 @@ def test_every_script_and_style_is_compressed_unchanged() -> None:
     assert len(files) > 50
     for file in files:
         compressed = file.with_name(f"{file.name}.gz")
-        # Of what is small, the compressed form saves nothing worth a file.
+        # Compressing a small file saves nothing.
         assert compressed.is_file() or file.stat().st_size < 1000, file.name
         if compressed.is_file():
             assert gzip.decompress(compressed.read_bytes()) == file.read_bytes()

@@ -1,23 +1,17 @@
-"""What the page shows on wrong input and unknown addresses, and where Stop is, in a real browser."""
+"""Wrong input, unknown addresses and the place of Stop, in a real browser."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.browser_clinic import Clinic, clinic_in
+from tests.support.browser_clinic import Clinic
 
-
-@pytest.fixture(scope="module")
-def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
-    """Return one clinic for all tests of this module. Each test leaves the apparatus idle."""
-    with clinic_in(tmp_path_factory.mktemp("kata")) as clinic:
-        yield clinic
+pytestmark = pytest.mark.shared_clinic("empty")
 
 
 def test_stop_stays_in_reach_above_a_dialog(page: Page) -> None:
-    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Patients", exact=True).click()
     page.get_by_role("button", name="New patient").click()
     expect(page.get_by_role("dialog")).to_be_visible()
     stop = page.locator("button", has_text="Stop")
@@ -29,7 +23,7 @@ def test_stop_stays_in_reach_above_a_dialog(page: Page) -> None:
 
 
 def test_bad_input_is_reported_at_its_field_or_line(page: Page, tmp_path: Path) -> None:
-    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Patients", exact=True).click()
     page.get_by_role("button", name="New patient").click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_role("button", name="Register").click()
@@ -44,7 +38,7 @@ def test_bad_input_is_reported_at_its_field_or_line(page: Page, tmp_path: Path) 
     with page.expect_file_chooser() as choosing:
         page.get_by_role("button", name="CSV").click()
     choosing.value.set_files(bad)
-    expect(page.get_by_role("alert")).to_contain_text("missing: scapula_abduction")
+    expect(page.get_by_role("alert").filter(has_text="missing: scapula_abduction")).to_be_visible()
 
 
 def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
@@ -52,4 +46,4 @@ def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
     expect(page.get_by_role("heading", name="Page not found")).to_be_visible()
     expect(page.get_by_role("button", name="Stop")).to_be_enabled()
     page.goto(f"{clinic.url}/patients/00000000-0000-0000-0000-000000000000")
-    expect(page.get_by_role("alert")).to_contain_text("There is no such patient.")
+    expect(page.get_by_role("alert").filter(has_text="There is no such patient.")).to_be_visible()

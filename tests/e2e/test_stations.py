@@ -1,4 +1,4 @@
-"""All stations of a clinic on one page, in a real browser: what each does and for whom, and that one which fell silent is not known."""
+"""The list of stations, in a real browser: each station's state and patient. A silent station is shown as unknown."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -24,14 +24,14 @@ SILENT: Final = "No answer: its state is unknown."
 
 @pytest.fixture
 def clinic(tmp_path: Path, services_url: str) -> Iterator[Clinic]:
-    """Its database is one that stations share."""
+    """Return a clinic on a database that stations share."""
     started = Clinic(tmp_path, database_url=services_url)
     yield started
     started.close()
 
 
 class Elsewhere:
-    """Another station, which plays for a patient: what its service would say to the others each second."""
+    """Sends the reports of another station, which plays for a patient, every second."""
 
     def __init__(self, database_url: str, patient_id: str) -> None:
         self._told = StationReport(
@@ -46,7 +46,7 @@ class Elsewhere:
         self._thread.start()
 
     def close(self) -> None:
-        """Fall silent."""
+        """Send no more reports."""
         self._quiet.set()
         self._thread.join()
 
@@ -89,7 +89,7 @@ def test_station_list_shows_patients_and_marks_silent_stations(
         for words in (NAME, "Her flexion"):
             expect(tile(page, "Station 2").get_by_text(words)).to_be_visible()
             expect(technicians.get_by_text(words)).to_have_count(0)
-        # Named to nobody's technician, and not said to be empty either.
+        # A technician sees no name, and no statement that the station is free.
         expect(
             tile(technicians, "Station 2").get_by_text("No patient that you may see is on the apparatus.")
         ).to_be_visible()

@@ -2,9 +2,12 @@
 
 from typing import Final
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS
+
+pytestmark = pytest.mark.shared_clinic("empty")
 
 NEXT_PICTURE: Final = """async (before) => {
     for (;;) {
@@ -18,11 +21,10 @@ NEXT_PICTURE: Final = """async (before) => {
         if (new Set(pixels).size > 100 && sum !== before) return sum;
     }
 }"""
-"""What the canvas shows, as a number, once there is something on it and it is another picture."""
+"""Wait until the canvas shows something other than ``before``; return a checksum of the picture."""
 
 
 def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
-    page.get_by_role("button", name="Show in 3D").click()
     corner = page.evaluate(NEXT_PICTURE)
 
     page.get_by_role("radiogroup", name="View").get_by_text("Back", exact=True).click()

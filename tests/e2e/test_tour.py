@@ -1,11 +1,11 @@
-"""The pictures of docs/tutorial/tour.md, taken anew of a demonstration clinic: a session from the patient's page to its error plots."""
+"""Take the pictures of docs/tutorial/tour.md in a demonstration clinic: a session from the patient's page to its error plots."""
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import load_and_play, try_estop
+from tests.support.page_actions import confirm_identity, load_and_play, open_tab, try_estop
 from tests.support.paths import ROOT
 
 PICTURES = ROOT / "docs" / "tour"
@@ -20,7 +20,7 @@ def page_of(browser: Browser, clinic: Clinic, size: dict[str, int], scheme: str)
 
 
 def take(page: Page, name: str, top: Locator | None = None) -> None:
-    """What is seen once everything has been drawn; ``top`` is brought below the header."""
+    """Take a picture after everything has been drawn. Scroll ``top`` below the header first."""
     if top:
         top.evaluate("one => window.scrollBy(0, one.getBoundingClientRect().top - 150)")
     else:
@@ -38,9 +38,10 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     page = page_of(browser, clinic, DESKTOP, "light")
     page.goto(f"{clinic.url}/patients")
     page.get_by_role("link", name="Ishii Nao").click()
-    expect(page.get_by_role("heading", name="Programmes")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("since-last-month")).to_be_visible(timeout=LONG_MS)
     take(page, "patient", page.get_by_role("heading", name="Ishii Nao"))
     patient = page.url
+    open_tab(page, "Assessments")
     page.get_by_role("link", name="Progress").click()
     expect(page.locator(".js-plotly-plot").first).to_be_visible(timeout=LONG_MS)
     take(page, "progress", page.get_by_role("heading", name="Range of motion"))
@@ -54,6 +55,7 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     expect(visit.get_by_role("heading", name="Checklist")).to_be_visible(timeout=LONG_MS)
     take(tablet, "checklist", visit)
     try_estop(tablet)
+    confirm_identity(visit, tablet)
     visit.get_by_role("button", name="Confirm all 3 checks").click()
     visit.get_by_role("button", name="Pain before: 4").click()
     expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
@@ -72,11 +74,12 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     tablet.get_by_role("button", name="Release the e-stop switch").click()
     tablet.get_by_test_id("stop-banner").get_by_role("button", name="Acknowledge").click(timeout=LONG_MS)
 
-    # The last one of the demonstration; the newest is the one that has just been stopped.
+    # The last session of the demonstration: the newest one has just been stopped.
     page.goto(patient)
+    open_tab(page, "Sessions")
     page.get_by_role("table").last.get_by_role("link").nth(1).click()
-    expect(page.locator(".js-plotly-plot").nth(2)).to_be_visible(timeout=LONG_MS)
-    take(page, "errors", page.get_by_text("Motor 3", exact=True).first)
+    expect(page.locator(".js-plotly-plot").first).to_be_visible(timeout=LONG_MS)
+    take(page, "errors", page.get_by_test_id("verdict"))
     watching.goto(f"{clinic.url}/administration/audit")
     expect(watching.get_by_role("row").nth(5)).to_be_visible(timeout=LONG_MS)
     take(watching, "audit", watching.get_by_role("heading", name="Audit trail"))

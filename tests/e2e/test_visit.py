@@ -7,13 +7,13 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.support.browser_clinic import LONG_MS
 from tests.support.keyboard import held, press, reach, write
-from tests.support.page_actions import stand_for_left, try_estop
+from tests.support.page_actions import confirm_identity, stand_for_left, try_estop
 
 MOTION = "1 Abduction / adduction of the scapula"
 
 
 def sign_up(page: Page, name: str) -> None:
-    press(page, page.get_by_role("link", name="Patients"))
+    press(page, page.get_by_role("link", name="Patients", exact=True))
     press(page, page.get_by_role("button", name="New patient"))
     dialog = page.get_by_role("dialog")
     write(page, dialog.get_by_label("Name", exact=False).first, name)
@@ -26,7 +26,7 @@ def sign_up(page: Page, name: str) -> None:
 def teach(page: Page, artefacts: Path) -> None:
     press(page, page.get_by_role("link", name="Go to the station"))
     stand_for_left(page, press)
-    # The checklist: somebody looks, and the apparatus sees for itself that its switch was tried.
+    # The checklist: the therapist confirms checks, and the apparatus detects the test of its switch.
     before = page.get_by_role("region", name="Checks before teaching")
     switch = before.get_by_test_id("check-estop")
     expect(switch).to_contain_text("Not detected yet")
@@ -35,6 +35,7 @@ def teach(page: Page, artefacts: Path) -> None:
     page.screenshot(path=artefacts / "before-teaching.png", full_page=True)
     try_estop(page, press)
     expect(switch).to_be_hidden(timeout=LONG_MS)
+    confirm_identity(before, page, press_space)
     write(page, page.get_by_label("Name of the motion"), "Raise the arm")
     press(page, page.get_by_role("button", name="Confirm all 3 checks and start teaching"))
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
@@ -52,6 +53,11 @@ def teach(page: Page, artefacts: Path) -> None:
     expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
 
 
+def press_space(page: Page, target: Locator) -> None:
+    """Press by the key that ticks a checkbox and presses a button."""
+    press(page, target, "Space")
+
+
 def at_least_44(target: Locator) -> None:
     box = target.bounding_box()
     assert box is not None
@@ -63,20 +69,22 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Yamada Hanako")
     teach(page, artefacts)
+    press(page, page.get_by_role("radio", name="Teach a motion"), "ArrowRight")
     visit = page.get_by_role("region", name="Session")
     press(page, visit.get_by_role("button", name="Begin the session"))
 
-    # Once more for this session; what the apparatus has seen today it says itself.
+    # The session has its own checklist. It shows what the apparatus has detected today.
     line = visit.get_by_test_id("check-estop")
     expect(line).to_contain_text("Detected by the apparatus", timeout=LONG_MS)
     expect(line.get_by_role("button")).to_have_count(0)
     for check in ("side", "fixtures", "belt"):
         at_least_44(visit.get_by_test_id(f"check-{check}").get_by_role("button"))
     expect(visit.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, closed")
+    confirm_identity(visit, page, press_space)
     press(page, visit.get_by_test_id("check-side").get_by_role("button"))
     expect(visit.get_by_test_id("check-side")).to_contain_text("Test administrator")
     page.screenshot(path=artefacts / "checklist.png", full_page=True)
-    # Nothing can be loaded before.
+    # Loading is refused before the checklist is complete.
     steps = visit.get_by_role("navigation", name="Steps of the session")
     press(page, steps.get_by_role("button", name="Play"))
     expect(visit.get_by_role("heading", name="Play")).to_be_focused()
@@ -87,20 +95,20 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     press(page, visit.get_by_role("button", name="Confirm all 2 checks"))
     expect(visit.get_by_role("heading", name="Pain before")).to_be_focused()
 
-    # A reload loses nothing: the service knows where the session stands.
+    # A reload loses nothing: the service knows the step of the session.
     page.reload()
     expect(visit.get_by_role("heading", name="Pain before")).to_be_visible()
-    # The press that answers goes on; back there, it can be answered anew.
+    # An answer opens the next step. The therapist can go back and change it.
     press(page, visit.get_by_role("button", name="Pain before: 7"))
     expect(visit.get_by_role("heading", name="Play")).to_be_focused()
     press(page, steps.get_by_role("button", name="Pain before"))
     expect(visit.get_by_role("button", name="Pain before: 7")).to_have_attribute("aria-pressed", "true")
     page.screenshot(path=artefacts / "pain-before.png", full_page=True)
     press(page, visit.get_by_role("button", name="Pain before: 4"))
-    # By keys alone: the level is chosen on its slider.
+    # The arrow keys choose the level on its slider.
     visit.get_by_role("slider", name="Resistance level").press("End")
     press(page, visit.get_by_role("button", name="Load"))
-    # A key that is let go at once moves no arm.
+    # A key that is released at once moves no arm.
     move = visit.get_by_role("button", name="Move to the start")
     expect(move).to_be_enabled(timeout=LONG_MS)
     press(page, move)
@@ -139,7 +147,9 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     press(page, visit.get_by_role("button", name="Sign as Test administrator"))
     press(page, page.get_by_role("link", name="View it"))
 
-    # On its own page: what was answered and measured, signed; then only added to.
+    # The session's page: result, answers and measurements, signed. A signed session accepts only addenda.
+    expect(page.get_by_test_id("verdict")).to_have_text("Everything was played to its end")
+    expect(page.get_by_test_id("result-pain")).to_contain_text("4 → 2")
     expect(page.get_by_test_id("signed")).to_contain_text("Signed by Test administrator")
     expect(page.get_by_test_id("note")).to_contain_text("Did well.")
     expect(page.get_by_test_id("pain")).to_have_text("Pain (0 to 10): 4 before, 5 during, 2 after")

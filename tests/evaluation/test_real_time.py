@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kata.bench.commissioned import write_commissioned
 from kata.device import config
 from kata.evaluation import real_time
 from kata.evaluation.cases import Case
@@ -48,7 +49,7 @@ def test_configured_apparatus_plays_the_motion_itself(tmp_path: Path, short: Tau
                     tested.append(step)
 
         station = tmp_path / "station.toml"
-        config.write(config.simulated(apparatus.port), station)
+        write_commissioned(config.simulated(apparatus.port), station)
         job = Job(Case("short", "right", short, AXES), "smooth", 1, None)
         outcome, again = real_time.evaluate_jobs([job, job], station, turned.append, obey, lambda _: None)
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from kata.commissioning.direct_station import PlaybackError
 from kata.device.config import simulated
 from kata.device.journal import PHASE_PLAYING, Journal
 from kata.device.messages import Load
-from kata.evaluation.station import EvaluationError, VirtualStation
+from kata.evaluation.station import VirtualStation
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
 
@@ -49,7 +50,7 @@ def test_same_seed_gives_the_same_samples_and_other_seeds_differ(short: Taught) 
 def test_station_refusal_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
-    with pytest.raises(EvaluationError, match="cannot be played: its load level must be"):
+    with pytest.raises(PlaybackError, match="cannot be played: its load level must be"):
         station.play(load(taught, load_level=0), short.duration_s)
 
 
@@ -57,7 +58,7 @@ def test_station_stop_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     station._world.apparatus.press_estop(True)
-    with pytest.raises(EvaluationError, match="The emergency stop was pressed"):
+    with pytest.raises(PlaybackError, match="The emergency stop was pressed"):
         station.play(load(taught), short.duration_s)
 
 

@@ -18,7 +18,7 @@ from tests.support.service_kills import KilledClinic
 CYCLE_S = 0.01
 
 
-def test_killed_device_process_loses_one_sample_and_its_drives_stop(tmp_path: Path) -> None:
+def test_killed_device_process_leaves_one_readable_journal_and_still_drives(tmp_path: Path) -> None:
     with closing(KeptClinic(tmp_path)) as clinic:
         for seed in range(4):
             kill_at_random(clinic, seed).judge()

@@ -40,7 +40,7 @@ from kata.simulator.process import main
 def refused(*_):
     raise PermissionError
 os.sched_setscheduler = refused
-sys.argv[1:] = ["--control", sys.argv[1], "--still"]
+sys.argv[1:] = ["--control", sys.argv[1], "--plant", "none"]
 main()
 print(open("/proc/self/sched").read())
 """

@@ -14,6 +14,7 @@ from kata.motion.axes import AXES
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import EditError, Motion, PlaybackSettings
 from kata.motion.linkage import Floats, motor_angles_deg
+from kata.motion.shoulder import rest_posture_deg
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 CONFIG = StationConfig()
@@ -104,7 +105,7 @@ def test_ten_hertz_recordings_can_be_slowed_to_a_tenth() -> None:
 
 @any_motion
 @given(motions, st.floats(0.0, 100.0), st.sets(st.sampled_from(AXES), min_size=1))
-def test_less_range_is_around_the_same_middle_and_never_outside(motion: Motion, percent: float, axes: set[int]) -> None:
+def test_less_range_comes_nearer_to_rest_and_never_leaves(motion: Motion, percent: float, axes: set[int]) -> None:
     smaller = edit.scaled(motion, percent, axes)
     low, high = motion.angles_deg.min(axis=0), motion.angles_deg.max(axis=0)
     assert np.all(smaller.angles_deg >= low)
@@ -112,10 +113,24 @@ def test_less_range_is_around_the_same_middle_and_never_outside(motion: Motion, 
     some = [axis - 1 for axis in axes]
     others = [axis - 1 for axis in AXES if axis not in axes]
     assert ranges(smaller)[some] == pytest.approx(ranges(motion)[some] * percent / 100, abs=1e-9)
-    middle = (smaller.angles_deg.min(axis=0) + smaller.angles_deg.max(axis=0)) / 2
-    assert middle == pytest.approx((low + high) / 2)
+    rest = rest_posture_deg(motion.angles_deg)
+    assert np.all(np.abs(smaller.angles_deg - rest) <= np.abs(motion.angles_deg - rest) + 1e-9)
     assert np.array_equal(smaller.angles_deg[:, others], motion.angles_deg[:, others])
     assert np.array_equal(smaller.times_s, motion.times_s)
+
+
+def test_a_reduced_motion_still_starts_where_the_arm_rests() -> None:
+    for number in range(1, 8):
+        motion = built_in(number)
+        assert edit.scaled(motion, 50.0).angles_deg[[0, -1]] == pytest.approx(motion.angles_deg[[0, -1]])
+
+
+def test_motion_that_starts_raised_is_reduced_towards_its_lowest() -> None:
+    raised = edit.trim(built_in(4), 4.0, 8.0)
+    smaller = edit.scaled(raised, 50.0)
+    assert raised.angles_deg[0, 2] > 60
+    assert np.all(smaller.angles_deg[:, 2] <= raised.angles_deg[:, 2] + 1e-9)
+    assert smaller.angles_deg[:, 2].min() == pytest.approx(raised.angles_deg[:, 2].min())
 
 
 @any_motion

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from kata.motion.ilc import MAX_CORRECTION_DEG, STEP_S, Correction, next_correction, rows
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
-from kata.motion.method import ServoModel
+from kata.motion.method import LoadModel, ServoModel
 from kata.motion.trajectory import Trajectory
+from kata.motion.weight import N_TERMS
 
 TIMES_S = np.arange(0.0, 6.0, 0.01)
 TRAJECTORY = Trajectory(TIMES_S, np.tile(20 * (1 - np.cos(2 * np.pi * TIMES_S / 3))[:, None], 5))
@@ -219,3 +220,49 @@ def test_correction_is_linear_between_rows_and_constant_beyond_its_ends() -> Non
     correction = Correction(0.5, np.tile(np.array([[0.0], [1.0], [3.0]]), 5))
     for time_s, angle in ((-1.0, 0.0), (0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (0.75, 2.0), (1.0, 3.0), (8.0, 3.0)):
         assert correction.at(time_s) == pytest.approx([angle] * 5)
+
+
+def test_the_arms_own_weight_is_not_taken_for_resistance() -> None:
+    """Motor 3 carries up to 1.4 Nm of the 2 Nm that take the arm back: it must learn as without the weight."""
+    weight = np.zeros((5, N_TERMS))
+    weight[2, 1] = -2.2
+    known = replace(LAG, load=LoadModel(factors_nm=weight))
+    one = behind()
+    torque = one.torque_nm.copy()
+    torque[:, 2] = known.load.torque_nm(TRAJECTORY.motions(one.path_s))[:, 2]
+    carried = replace(one, torque_nm=torque)
+    assert np.abs(torque[:, 2]).max() > 1.0
+
+    def learned(repetition: Repetition, model: ServoModel) -> Floats:
+        return next_correction(None, TRAJECTORY, repetition, model, THRESHOLD_NM, WIDE).angles_deg
+
+    assert learned(carried, known) == pytest.approx(learned(one, LAG))
+    assert learned(carried, LAG)[:, 2] != pytest.approx(learned(one, LAG)[:, 2])
+
+
+def test_error_that_grows_falls_back_and_learns_less() -> None:
+    first = again(None, behind(0.5))
+    grown = behind(0.5)
+    grown.measured_deg[:, 3] -= 0.5
+    second = again(first, grown)
+    assert first.lesson is not None
+    assert second.lesson is not None
+    assert second.lesson.fell_back == (4,)
+    assert not second.angles_deg[:, 3].any()
+    assert np.all(second.angles_deg[:, 2] > first.angles_deg[:, 2])
+    assert second.lesson.gain == pytest.approx([0.6, 0.6, 0.6, 0.3, 0.6])
+    # The better repetition is the one to beat; a little more error is no growth.
+    third = again(second, behind(0.52))
+    assert third.lesson is not None
+    assert third.lesson.fell_back == ()
+    assert third.angles_deg[100:200, 3] == pytest.approx(0.5 * 0.52 / 0.5 * first.angles_deg[100:200, 3], rel=0.02)
+
+
+def test_a_disturbed_repetition_is_not_taken_for_a_grown_error() -> None:
+    first = again(None, behind(0.1))
+    held = behind(5.0)
+    held.playing[50:550] = False
+    assert first.lesson is not None
+    disturbed = again(first, held)
+    assert disturbed.lesson is not None
+    assert disturbed.lesson.fell_back == ()

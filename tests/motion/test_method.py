@@ -1,6 +1,7 @@
 """The reference of each method: smoothing, the zero-order hold, and the feed-forward."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +9,12 @@ import pytest
 
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats, motor_angles_deg
-from kata.motion.method import ServoModel, reference
+from kata.motion.method import FeedForward, LoadModel, ServoModel, reference
 from kata.motion.path import PathPoint
 from kata.motion.smoothing import smoothed
 from kata.motion.taught import Taught, read_csv
 from kata.motion.trajectory import Trajectory
+from kata.motion.weight import N_TERMS
 
 COUNT_DEG = 360 / 4096
 
@@ -159,3 +161,57 @@ def test_a_second_order_lag_is_undone() -> None:
         y += v * dt
         worst = max(worst, float(np.abs(y - trajectory.at(time_s + dt)).max()))
     assert worst < 0.1
+
+
+def test_a_drives_integral_and_the_weight_are_undone() -> None:
+    """A PID drive with a motor that brakes by its own voltage, and a weight.
+
+    By hand: P (e + sum(e) / T) = b y' + weight, so a1 = b / P, d = 1 / P.
+    """
+    p_nm_deg, brake_nm_s_deg, integral_s, inertia = 0.4, 0.05, 0.5, 0.0004
+    weight = np.zeros((5, N_TERMS))
+    weight[3, 1] = -2.0
+    model = ServoModel(
+        np.full(5, brake_nm_s_deg / p_nm_deg),
+        np.full(5, inertia / p_nm_deg),
+        np.zeros(5),
+        integral_s=np.full(5, integral_s),
+        droop_deg_nm=np.full(5, 1 / p_nm_deg),
+        load=LoadModel(factors_nm=weight),
+    )
+    times = np.arange(0.0, 4.0, 0.01)
+    place = 20.0 * (1 - np.cos(np.pi * times / 2))
+    trajectory = Trajectory(times, np.column_stack([np.zeros((len(times), 3)), place, np.zeros(len(times))]))
+    step_s = 0.002
+
+    def worst(ahead: FeedForward | None) -> float:
+        angle, speed, held, found = 0.0, 0.0, 0.0, 0.0
+        for time_s in np.arange(0.0, 4.0, step_s):
+            motion = trajectory.motion_at(time_s)
+            wanted = motion.angles_deg[3] + (ahead.at(motion)[3] if ahead else 0.0)
+            error = wanted - angle
+            held += error * step_s / integral_s
+            load = 2.0 * np.sin(np.radians(angle)) + brake_nm_s_deg * speed
+            speed += (p_nm_deg * (error + held) - load) / inertia * step_s
+            angle += speed * step_s
+            found = max(found, abs(angle - motion.angles_deg[3]))
+        return found
+
+    assert worst(None) > 1.0
+    without_integral = replace(model, integral_s=np.zeros(5))
+    assert worst(FeedForward(without_integral, step_s)) > 0.8
+    assert worst(FeedForward(model, step_s)) < 0.1
+
+
+def test_an_unidentified_load_is_no_torque() -> None:
+    assert not LAG.load.known
+    assert not LAG.load.torque_nm(motion(40.0)).any()
+
+
+def test_torque_is_that_of_friction_inertia_and_weight() -> None:
+    weight = np.zeros((5, N_TERMS))
+    weight[2, 1] = -4.0
+    model = LoadModel(np.full(5, 0.01), np.full(5, 0.002), np.full(5, 0.3), weight)
+    raised = PathPoint(np.array([0.0, 0.0, 90.0, 0.0, 0.0]), np.full(5, 40.0), np.full(5, 100.0))
+    own_nm = 0.4 + 0.2 + 0.3
+    assert model.torque_nm(raised) == pytest.approx([own_nm, own_nm, own_nm + 4.0, own_nm, own_nm], abs=1e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kata.motion.linkage import Floats
-from kata.motion.tracking import compare, compare_motions
+from kata.motion.tracking import compare, compare_motions, error_figures, wall_clock_s
 
 TIMES_S = np.arange(0, 4.0, 0.01)
 TAUGHT_DEG = np.column_stack([amplitude * np.sin(TIMES_S) for amplitude in (1, 5, 10, 20, 40)])
@@ -13,6 +13,7 @@ TAUGHT_DEG = np.column_stack([amplitude * np.sin(TIMES_S) for amplitude in (1, 5
 def test_a_playback_that_lags_has_the_error_of_its_lag() -> None:
     lag_s = 0.05
     path_s = np.arange(0.0, 3.9, 0.013)
+    after = path_s >= 0.5
     played = np.column_stack([a * np.sin(np.maximum(path_s - lag_s, 0)) for a in (1, 5, 10, 20, 40)])
     comparison = compare(TIMES_S + 100.0, TAUGHT_DEG, path_s, played)
 
@@ -20,12 +21,33 @@ def test_a_playback_that_lags_has_the_error_of_its_lag() -> None:
     for motor, amplitude in zip(comparison.motors, (1, 5, 10, 20, 40), strict=True):
         # The sine is fastest, and its error largest, at its zero crossings: -a cos(t) * lag.
         assert abs(motor.peak_deg) == pytest.approx(amplitude * lag_s, rel=0.01)
-        assert motor.start_deg == 0.0
+        assert motor.start_deg == pytest.approx(-amplitude * lag_s, rel=0.01)
         error = amplitude * (np.sin(np.maximum(path_s - lag_s, 0)) - np.sin(path_s))
-        assert motor.rmse_deg == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-3)
+        assert motor.rmse_deg == pytest.approx(np.sqrt(np.mean(error[after] ** 2)), rel=1e-3)
 
 
-def test_peak_keeps_sign_and_place_and_starts_at_first_sample() -> None:
+def test_start_and_rest_together_hide_no_error() -> None:
+    error = np.random.default_rng(22).normal(0.0, 1.0, (20, 200))
+    for values in error:
+        found = error_figures(np.linspace(0.0, 1.99, 200), values)
+        assert max(abs(found.start_deg), abs(found.peak_deg)) == np.abs(values).max()
+
+
+def test_playback_that_ended_in_its_start_has_one_error() -> None:
+    found = error_figures(np.array([0.0, 0.1, 0.2]), np.array([0.5, -1.5, 1.0]))
+    assert (found.peak_deg, found.peak_at_s, found.start_deg) == (-1.5, 0.1, -1.5)
+
+
+def test_wall_clock_begins_again_after_an_interruption() -> None:
+    times_s = np.array([10.0, 10.1, 10.2, 14.0, 15.0, 15.1, 15.2])
+    path_s = np.array([np.nan, 0.0, 0.05, 0.05, 0.03, 0.1, 0.2])
+    moving = np.array([False, True, True, False, True, True, True])
+    wall_s = wall_clock_s(times_s, path_s, moving)
+    assert wall_s == pytest.approx([np.nan, 0.0, 0.1, np.nan, 0.03, 0.13, 0.23], nan_ok=True)
+    assert np.isnan(wall_clock_s(times_s, path_s, np.zeros(7, dtype=bool))).all()
+
+
+def test_peak_keeps_sign_and_place_and_the_start_is_apart() -> None:
     path_s = np.array([0.0, 1.0, 2.0])
     played = np.column_stack([a * np.sin(path_s) for a in (1, 5, 10, 20, 40)])
     played[0, 2] += 0.5
@@ -123,7 +145,8 @@ def test_motion_is_compared_in_body_angles_and_with_table_2(lifted_deg: float, n
     taught[:, 0] = 8 * np.sin(times_s)
     taught[:, 2] = lifted_deg
     taught[:, 3] = 60 - 60 * np.cos(times_s)
-    motions = compare_motions(times_s, taught, times_s, taught + np.array([0.5, 0, 0, -1.0, 0]), pose_deg)
+    played = taught + np.array([0.5, 0, 0, -1.0, 0])
+    motions = compare_motions(times_s, pose_deg(taught), times_s, pose_deg(played))
 
     assert [motion.motion.number for motion in motions] == [1, number]
     scapula, arm = motions

@@ -23,7 +23,7 @@ ELSEWHERE: Final = {
     "audit_action(route)": set(map(audit_action, RULES)),
     "audit_action(request.scope['route'].name)": set(map(audit_action, RULES)),
     "f'backup_{record.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
-    "_DOOR": {"at_the_door"},
+    "_UNAUTHENTICATED": {"at_the_door"},
     "_ACTION": {"backup_restored"},
 }
 """Suffixes that are added to an action."""

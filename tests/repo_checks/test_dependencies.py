@@ -4,14 +4,16 @@ import json
 import re
 import subprocess
 from email import message_from_string
-from importlib.metadata import Distribution, distribution
+from importlib.metadata import Distribution, distribution, distributions
 from pathlib import Path
 from typing import Any
 
 import plotly
 import pytest
+from packaging.utils import canonicalize_name
 
 from tests.support.paths import ROOT
+from tests.support.pins import pins
 
 # Licences compatible with Apache-2.0 for unchanged packages. LGPL: psycopg, which is never part of our wheel.
 FITTING = re.compile(
@@ -22,10 +24,11 @@ UNFITTING = re.compile(r"(?<!L)GPL|AGPL|SSPL|Commons Clause|Proprietary", re.IGN
 LGPL = {"psycopg", "psycopg-binary"}
 
 
-def pins(name: str) -> dict[str, str]:
-    """Return the block of each pin by package name."""
-    blocks = re.split(r"\n(?=\S)", (ROOT / name).read_text())
-    return {block.split("==")[0].split("[")[0]: block for block in blocks if "==" in block}
+def test_environment_holds_only_what_is_pinned() -> None:
+    """A package that a pin once brought hides in an old environment that its pin has gone."""
+    pinned = {canonicalize_name(name) for name in pins("requirements-dev.txt")}
+    installed = {canonicalize_name(dist.metadata["Name"]) for dist in distributions()}
+    assert installed - pinned <= {"kata", "pip", "setuptools"}
 
 
 @pytest.mark.parametrize("name", ["requirements.txt", "requirements-dev.txt"])

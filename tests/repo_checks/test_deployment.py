@@ -2,6 +2,7 @@
 
 import configparser
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +95,74 @@ def test_an_adapter_is_passed_through() -> None:
     assert [device.rpartition(":")[2] for device in service["devices"]] == ["/dev/rs485"]
     assert config.read(ROOT / "deploy/stations/station-1.toml").port == "/dev/rs485"
     assert service["environment"]["KATA_SIMULATE"] == "false"
+
+
+def dockerfile() -> list[tuple[str, str]]:
+    """Return instructions and arguments of the Dockerfile."""
+    text = re.sub(r"^#.*\n", "", (ROOT / "Dockerfile").read_text(), flags=re.MULTILINE)
+    lines = text.replace("\\\n", " ").splitlines()
+    return [(word, rest) for word, _, rest in (line.partition(" ") for line in lines if line.strip())]
+
+
+def test_the_image_runs_without_privileges_on_its_port() -> None:
+    last = dockerfile()[max(n for n, (word, _) in enumerate(dockerfile()) if word == "FROM") :]
+    found = dict(last)
+    assert found["USER"] == "kata"
+    run = next(rest for word, rest in last if word == "RUN")
+    uid = re.search(r"useradd --system --uid (\d+)", run)
+    assert uid
+    users = {service["user"] for name, service in compose()["services"].items() if name.startswith("station-")}
+    assert users == {f"{uid[1]}:{uid[1]}"}
+    assert f"KATA_PORT={found['EXPOSE']}" in found["ENV"]
+    assert f"https://127.0.0.1:{found['EXPOSE']}/health/live" in found["HEALTHCHECK"]
+    assert found["VOLUME"] in run
+    assert (found["ENTRYPOINT"], found["CMD"], found["STOPSIGNAL"]) == ('["kata"]', '["serve"]', "SIGINT")
+
+
+def test_the_image_has_one_python_and_every_pinned_package() -> None:
+    bases = {rest.split()[0] for word, rest in dockerfile() if word == "FROM"}
+    assert len(bases) == 1
+    build = next(rest for word, rest in dockerfile() if word == "RUN")
+    assert "--require-hashes" in build
+    assert (ROOT / re.findall(r"--requirement (\S+)", build)[0]).is_file()
+
+
+def test_the_image_gets_every_file_of_a_wheel() -> None:
+    first, *rules = (ROOT / ".dockerignore").read_text().split()
+    assert first == "*"
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    needed = {*project["tool"]["hatch"]["build"]["targets"]["sdist"]["include"], "pyproject.toml"}
+    assert needed <= {rule.removeprefix("!") for rule in rules if rule.startswith("!")}
+
+
+def test_every_mounted_file_of_the_compose_files_exists() -> None:
+    for name in ("docker-compose.yml", "deploy/rs485.yml"):
+        for service in compose(name)["services"].values():
+            for mount in service.get("volumes", ()):
+                source = mount.partition(":")[0]
+                assert not source.startswith("./") or (ROOT / source).is_file(), mount
+
+
+def test_ports_of_the_proxy_and_the_stations_agree() -> None:
+    services = compose()["services"]
+    caddyfile = (ROOT / "deploy/proxy/Caddyfile").read_text()
+    (published,) = services["proxy"]["ports"]
+    assert f"https_port {published.partition(':')[2]}" in caddyfile
+    port = dict(dockerfile())["EXPOSE"]
+    assert f"reverse_proxy {{args[0]}}:{port}" in caddyfile
+    for station in ("station-1", "station-2"):
+        assert f"import station {station}\n" in caddyfile
+        assert f"http://127.0.0.1:{port}/health/live" in services[station]["healthcheck"]["test"][-1]
+
+
+def test_the_package_refers_to_the_unit_and_its_paths() -> None:
+    unit = (ROOT / "deploy/systemd/kata.service").read_text()
+    postinst = (ROOT / "deploy/debian/postinst").read_text()
+    assert "ExecStart=/opt/kata/current/bin/kata serve" in unit
+    assert "EnvironmentFile=-/etc/kata/environment" in unit
+    assert "root=/opt/kata" in postinst
+    assert "[ ! -e /etc/kata/station.toml ]" in postinst
+    assert "KATA_STATION=/etc/kata/station.toml" in unit
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from typing import Final
 
 import pytest
 
-import kata.api.app  # noqa: F401 - with it every package declares its messages
+import kata.api.app
+import kata.commissioning.texts  # noqa: F401 - of the command `kata commission`
 from kata import i18n
 from kata.messages import CATALOGUE, MessageKey, message, sent_key, text_of
 from tests.support.paths import ROOT

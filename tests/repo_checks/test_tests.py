@@ -2,13 +2,19 @@
 
 import ast
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from tests.support.paths import ROOT
 
-TREES = {path.relative_to(ROOT): ast.parse(path.read_text()) for path in sorted((ROOT / "tests").rglob("*.py"))}
 MOST_WORDS = 10
+
+
+@pytest.fixture(scope="module")
+def trees() -> dict[Path, ast.Module]:
+    """Return the syntax tree of each module of the tests."""
+    return {path.relative_to(ROOT): ast.parse(path.read_text()) for path in sorted((ROOT / "tests").rglob("*.py"))}
 
 
 def _imports(tree: ast.Module) -> Iterator[str]:
@@ -42,17 +48,17 @@ def test_imported_test_modules_are_recognized(module: str, refused: bool) -> Non
     assert _is_test_module(module) is refused
 
 
-def test_no_module_imports_a_test_module() -> None:
+def test_no_module_imports_a_test_module(trees: dict[Path, ast.Module]) -> None:
     wrong = [
-        f"{path}: {module}" for path, tree in TREES.items() for module in _imports(tree) if _is_test_module(module)
+        f"{path}: {module}" for path, tree in trees.items() for module in _imports(tree) if _is_test_module(module)
     ]
     assert wrong == [], "Shared helpers belong in tests/support."
 
 
-def test_test_names_have_at_most_ten_words() -> None:
+def test_test_names_have_at_most_ten_words(trees: dict[Path, ast.Module]) -> None:
     wrong = [
         f"{path}: {node.name}"
-        for path, tree in TREES.items()
+        for path, tree in trees.items()
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and node.name.startswith("test_")

@@ -14,7 +14,6 @@ from dynamixel_sdk import (
     COMM_RX_TIMEOUT,
     COMM_SUCCESS,
     PacketHandler,
-    PortHandler,
 )
 from fastcrc import crc16
 from hypothesis import given
@@ -31,6 +30,7 @@ from kata.simulator.modbus import ModbusRequest
 from kata.simulator.modbus_bus import SimulatedModbusBus
 from kata.simulator.process import SimulatorProcess
 from kata.simulator.protocol import Instruction, InstructionParser
+from tests.support.sdk_port import open_port
 
 TORQUE_ENABLE, HARDWARE_ERROR, P_GAIN, GOAL_POSITION, PRESENT_POSITION = 64, 70, 84, 116, 132
 BAUD = 1_000_000
@@ -51,11 +51,8 @@ def hand(simulator: SimulatorProcess) -> Iterator[SimulatorClient]:
 
 @pytest.fixture
 def port(simulator: SimulatorProcess) -> Iterator[Any]:
-    opened = PortHandler(simulator.port)
-    assert opened.openPort()
-    assert opened.setBaudRate(BAUD)
-    yield opened
-    opened.closePort()
+    with open_port(simulator.port, BAUD) as opened:
+        yield opened
 
 
 def comes(port: Any, drive_id: int = 3) -> int:
@@ -118,6 +115,9 @@ def test_hardware_error_cuts_torque_until_the_drive_restarts(port: Any, hand: Si
     packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1)
     assert packets.read1ByteTxRx(port, 3, TORQUE_ENABLE) == (0, COMM_SUCCESS, protocol.ALERT)
     packets.reboot(port, 3)
+    assert packets.ping(port, 3)[1] == COMM_RX_TIMEOUT
+    while packets.ping(port, 3)[1] != COMM_SUCCESS:
+        pass
     assert packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1) == (COMM_SUCCESS, 0)
 
 

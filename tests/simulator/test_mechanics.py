@@ -173,7 +173,7 @@ def test_goal_current_limits_the_drive() -> None:
     servo = world.servos[3]
     servo.write(64, b"\0")
     servo.write(11, b"\5")
-    servo.write(102, struct.pack("<h", 186))  # 0.5 A: 1 Nm
+    servo.write(102, struct.pack("<h", 154))  # 0.414 A: 1 Nm with the 2.41 Nm/A of an XM540-W270
     servo.write(64, b"\1")
     goal = world.angles()
     goal[3] = 90.0

@@ -87,7 +87,7 @@ def test_one_request_writes_and_reads(client: ModbusSerialClient) -> None:
 
 def test_drive_refuses_unsupported_requests(client: ModbusSerialClient) -> None:
     assert refused(client.read_input_registers(0, count=1, device_id=1)) == modbus.ILLEGAL_FUNCTION
-    assert refused(client.read_holding_registers(8, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
+    assert refused(client.read_holding_registers(11, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(STATUS, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(GOAL, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS  # Half of a frame.
     assert refused(client.read_discrete_inputs(2, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS

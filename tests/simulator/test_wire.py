@@ -25,7 +25,6 @@ from dynamixel_sdk import (
     GroupSyncRead,
     GroupSyncWrite,
     PacketHandler,
-    PortHandler,
 )
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,6 +39,7 @@ from kata.simulator.control import ControlReply, ControlRequest, Guide, Rows
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError, SimulatorProcess
 from kata.simulator.protocol import Instruction
+from tests.support.sdk_port import open_port
 
 IDS = (1, 2, 3, 4, 5)
 TORQUE_ENABLE, GOAL_POSITION, PRESENT_POSITION = 64, 116, 132
@@ -55,11 +55,8 @@ def simulator(tmp_path: Path) -> Iterator[SimulatorProcess]:
 
 @pytest.fixture
 def port(simulator: SimulatorProcess) -> Iterator[Any]:
-    opened = PortHandler(simulator.port)
-    assert opened.openPort()
-    assert opened.setBaudRate(1_000_000)
-    yield opened
-    opened.closePort()
+    with open_port(simulator.port) as opened:
+        yield opened
 
 
 packets = PacketHandler(2.0)
@@ -189,7 +186,18 @@ def test_drive_refuses_unsupported_requests(port: Any) -> None:
     assert packets.write1ByteTxRx(port, 1, 11, 5) == (COMM_SUCCESS, 0)
     assert packets.write4ByteTxRx(port, 1, GOAL_POSITION, 4267) == (COMM_SUCCESS, 0)
     assert packets.write2ByteTxRx(port, 1, 132, 1) == (COMM_SUCCESS, protocol.ACCESS_ERROR)
-    assert packets.factoryReset(port, 1, 1) == (COMM_SUCCESS, protocol.INSTRUCTION_ERROR)
+
+
+def test_servo_is_cleared_reset_and_rebooted(port: Any) -> None:
+    assert packets.clearMultiTurn(port, 2) == (COMM_SUCCESS, 0)
+    assert packets.write2ByteTxRx(port, 2, 84, 100) == (COMM_SUCCESS, 0)
+    for manage in (packets.reboot, lambda opened, drive_id: packets.factoryReset(opened, drive_id, 0x02)):
+        assert manage(port, 2) == (COMM_SUCCESS, 0)
+        assert packets.ping(port, 2)[1] == COMM_RX_TIMEOUT
+        limit = time.monotonic() + 5
+        while packets.ping(port, 2)[1] != COMM_SUCCESS:
+            assert time.monotonic() < limit
+    assert packets.read2ByteTxRx(port, 2, 84)[0] == 800
 
 
 def test_clock_of_the_drives_continues(port: Any) -> None:
@@ -242,28 +250,20 @@ def test_a_reply_takes_at_least_its_bytes_time(port: Any) -> None:
 
 
 def test_servos_can_start_at_another_baud_rate(tmp_path: Path) -> None:
-    with closing(SimulatorProcess(tmp_path, baud=57_600)) as running:
-        opened = PortHandler(running.port)
-        opened.openPort()
-        opened.setBaudRate(57_600)
+    with closing(SimulatorProcess(tmp_path, baud=57_600)) as running, open_port(running.port, 57_600) as opened:
         assert packets.read1ByteTxRx(opened, 5, 8) == (1, COMM_SUCCESS, 0)
-        opened.closePort()
     with pytest.raises(SimulatorError, match="do not support 12345 baud"):
         SimulatorProcess(tmp_path, baud=12_345)
 
 
 def test_for_benchmarks_nothing_moves_and_the_wire_works(tmp_path: Path) -> None:
-    with closing(SimulatorProcess(tmp_path, spin=True, still=True)) as running:
-        opened = PortHandler(running.port)
-        opened.openPort()
-        opened.setBaudRate(1_000_000)
+    with closing(SimulatorProcess(tmp_path, plant="none")) as running, open_port(running.port) as opened:
         before = packets.read4ByteTxRx(opened, 4, PRESENT_POSITION)[0]
         packets.write2ByteTxRx(opened, 4, 84, 1600)
         packets.write1ByteTxRx(opened, 4, TORQUE_ENABLE, 1)
         assert packets.write4ByteTxRx(opened, 4, GOAL_POSITION, before + 500) == (COMM_SUCCESS, 0)
         time.sleep(0.1)
         assert packets.read4ByteTxRx(opened, 4, PRESENT_POSITION) == (before, COMM_SUCCESS, 0)
-        opened.closePort()
 
 
 def test_simulator_ends_with_its_parent_process(tmp_path: Path) -> None:

@@ -17,34 +17,49 @@ RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-on
 """Further rules: the landmarks and headings that a screen reader uses."""
 
 
+PATIENT_TABS = ["episodes", "assessments", "recordings", "programmes", "sessions", "data"]
+SESSION_TABS = ["motion", "rhythm", "numbers", "goniometer", "plan", "compare", "record"]
+
+
 def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
     """Return the address of every page by name."""
 
     def ask(path: str) -> Any:
         return page.request.get(f"{clinic.url}/api{path}").json()
 
-    patient = next(one for one in ask("/patients")["items"] if one["clinic_number"] == "DEMO-001")["id"]
+    patient = next(one for one in ask("/patients?search=DEMO-001")["items"] if one["clinic_number"] == "DEMO-001")["id"]
     visit = ask(f"/patients/{patient}/sessions")["items"][0]["id"]
     recording = ask(f"/patients/{patient}/recordings")["items"][0]["id"]
     episode = ask(f"/patients/{patient}/episodes")["items"][0]["id"]
     programme = ask(f"/patients/{patient}/programmes")["items"][0]["id"]
     return {
-        "station": "/",
-        "station-patient": f"/?patient={patient}",
+        "home": "/",
+        "outcomes": "/clinic/outcomes",
+        "usage": "/clinic/usage",
+        "stops": "/clinic/stops",
+        "tracking": "/clinic/tracking",
+        "station": "/station",
+        "station-patient": f"/station?patient={patient}",
         "stations": "/stations",
         "patients": "/patients",
         "patient": f"/patients/{patient}",
+        **{f"patient-{tab}": f"/patients/{patient}?tab={tab}" for tab in PATIENT_TABS},
         "progress": f"/episodes/{episode}/progress?patient={patient}",
         "programme": f"/programmes/{programme}",
         "new-programme": f"/patients/{patient}/programmes/new",
         "recording": f"/recordings/{recording}",
         "sessions": "/sessions",
         "session": f"/sessions/{visit}",
+        **{f"session-{tab}": f"/sessions/{visit}?tab={tab}" for tab in SESSION_TABS},
         "account": "/account",
         "accounts": "/administration/accounts",
         "audit": "/administration/audit",
         "emergency-access": "/administration/emergency-access",
         "backups": "/administration/backups",
+        "clinic": "/administration/clinic",
+        "commissioning": "/commissioning",
+        "procedure": "/commissioning?tab=procedure",
+        "settings": "/commissioning?tab=settings",
         "nowhere": "/nowhere",
     }
 

@@ -10,6 +10,7 @@ from kata.device.bus.dynamixel import packets as dynamixel
 from kata.device.bus.modbus import frames as modbus
 from kata.device.config import StationConfig
 
+_FIRMWARE: Final = 48
 _PACKET_START: Final = b"\xff\xff\xfd\x00"
 
 
@@ -25,7 +26,7 @@ class AnsweringLine:
         """Registers by drive and address: bytes (Dynamixel) or words (Modbus)."""
         for axis in config.axes:
             if not self._modbus:
-                self._store(axis.id, 0, struct.pack("<H", axis.model))
+                self._store(axis.id, 0, struct.pack("<H4xB", axis.model, _FIRMWARE))
 
     def now_ns(self) -> int:
         return self._now_ns

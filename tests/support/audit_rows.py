@@ -6,7 +6,7 @@ from fastapi.testclient import TestClient
 
 
 def audit_log(client: TestClient, **wanted: Any) -> list[dict[str, Any]]:
-    """Newest first."""
+    """Return the audit rows, newest first."""
     answer = client.get("/api/audit", params={"limit": 200} | wanted)
     assert answer.status_code == 200, answer.text
     items: list[dict[str, Any]] = answer.json()["items"]

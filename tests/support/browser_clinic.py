@@ -1,5 +1,6 @@
 """A whole clinic as `make run` starts it, for tests in a real browser."""
 
+import json
 import os
 import signal
 import subprocess
@@ -7,17 +8,22 @@ import sys
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
+import pytest
+
+from kata.auth.login_session import COOKIE
 from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
+
+SignedIn = TypeVar("SignedIn")
 
 START_LIMIT_S: Final = 60.0
 LONG_MS: Final = 60_000
@@ -27,8 +33,9 @@ LONG_MS: Final = 60_000
 class Clinic:
     """``kata serve --simulate`` in its own process."""
 
-    def __init__(self, folder: Path, *, database_url: str = "") -> None:
-        """Without ``database_url``, the database is a file in ``folder``."""
+    def __init__(self, folder: Path, *, database_url: str = "", program: tuple[str, str] = ("-m", "kata")) -> None:
+        """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs."""
+        self._program = program
         self.cookie = signed_in_at(folder, database_url=database_url)
         self._environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
@@ -42,8 +49,9 @@ class Clinic:
         folder = str(self._folder)
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "kata", "serve", "--simulate", "--data", folder, "--port", str(self.port)],
-                stderr=log,
+                [sys.executable, *self._program, "serve", "--simulate", "--data", folder, "--port", str(self.port)],
+                stdout=log,
+                stderr=subprocess.STDOUT,
                 env=self._environment,
                 start_new_session=True,
             )
@@ -66,6 +74,15 @@ class Clinic:
                 assert time.monotonic() < limit, log
                 time.sleep(0.1)
 
+    def is_free(self) -> bool:
+        """True if the service answers and its apparatus is idle."""
+        asked = urllib.request.Request(f"{self.url}/api/station", headers={"Cookie": f"{COOKIE}={self.cookie}"})
+        try:
+            with urllib.request.urlopen(asked, timeout=10) as answer:
+                return bool(json.load(answer)["live"]["mode"] == "idle")
+        except OSError:
+            return False
+
     def close(self) -> None:
         self.process.terminate()
         try:
@@ -86,6 +103,17 @@ def clinic_in(folder: Path) -> Iterator[Clinic]:
 
 
 @contextmanager
+def seeded_clinic(folder: Path, sign_in: Callable[[], SignedIn]) -> Iterator[tuple[Clinic, SignedIn]]:
+    """Run the demonstration clinic of ``kata seed``. Yield it and what ``sign_in`` returned before it began."""
+    database = Database(upgraded_file(folder / "kata.db"))
+    fill(database, 1, utc_now())
+    database.close()
+    signed_in = sign_in()
+    with clinic_in(folder) as clinic:
+        yield clinic, signed_in
+
+
+@contextmanager
 def invented_clinic(folder: Path) -> Iterator[Clinic]:
     """Run a clinic with two invented patients and their history."""
     database = Database(upgraded_file(folder / "kata.db"))
@@ -93,3 +121,33 @@ def invented_clinic(folder: Path) -> Iterator[Clinic]:
     database.close()
     with clinic_in(folder) as clinic:
         yield clinic
+
+
+class SharedClinics:
+    """Lends one clinic of each kind to all tests that can share it, and runs one clinic at a time."""
+
+    KINDS: Final = {"empty": clinic_in, "invented": invented_clinic}
+    """In the order in which the tests run."""
+
+    def __init__(self, folders: pytest.TempPathFactory) -> None:
+        self._folders = folders
+        self._kind = ""
+        self._running = ExitStack()
+        self._clinic: Clinic | None = None
+
+    def lend(self, kind: str) -> Clinic:
+        """Return the running clinic of this kind, or start it instead of the other."""
+        if self._clinic is None or kind != self._kind:
+            self.close()
+            self._clinic = self._running.enter_context(self.KINDS[kind](self._folders.mktemp(kind)))
+            self._kind = kind
+        return self._clinic
+
+    def take_back(self) -> None:
+        """Close the clinic if a test has left its apparatus stopped or in use, so that the next test gets another one."""
+        if self._clinic and not self._clinic.is_free():
+            self.close()
+
+    def close(self) -> None:
+        self._running.close()
+        self._clinic = None

@@ -47,8 +47,9 @@ class Kill:
     """Time of the last movement; NaN without torque."""
 
     def judge(self) -> None:
-        """Raise an AssertionError for a forbidden effect."""
-        assert self.missing <= 1, self
+        """Raise an AssertionError for an effect that is forbidden on any computer. How many samples are missing depends on
+        when a busy computer lets the writing thread run; the campaign judges it.
+        """
         if self.in_what == "playback":
             assert max(self.tripped_ms, self.moved_ms) <= _LIMIT_MS, self
 

@@ -1,6 +1,6 @@
 """The registers that a configured drive must have, computed from the manuals and not from the driver.
 
-Dynamixel: control table of the XH540. Modbus: the station's register map.
+Dynamixel: control table of the X series. Modbus: the station's register map.
 """
 
 import struct
@@ -9,7 +9,8 @@ from typing import Final
 from kata.device.config import NO_REGISTER, StationConfig
 
 _CURRENT_UNIT_A: Final = 0.00269
-_TORQUE_CONSTANT_NM_A: Final = 2.0
+_TORQUE_CONSTANT_NM_A: Final = 10.6 / 4.4
+"""XM540-W270, the model of the default station: stall torque over stall current at 12 V."""
 _COUNTS_PER_TURN: Final = 4096
 _HALF_TURN: Final = 2048
 _INPUT_WITH_PULL_UP: Final = 2

@@ -1,7 +1,7 @@
 """The fault matrix: the required effect, cause and time limit of each fault kind of each signal in each mode.
 
 Seven kinds, thirty signals, nine modes. This table is the requirement; test_matrix.py runs its cells: `make test`
-with two of the five motors for each kind of each signal, `make campaign` with the other three.
+with one of the five motors for each kind of each signal, `make campaign` with the other four.
 """
 
 from dataclasses import dataclass

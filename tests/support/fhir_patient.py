@@ -14,7 +14,14 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, RecordingRow, RecordingSamplesRow, TeachingRow
 from kata.clinic.sessions import tables as visits
-from kata.clinic.sessions.tables import AddendumRow, MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
+from kata.clinic.sessions.tables import (
+    AddendumRow,
+    GoniometerReadingRow,
+    MotionTrackingRow,
+    MotorTrackingRow,
+    RunRow,
+    SessionRow,
+)
 from kata.database import arrays
 from kata.database.engine import Database
 from kata.device.journal import PHASE_PLAYING
@@ -101,6 +108,13 @@ def _visit(
         session.add(
             AddendumRow(id=uuid4(), session_id=row.id, written_at=began, written_by="Dr Ito", text="Seen by me.")
         )
+        session.add_all(
+            GoniometerReadingRow(
+                id=uuid4(), session_id=row.id, motion=4, apparatus_deg=apparatus_deg, patient_deg=patient_deg,
+                read_at=began + timedelta(minutes=2), read_by="Suzuki Aya",
+            )
+            for apparatus_deg, patient_deg in ((20.0, 26.0), (80.0, 78.0))
+        )  # fmt: skip
         event = {"kind": "event", "code": "paused", "message": "Paused.", "patient_id": patient, "session_id": row.id}
         session.add(DeviceEventRow(id=uuid4(), station="Room 1", at=began, **event))
     times_s, angles = samples

@@ -48,7 +48,7 @@ class Clinic:
 
     def begin_run(self, recording_id: UUID, asked: PlaybackSettings = AS_TAUGHT, method: Method = "smooth") -> UUID:
         with self.database.write() as session:
-            visit = sessions.begin(session, self.patient_id)
+            visit = sessions.begin(session, self.patient_id, station="Station 1")
             row = runs.begin(
                 session, runs.RunRequest(visit.id, recording_id, settings=asked, method=method), "Station 1"
             )
@@ -96,8 +96,11 @@ class Clinic:
         with self.database.read() as session:
             return session.scalar(select(func.count()).select_from(table)) or 0
 
-    def recording(self) -> UUID:
-        self.journal("teaching", self.begin_teaching(), [2.0], end=JournalEnd(reason="finished"))
+    def recording(
+        self, seconds: float = 2.0, at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5
+    ) -> UUID:
+        """Teach a motion of one take and return its recording. ``at``: the arm's angles."""
+        self.journal("teaching", self.begin_teaching(), [seconds], end=JournalEnd(reason="finished"), at=at)
         self.importer.run()
         return self.saved[-1].id
 

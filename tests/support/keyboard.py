@@ -39,7 +39,6 @@ def choose(page: Page, target: Locator, option: str, *, several: bool = False) -
     wanted = page.get_by_role("option", name=option).first
     expect(wanted).to_be_visible(timeout=LONG_MS)
     # An opened list determines its current option in a timer, a moment later; before that, Enter does nothing.
-    # nothing to it.
     page.evaluate("() => new Promise(done => setTimeout(done))")
     for _ in range(_OPTIONS):
         if wanted.get_attribute("data-combobox-selected") == "true":
@@ -49,6 +48,18 @@ def choose(page: Page, target: Locator, option: str, *, several: bool = False) -
     if several:
         page.keyboard.press("Tab")
     expect(wanted).to_be_hidden()
+
+
+def open_tab(page: Page, name: str) -> None:
+    """Open a tab: the arrow keys go from one to the next."""
+    wanted = page.get_by_role("tab", name=name, exact=True)
+    tabs = page.get_by_role("tablist").filter(has=wanted)
+    reach(page, tabs.get_by_role("tab", selected=True))
+    for _ in range(tabs.get_by_role("tab").count()):
+        if wanted.get_attribute("aria-selected") == "true":
+            return
+        page.keyboard.press("ArrowRight")
+    expect(wanted).to_have_attribute("aria-selected", "true")
 
 
 @contextmanager

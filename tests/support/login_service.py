@@ -51,20 +51,20 @@ class Clinic:
         self.app = app
         self.database: Database = app.state.services.database
         self.clock = Clock()
-        access = replace(
-            app.state.services.access,
+        auth = replace(
+            app.state.services.auth,
             passwords=Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1)),
             throttle=Throttle(self.clock.seconds),
             now=self.clock.now,
         )
-        app.state.services = replace(app.state.services, access=access)
+        app.state.services = replace(app.state.services, auth=auth)
 
     @property
     def administrator(self) -> TestClient:
         """Return a new browser in which the first administrator has just signed in."""
         browser = self.browser()
         with self.database.write() as session:
-            actor = login_session.actor_of(session, self._first.cookies[COOKIE], utc_now())
+            actor = login_session.find_actor(session, self._first.cookies[COOKIE], utc_now())
             assert actor
             account = session.get_one(AccountRow, actor.account_id)
             browser.cookies.set(COOKIE, login_session.begin(session, account, "totp", self.clock.now(), "", ""))
@@ -81,16 +81,16 @@ class Clinic:
         """Create an account with PASSWORD and without a second factor; return its user name."""
         cookie = signed_in(self.database, role)
         with self.database.write() as session:
-            actor = login_session.actor_of(session, cookie, utc_now())
+            actor = login_session.find_actor(session, cookie, utc_now())
             assert actor
             row = session.get_one(AccountRow, actor.account_id)
-            row.password_hash = self.app.state.services.access.passwords.hash(PASSWORD)
+            row.password_hash = self.app.state.services.auth.passwords.hash(PASSWORD)
             row.totp_confirmed_at = None
             return row.username
 
     def id_of(self, username: str) -> UUID:
         with self.database.read() as session:
-            row = accounts.named(session, username)
+            row = accounts.find_by_username(session, username)
             assert row
             return row.id
 

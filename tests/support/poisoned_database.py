@@ -15,6 +15,7 @@ from kata.audit import entries
 from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow
 from kata.backups.tables import BackupRow
 from kata.clinic import tables
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.recordings.tables import TeachingRow
@@ -30,7 +31,8 @@ TOGETHER: Final = 50
 NOT_WRITTEN: Final = frozenset(
     {
         # An enumeration; other words cannot be read.
-        "accounts.role", "accounts.language", "backups.kind", "device_events.kind", "episodes.side", "erasures.decision",
+        "accounts.role", "accounts.language", "backups.kind", "contraindications.code", "device_events.kind", "episodes.side",
+        "episodes.diagnosis_code", "episodes.verification", "erasures.decision",
         "patients.dominant_side", "patients.sex", "programme_items.method", "recordings.side", "rom_measurements.side",
         "rom_measurements.motion", "rom_measurements.kind", "rom_measurements.position", "runs.method", "runs.outcome",
         "sessions.end_reason", "sign_ins.end_reason", "sign_ins.method", "stages.stage", "teachings.side",
@@ -40,7 +42,15 @@ NOT_WRITTEN: Final = frozenset(
         # Derived by the program from other columns.
         "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
-        "session_stops.therapist", "session_stops.station",
+        "session_stops.therapist", "session_stops.station", "station_hours.station", "episode_outcomes.measure",
+        # Imported on the service's computer; shown only in the patient's mode, which no record page shows.
+        "questionnaire_texts.questionnaire", "questionnaire_texts.language", "questionnaire_texts.title", "questionnaire_texts.copyright",
+        "patient_modes.questionnaire", "patient_modes.language",
+        # Read from records that a command wrote on the service's computer, or the name of the account that did it.
+        "commissionings.station", "commissionings.kind", "commissionings.done_by", "commissionings.software", "commissionings.fault",
+        "commissionings.digest", "commissionings.configuration_digest", "commissionings.record", "station_versions.changed_by",
+        # An administrator's own words on printed reports, which no record page shows.
+        "clinic_profile.name", "clinic_profile.address", "clinic_profile.phone", "clinic_profile.time_zone", "clinic_profile.updated_by",
         # Append-only tables, which fill() writes.
         *(f"audit.{name}" for name in ("who", "role", "address", "action", "outcome", "subject", "station", "detail", "anchor")),
     }
@@ -119,7 +129,10 @@ def _of_a_place(session: Session, place: Place) -> list[Base]:
     )  # fmt: skip
     teaching = TeachingRow(id=uuid4(), patient_id=place.patients, name="", side="left", started_at=now)
     stop = SessionStopRow(session_id=place.sessions, code="", started_at=now)
-    session.add_all([erasure, alarm, teaching, stop])
+    contraindication = ContraindicationRow(
+        id=uuid4(), patient_id=place.patients, code="pacemaker", noted_at=now, noted_by=""
+    )
+    session.add_all([erasure, alarm, teaching, stop, contraindication])
     session.flush()
     return [
         session.get_one(tables.EpisodeRow, place.episodes),
@@ -128,9 +141,11 @@ def _of_a_place(session: Session, place: Place) -> list[Base]:
         session.scalars(select(tables.ProgrammeVersionRow).filter_by(programme_id=place.programmes)).one(),
         session.get_one(tables.SessionRow, place.sessions),
         session.scalars(select(AddendumRow).filter_by(session_id=place.sessions)).one(),
+        session.scalars(select(tables.GoniometerReadingRow).filter_by(session_id=place.sessions)).all()[0],
         session.scalars(select(tables.AssessmentRow).filter_by(episode_id=place.episodes)).all()[0],
         erasure,
         alarm,
+        contraindication,
     ]
 
 

@@ -107,15 +107,15 @@ class Rig:
         self.until(lambda: self.snapshots and self.snapshot.mode == mode, within_s)
 
     def send(self, command: Command) -> Refusal | None:
-        """Send and wait for the answer. A guarded command is based on the newest snapshot."""
-        if isinstance(command, Guarded):
-            expires_ns = time.monotonic_ns() + _EXPIRES_NS
-            command = msgspec.structs.replace(command, stops=self.snapshot.stops, expires_ns=expires_ns)
-        self._requests += 1
-        number = self._requests
-        self._send(Request(id=number, command=command))
-        self.until(lambda: number in self._replies)
-        return self._replies[number].refusal
+        """Send and wait for the answer; send again while drives' settings are being checked.
+
+        After a lost answer of a drive, as on a busy computer, its settings are checked once more.
+        """
+        refusal = self._refusal_of(command)
+        while refusal is not None and refusal.code == "not_verified":
+            self.until(lambda: all(one.code != "not_verified" for one in self.snapshot.refusals.values()))
+            refusal = self._refusal_of(command)
+        return refusal
 
     def happened(self, what: str) -> list[SimulatorEvent]:
         """Return the simulator's events."""
@@ -135,6 +135,17 @@ class Rig:
             self.hand.close()
             self.simulator.close()
             self._log.close()
+
+    def _refusal_of(self, command: Command) -> Refusal | None:
+        """Send and wait for the answer. A guarded command is based on the newest snapshot."""
+        if isinstance(command, Guarded):
+            expires_ns = time.monotonic_ns() + _EXPIRES_NS
+            command = msgspec.structs.replace(command, stops=self.snapshot.stops, expires_ns=expires_ns)
+        self._requests += 1
+        number = self._requests
+        self._send(Request(id=number, command=command))
+        self.until(lambda: number in self._replies)
+        return self._replies[number].refusal
 
     def _send(self, message: Request | Heartbeat) -> None:
         self._socket.sendall(frame(message))

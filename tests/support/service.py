@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,12 @@ from tests.support.databases import upgraded_file
 from tests.support.login import signed_in
 
 
+@cache
+def api_document() -> dict[str, Any]:
+    """Return the OpenAPI document, which takes seconds to describe. All tests of a worker share it and do not change it."""
+    return create_app(Settings()).openapi()
+
+
 @contextmanager
 def replaced(app: Any, **services: Any) -> Iterator[None]:
     """Replace some of a running application's services while the context lasts."""
@@ -25,6 +32,13 @@ def replaced(app: Any, **services: Any) -> Iterator[None]:
         yield
     finally:
         app.state.services = before
+
+
+def other_browser(service: TestClient) -> TestClient:
+    """Return another browser of a running service. It shares the service's event loop: a loop for each request costs a quarter of its time."""
+    browser = TestClient(service.app, raise_server_exceptions=False)
+    browser.portal = service.portal
+    return browser
 
 
 @contextmanager

@@ -7,7 +7,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample
+from msgspec import structs
+
+from kata.device.bus.port import BusError, BusSample, DriveHealth, DriveSample, DriveStatus, InputSample
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand
 from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter, read
@@ -55,6 +57,8 @@ class SteppedApparatus:
     written: list[tuple[float, ...]] = field(default_factory=list)
     errors: int = 0
     t_ns: int = 0
+    health: dict[int, DriveHealth] = field(default_factory=dict)
+    """Voltage and temperature by axis, reported in every cycle."""
     _cycle: int = 0
     _read_ns: int = 0
 
@@ -94,7 +98,9 @@ class SteppedApparatus:
             self.mismatch[axis],
         )
         statuses = () if axis in self.silent else (status,)
-        return BusSample(drives, inputs, statuses, frozenset(self.corrupt), frozenset(self.silent - self.corrupt))
+        health = tuple([structs.replace(one, t_ns=self.t_ns) for one in self.health.values()])
+        silent = frozenset(self.silent - self.corrupt)
+        return BusSample(drives, inputs, statuses, frozenset(self.corrupt), silent, health)
 
     def read_inputs(self) -> InputSample | None:
         self._check()

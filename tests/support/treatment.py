@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
+from functools import cache
 from uuid import UUID, uuid4
 
 import numpy as np
@@ -18,15 +19,16 @@ from kata.clinic.sessions.tables import (
     SAMPLE_COLUMNS,
     SAMPLES,
     AddendumRow,
+    GoniometerReadingRow,
     MotionTrackingRow,
     MotorTrackingRow,
     RunRow,
     SessionRow,
 )
-from kata.database.series import pack
+from kata.database.series import Series, pack
 from kata.device.journal import PHASE_PLAYING
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
-from kata.motion.tracking import compare
+from kata.motion.tracking import MotorTracking, compare
 
 DAY = datetime(2026, 11, 2, 0, 30, tzinfo=UTC)
 """Time of the first session, half past nine in Tokyo."""
@@ -73,10 +75,10 @@ def treat(session: Session, texts: Texts = PLAIN, *, sessions: int = 1, runs: in
     session.flush()
     for stage, since in (("freezing", date(2026, 6, 1)), ("frozen", date(2026, 10, 20))):
         session.add(StageRow(id=uuid4(), episode_id=episode.id, stage=stage, since=since, noted_at=DAY))
-    recording, motion = _recording(session, patient.id, texts)
+    recording = _recording(session, patient.id, texts)
     version = _programme(session, episode.id, recording.id, texts)
     ids = tuple(
-        _visit(session, patient.id, episode.id, version, recording, motion, texts, number, runs, signed)
+        _visit(session, patient.id, episode.id, version, recording, texts, number, runs, signed)
         for number in range(sessions)
     )
     last = DAY + timedelta(days=3 * sessions)
@@ -86,19 +88,47 @@ def treat(session: Session, texts: Texts = PLAIN, *, sessions: int = 1, runs: in
     return Treated(episode.id, ids)
 
 
-def _recording(session: Session, patient_id: UUID, texts: Texts) -> tuple[RecordingRow, Motion]:
+@cache
+def _motion() -> Motion:
+    """Return the taught motion."""
     times = np.arange(0, 12, 0.01)
     angles = np.zeros((len(times), 5))
     angles[:, 2] = 45 * (1 - np.cos(2 * np.pi * times / 12))
     angles[:, 3] = 8 * np.sin(2 * np.pi * times / 6)
+    return Motion(times, angles)
+
+
+@cache
+def _played(place: int) -> tuple[Motion, tuple[MotorTracking, ...], Series]:
+    """Return the wanted motion of a run, how it was tracked, and its packed samples. Every patient has the same runs."""
+    wanted = with_settings(_motion(), PlaybackSettings(80.0, 1, 0.0, 90.0))
+    late = np.maximum(wanted.times_s - 0.05, 0)
+    noise = np.random.default_rng(place).normal(0, 0.1, wanted.angles_deg.shape)
+    measured = wanted.at(late) + noise
+    torque_nm = np.full_like(measured, 1.2)
+    columns = {
+        "time_s": wanted.times_s,
+        "phase": np.full(len(measured), PHASE_PLAYING),
+        "path_s": wanted.times_s,
+        "setpoint_deg": wanted.angles_deg,
+        "measured_deg": measured,
+        "torque_nm": torque_nm,
+    }
+    compared = compare(wanted.times_s, wanted.angles_deg, wanted.times_s, measured, torque_nm)
+    return wanted, compared.motors, pack(columns, SAMPLE_COLUMNS)
+
+
+def _recording(session: Session, patient_id: UUID, texts: Texts) -> RecordingRow:
+    motion = _motion()
     row = RecordingRow(
         id=uuid4(), patient_id=patient_id, name=texts.recording, side="left", station="Kata 1", taught_at=DAY,
-        taught_by=texts.therapist, duration_s=float(times[-1]), rate_hz=100, samples=len(times), note="",
+        taught_by=texts.therapist, duration_s=float(motion.times_s[-1]), rate_hz=100, samples=len(motion.times_s), note="",
     )  # fmt: skip
     session.add(row)
     session.flush()
-    TAUGHT.store(session, row.id, pack({"time_s": times, "angle_deg": angles}, TAUGHT_COLUMNS), None)
-    return row, Motion(times, angles)
+    packed = pack({"time_s": motion.times_s, "angle_deg": motion.angles_deg}, TAUGHT_COLUMNS)
+    TAUGHT.store(session, row.id, packed, None)
+    return row
 
 
 def _programme(session: Session, episode_id: UUID, recording_id: UUID, texts: Texts) -> UUID:
@@ -132,7 +162,6 @@ def _visit(
     episode_id: UUID,
     version: UUID,
     recording: RecordingRow,
-    motion: Motion,
     texts: Texts,
     number: int,
     runs: int,
@@ -145,6 +174,7 @@ def _visit(
         checks=[
             {"check": check, "subject": subject, "at": (start + timedelta(minutes=2)).isoformat(), "by": by}
             for check, subject, by in (
+                ("identity", "birth_date+name", texts.therapist),
                 ("side", "left", texts.therapist), ("fixtures", "arm_fixer_2+elbow_fixer_2", texts.therapist),
                 ("belt", "", texts.therapist), ("pedal", "", ""), ("estop", "", ""),
             )
@@ -155,8 +185,15 @@ def _visit(
     )  # fmt: skip
     session.add(visit)
     session.flush()
+    for minutes, apparatus_deg, patient_deg in ((3, 20.0, 26.0), (4, 80.0, 78.0)):
+        session.add(
+            GoniometerReadingRow(
+                id=uuid4(), session_id=visit.id, motion=4, apparatus_deg=apparatus_deg, patient_deg=patient_deg,
+                read_at=start + timedelta(minutes=minutes), read_by=texts.therapist,
+            )
+        )  # fmt: skip
     for place in range(runs):
-        _run(session, visit, recording, motion, place, start + timedelta(minutes=5 + place))
+        _run(session, visit, recording, place, start + timedelta(minutes=5 + place))
     if signed:
         session.add(
             AddendumRow(
@@ -167,15 +204,8 @@ def _visit(
     return visit.id
 
 
-def _run(
-    session: Session, visit: SessionRow, recording: RecordingRow, motion: Motion, place: int, at: datetime
-) -> None:
-    asked = PlaybackSettings(80.0, 1, 0.0, 90.0)
-    wanted = with_settings(motion, asked)
-    late = np.maximum(wanted.times_s - 0.05, 0)
-    noise = np.random.default_rng(place).normal(0, 0.1, wanted.angles_deg.shape)
-    measured = wanted.at(late) + noise
-    compared = compare(wanted.times_s, wanted.angles_deg, wanted.times_s, measured, np.full_like(measured, 1.2))
+def _run(session: Session, visit: SessionRow, recording: RecordingRow, place: int, at: datetime) -> None:
+    wanted, motors, samples = _played(place)
     stopped = place == 1
     row = RunRow(
         id=uuid4(), session_id=visit.id, recording_id=recording.id, programme_position=place + 1 if place < 2 else None,
@@ -185,13 +215,13 @@ def _run(
         stop_key={"code": "drive_silent", "params": {"motor": 3}} if stopped else None,
         rate_hz=100, load_level=8, speed_percent=80.0,
         repetitions=1, pause_s=0.0, range_percent=90.0, method="learned", samples=len(wanted.times_s),
-        worst_rmse_deg=max(motor.rmse_deg for motor in compared.motors),
-        worst_peak_deg=max(abs(motor.peak_deg) for motor in compared.motors), reversals=place,
+        worst_rmse_deg=max(motor.rmse_deg for motor in motors),
+        worst_peak_deg=max(abs(motor.peak_deg) for motor in motors), reversals=place,
         least_range_percent=80.0 if place else None, repetitions_done=0 if stopped else 1, played_s=15.0,
     )  # fmt: skip
     session.add(row)
     session.flush()
-    for motor in compared.motors:
+    for motor in motors:
         session.add(
             MotorTrackingRow(
                 run_id=row.id, motor=motor.motor, torque_peak_nm=motor.torque_peak_nm, peak_deg=motor.peak_deg,
@@ -207,22 +237,14 @@ def _run(
                 taught_min_deg=4.5, taught_max_deg=85.5, played_min_deg=5.0, played_max_deg=84.9,
             )
         )  # fmt: skip
-    columns = {
-        "time_s": wanted.times_s,
-        "phase": np.full(len(measured), PHASE_PLAYING),
-        "path_s": wanted.times_s,
-        "setpoint_deg": wanted.angles_deg,
-        "measured_deg": measured,
-        "torque_nm": np.full_like(measured, 1.2),
-    }
-    SAMPLES.store(session, row.id, pack(columns, SAMPLE_COLUMNS), None)
+    SAMPLES.store(session, row.id, samples, None)
 
 
 def _assess(session: Session, episode_id: UUID, at: datetime, better: int, texts: Texts) -> None:
     row = AssessmentRow(
         id=uuid4(), episode_id=episode_id, assessed_at=at, assessed_by=texts.therapist, note=texts.note,
         pain_rest=3 - better, pain_active=7 - 2 * better, pain_passive=6, pain_average=None,
-        spadi=[5] * 13, spadi_score=63.1 - 18.4 * better, updated_at=at,
+        spadi=[6 - 2 * int(better)] * 13, spadi_score=60.0 - 20 * int(better), updated_at=at,
     )  # fmt: skip
     session.add(row)
     session.flush()

@@ -2,22 +2,27 @@
 
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
-from importlib.metadata import version
 from typing import Final
 
 from fastapi import APIRouter, Depends, FastAPI
 from starlette.types import ASGIApp
 
+from kata import __version__
 from kata.api import (
     authorization,
+    commissioning_run_router,
     errors,
     fleet_router,
     health,
     live,
+    notifications,
+    operation,
     security_middleware,
     simulator_router,
     static_files,
     station_router,
+    station_settings_router,
+    support_router,
 )
 from kata.api.services import attach
 from kata.api.set_up import set_up_services
@@ -26,15 +31,24 @@ from kata.audit.router import router as audit_router
 from kata.auth import accounts_router, login_router, openid_router, own_account_router
 from kata.backups.router import router as backups_router
 from kata.clinic.assessments.router import router as assessments_router
+from kata.clinic.commissionings.router import router as commissionings_router
+from kata.clinic.contraindications.router import router as contraindications_router
 from kata.clinic.episodes.router import router as episodes_router
 from kata.clinic.events.router import router as events_router
+from kata.clinic.patient_mode.router import router as patient_mode_router
 from kata.clinic.patients.router import router as patients_router
+from kata.clinic.profile.router import router as profile_router
 from kata.clinic.programmes.router import router as programmes_router
 from kata.clinic.progress.router import router as progress_router
+from kata.clinic.questionnaires.router import router as questionnaires_router
 from kata.clinic.recordings.router import router as recordings_router
 from kata.clinic.restricted.router import router as restricted_router
+from kata.clinic.rhythm.router import router as rhythm_router
+from kata.clinic.sessions.goniometer_router import router as goniometer_router
 from kata.clinic.sessions.lists_router import router as session_lists_router
 from kata.clinic.sessions.router import router as sessions_router
+from kata.clinic.sessions.runs_router import router as runs_router
+from kata.clinic.statistics.router import router as statistics_router
 from kata.dependencies import Problem
 from kata.interop.erasure_router import router as erasures_router
 from kata.interop.router import router as interop_router
@@ -53,25 +67,39 @@ _ROUTERS: Final[tuple[APIRouter, ...]] = (
     assessments_router,
     backups_router,
     audit_router,
+    commissionings_router,
+    contraindications_router,
     episodes_router,
     events_router,
     erasures_router,
     interop_router,
+    patient_mode_router,
     patients_router,
+    profile_router,
     programmes_router,
     progress_router,
+    questionnaires_router,
     recordings_router,
     reports_router,
     drafts_router,
     restricted_router,
     session_lists_router,
     sessions_router,
+    goniometer_router,
+    runs_router,
+    rhythm_router,
+    statistics_router,
     own_account_router.router,
     openid_router.router,
     station_router.router,
+    station_settings_router.router,
+    commissioning_run_router.router,
     fleet_router.router,
     simulator_router.router,
+    support_router.router,
     live.router,
+    notifications.router,
+    operation.router,
 )
 
 
@@ -86,11 +114,11 @@ def create_app(settings: Settings) -> FastAPI:
 
     app = FastAPI(
         title="Kata",
-        version=version("kata"),
+        version=__version__,
         description=_DESCRIPTION,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         lifespan=lifespan,
-        dependencies=[Depends(authorization.allowed)],
+        dependencies=[Depends(authorization.authorize)],
         generate_unique_id_function=lambda route: route.name,
         docs_url=None,
         redoc_url=None,

@@ -22,8 +22,8 @@ from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
 from kata.api import texts
 from kata.api.services import Services, services_of
 from kata.auth import login_session, secrets
-from kata.auth.login import actor_at, address_of, cookie_of
-from kata.auth.permissions import OF_ROLE, RULES, RouteRule, audit_action
+from kata.auth.login import address_of, authenticate, cookie_of
+from kata.auth.permissions import ROLE_PERMISSIONS, RULES, RouteRule, audit_action
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.availability import DatabaseUnavailableError
@@ -36,24 +36,24 @@ log = logging.getLogger(__name__)
 
 ACTIVE: Final = "x-kata-active"
 """The header by which a page reports user activity in a request that only reads."""
-_ASKED: Final = "asked"
+_AUTHORIZED: Final = "authorized"
 """Name in a connection's state: True once the connection has been authorized."""
-_READING: Final = ("GET", "HEAD")
+_READ_METHODS: Final = ("GET", "HEAD")
 _CACHED_ACTOR_AFTER_S: Final = 0.5
 """After this time without an answer of the database a cached user is used, so that Pause does not take longer."""
-_ARRIVES_S: Final = 20.0
+_SPOOL_ARRIVAL_LIMIT_S: Final = 20.0
 """After an outage, a request waits this long for spooled records of the objects that it names."""
-_SHORTEST_TOKEN: Final = 20
+_MIN_TOKEN_CHARACTERS: Final = 20
 """Characters: at least 100 random bits."""
 
 
-async def allowed(connection: HTTPConnection) -> None:
-    """Let an allowed request through, with CURRENT_ACTOR and REQUEST_CONTEXT set.
+async def authorize(connection: HTTPConnection) -> None:
+    """Authorize a request or WebSocket, and set CURRENT_ACTOR and REQUEST_CONTEXT.
 
     :raises ProblemError: 401, 403 or 423; of a WebSocket, WebSocketException.
     """
     try:
-        await _allow(connection, await _body(connection))
+        await _authorize(connection, await _body(connection))
     except ProblemError as error:
         if connection.scope["type"] == "websocket":
             raise WebSocketException(1008, error.code) from error
@@ -64,13 +64,13 @@ async def allowed(connection: HTTPConnection) -> None:
         raise
 
 
-async def allowed_first(request: Request) -> None:
-    """Authorize before reporting validation errors: FastAPI parses the body before it calls :func:`allowed`.
+async def authorize_before_validation(request: Request) -> None:
+    """Authorize before reporting validation errors: FastAPI parses the body before it calls :func:`authorize`.
 
     :raises ProblemError: 401, 403 or 423.
     """
-    if not getattr(request.state, _ASKED, False) and "route" in request.scope:
-        await _allow(request, None)
+    if not getattr(request.state, _AUTHORIZED, False) and "route" in request.scope:
+        await _authorize(request, None)
 
 
 def check_rules(app: FastAPI) -> None:
@@ -97,8 +97,8 @@ def document(described: dict[str, Any]) -> None:
                     operation["responses"].setdefault(str(status), answer)
 
 
-async def _allow(connection: HTTPConnection, body: Any) -> None:
-    setattr(connection.state, _ASKED, True)
+async def _authorize(connection: HTTPConnection, body: Any) -> None:
+    setattr(connection.state, _AUTHORIZED, True)
     route = connection.scope["route"].name
     rule = RULES[route]
     context = RequestContext(audit_action(route), permission=rule.needs, address=address_of(connection))
@@ -106,16 +106,16 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     REQUEST_CONTEXT.set(context)
     if rule.needs == "public":
         return
-    if rule.token and await run_in_threadpool(_shows_token, connection):
+    if rule.token and await run_in_threadpool(_has_token, connection):
         return
     services = services_of(connection)
     context.station = services.station_name
-    named = list(_named(connection, body))
+    named = list(_named_records(connection, body))
     context.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
     cookie, auth_cache = cookie_of(connection) or "", services.auth_cache
-    actor = auth_cache.who_may_stop(cookie) if rule.needs == "stop" else None
+    actor = auth_cache.cached_actor_for_stop(cookie) if rule.needs == "stop" else None
     if actor is None:
-        actor = await _asked(connection, rule, cookie)
+        actor = await _read_actor(connection, rule, cookie)
     CURRENT_ACTOR.set(actor)
     check_user(actor, rule, context.station, named)
     if named:
@@ -127,22 +127,22 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
             if patient_id is None:
                 raise
             context.patient_id = patient_id
-    did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
-    if did_something and rule.needs != "stop" and auth_cache.is_news(cookie):
+    is_activity = connection.scope.get("method", "GET") not in _READ_METHODS or ACTIVE in connection.headers
+    if is_activity and rule.needs != "stop" and auth_cache.should_store_activity(cookie):
         task = asyncio.create_task(
-            run_in_threadpool(_record_activity, services.database, actor, services.access.now()), name="did something"
+            run_in_threadpool(_record_activity, services.database, actor, services.auth.now()), name="record activity"
         )
-        auth_cache.writing.add(task)
-        task.add_done_callback(auth_cache.writing.discard)
+        auth_cache.activity_writes.add(task)
+        task.add_done_callback(auth_cache.activity_writes.discard)
 
 
-def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
+def _log_late_error(query: asyncio.Future[Actor | None]) -> None:
     # The log already contains the outage once.
-    if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseUnavailableError):
+    if not query.cancelled() and (error := query.exception()) and not isinstance(error, DatabaseUnavailableError):
         log.info("the user could not be read from the database: %s", error)
 
 
-async def _asked(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Actor:
+async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Actor:
     """Return the user of the cookie from the database, or from the cache if the database does not answer and the rule allows that.
 
     :raises ProblemError: 401.
@@ -150,18 +150,18 @@ async def _asked(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Ac
     """
     services = services_of(connection)
     auth_cache = services.auth_cache
-    known = auth_cache.who_was_here(cookie, services.access.limits.longest.total_seconds()) if rule.offline else None
-    asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, services.database))
+    cached = auth_cache.cached_actor(cookie, services.auth.limits.longest.total_seconds()) if rule.offline else None
+    query = asyncio.ensure_future(run_in_threadpool(authenticate, connection, services.database))
     # Commands of a running session do not wait until the outage is detected.
-    await asyncio.wait({asking}, timeout=_CACHED_ACTOR_AFTER_S if known else None)
+    await asyncio.wait({query}, timeout=_CACHED_ACTOR_AFTER_S if cached else None)
     try:
-        actor = asking.result()
+        actor = query.result()
     except (DatabaseUnavailableError, asyncio.InvalidStateError):
-        if known is None:
+        if cached is None:
             raise
-        asking.add_done_callback(_ask_no_more)
+        query.add_done_callback(_log_late_error)
         # Not cached again: only the database can confirm the login session.
-        return known
+        return cached
     if actor is None:
         auth_cache.forget(cookie)
         raise ProblemError(401, "not_signed_in", texts.NOT_SIGNED_IN(), texts.SIGN_IN_FIRST())
@@ -169,10 +169,10 @@ async def _asked(connection: HTTPConnection, rule: RouteRule, cookie: str) -> Ac
     return actor
 
 
-def _shows_token(connection: HTTPConnection) -> bool:
+def _has_token(connection: HTTPConnection) -> bool:
     """Return whether the request carries the token of the file. The file is read each time, so a new token needs no restart."""
     file = services_of(connection).settings.metrics_token_file
-    scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
+    scheme, _, token_sent = connection.headers.get("authorization", "").partition(" ")
     if file is None or scheme.lower() != "bearer":
         return False
     try:
@@ -181,7 +181,7 @@ def _shows_token(connection: HTTPConnection) -> bool:
         log.error("the token file of /metrics cannot be read: %s", error)
         return False
     # A short token, such as that of an empty file, is invalid.
-    return len(token) >= _SHORTEST_TOKEN and secrets.fits(shown.strip(), secrets.hashed(token))
+    return len(token) >= _MIN_TOKEN_CHARACTERS and secrets.matches(token_sent.strip(), secrets.hash_secret(token))
 
 
 def _record_activity(database: Database, actor: Actor, now: datetime) -> None:
@@ -205,7 +205,7 @@ def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tupl
     if actor.enrolling and not rule.enrolling:
         raise ProblemError(403, "second_factor_needed", texts.SECOND_FACTOR_MISSING(), texts.SET_UP_SECOND_FACTOR())
 
-    granted = OF_ROLE[actor.role]
+    granted = ROLE_PERMISSIONS[actor.role]
     # Without permission to read records, no route may name one.
     if rule.needs not in granted or (named and "read_records" not in granted):
         raise ProblemError(403, "not_allowed", texts.ROLE_NOT_ALLOWED(), texts.ASK_PERMITTED_PERSON())
@@ -226,7 +226,7 @@ def _wait_for_arrival(services: Services, named: list[tuple[str, UUID]]) -> None
     database = services.database
     if database.unavailable_since is not None or not services.offline_cache.is_pending(named):
         return
-    if not services.event_spool.until_taken(_ARRIVES_S) and database.unavailable_since is None:
+    if not services.event_spool.until_taken(_SPOOL_ARRIVAL_LIMIT_S) and database.unavailable_since is None:
         raise DatabaseUnavailableError(utc_now())
 
 
@@ -247,7 +247,7 @@ def _check_records(
         services.offline_cache.note_opened(context.patient_id)
 
 
-def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
+def _named_records(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
     """Yield every record that the request names, each once."""
     given = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
     seen = set()
@@ -266,14 +266,14 @@ def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
 
 def _fields(body: Any) -> Iterator[tuple[str, Any]]:
     """Yield every field of a body, at any depth."""
-    left = [body]
-    while left:
-        one = left.pop()
+    unvisited = [body]
+    while unvisited:
+        one = unvisited.pop()
         if isinstance(one, dict):
             yield from one.items()
-            left += one.values()
+            unvisited += one.values()
         elif isinstance(one, list):
-            left += one
+            unvisited += one
 
 
 async def _body(connection: HTTPConnection) -> Any:

@@ -44,7 +44,7 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
             if received > (limit := _limit(scope)):
                 raise HTTPException(413, texts.TOO_MUCH_SENT(limit=limit))
             if not authorized:
-                await authorization.allowed_first(Request(scope))
+                await authorization.authorize_before_validation(Request(scope))
                 authorized = True
         return message
 

@@ -4,25 +4,38 @@ They hold before any login, in uvicorn's protocol, because the application sees 
 """
 
 import asyncio
+import socket
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from ipaddress import ip_address, ip_network
 from typing import Any, Final
 
+from starlette.types import Receive, Scope, Send
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
+
+from kata.api.allowance import Allowance
 
 MAX_CONNECTIONS: Final = 1000
 """Open connections of the service. More are closed at once; those that exist, such as the pages' WebSockets, are not affected."""
+NEW_AT_ONCE: Final = 2
+"""An address may open this many times its connections at once, and all its connections again each second."""
+MAX_ABANDONED: Final = 8
+"""Requests of one address that are still being answered although the client has closed its connection. Until they are answered, further
+connections of the address are closed. A page that is closed abandons a few.
+"""
 MAX_HEADER_BYTES: Final = 64 * 1024
 """Request line and headers."""
 HEADERS_WITHIN_S: Final = 10.0
 """From the connection, or from the first byte of the next request, until the headers are complete."""
 BODY_WITHIN_S: Final = 120.0
 """From the headers until the body is complete: 64 MiB at 0.6 MB/s."""
+MAX_UNREAD_BYTES: Final = 64 * 1024
+"""Of a body that arrives after its request has been answered. A smaller one is dropped, and the connection can be used again."""
 ANSWER_READ_WITHIN_S: Final = 1.0
-"""From the answer to an unfinished request, such as a refused file, until the connection is closed."""
+"""From the first byte beyond ``MAX_UNREAD_BYTES``, as of a refused file, until the connection is closed."""
+REFUSED_AT_ONCE: Final = 32
+"""Connections closed in one step of the event loop. Each takes up to 0.1 ms, because the client has sent a request that nobody reads."""
 _OF_PROXIES: Final = frozenset({b"x-forwarded-for", b"forwarded"})
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 _TOO_SLOW: Final = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
@@ -30,7 +43,10 @@ _TOO_SLOW: Final = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\nconten
 
 @dataclass
 class OpenConnections:
-    """The open connections by the address of their client."""
+    """The open connections by the address of their client, and those closed by a client whose request is still being answered.
+
+    A client that does not wait for its answers could otherwise have any number of requests in progress.
+    """
 
     per_address: int
     """Most connections of one address."""
@@ -39,26 +55,70 @@ class OpenConnections:
     on_unlisted_proxy: Callable[[str], None] = lambda address: None
     """Called once with the address of a proxy that is not in ``trusted_proxies``."""
     _of: dict[str, set[asyncio.BaseTransport]] = field(default_factory=lambda: defaultdict(set))
+    _answering: set[asyncio.BaseTransport] = field(default_factory=set)
+    _abandoned: dict[str, set[asyncio.BaseTransport]] = field(default_factory=lambda: defaultdict(set))
+    _new: dict[str, Allowance] = field(default_factory=dict)
     _unlisted_seen: bool = False
+
+    def may_open(self, address: str) -> bool:
+        """Return whether an address may open a connection now, and count it.
+
+        A client that opens connections as fast as possible takes the service's time even if they are few.
+        """
+        if not self.has_room(address):
+            return False
+        if is_listed(address, self.trusted_proxies):
+            return True
+        if address not in self._new:
+            self._new = {known: new for known, new in self._new.items() if not new.is_full}
+            self._new[address] = Allowance(self.per_address, NEW_AT_ONCE * self.per_address)
+        return self._new[address].take()
+
+    def has_room(self, address: str) -> bool:
+        """Return whether another connection of an address may be opened."""
+        if len(self._of[address]) >= self.per_address:
+            # A WebSocket takes over its connection, and its end is not reported here.
+            self._of[address] = self._occupied(self._of[address])
+        too_many = len(self._of[address]) >= self.per_address or len(self._abandoned.get(address, ())) >= MAX_ABANDONED
+        if too_many and not is_listed(address, self.trusted_proxies):
+            return False
+        return sum(map(len, self._of.values())) < MAX_CONNECTIONS or self.count() < MAX_CONNECTIONS
 
     def admit(self, address: str, transport: asyncio.BaseTransport) -> bool:
         """Count a new connection. Return False if it must be closed."""
-        known = self._of[address]
-        if len(known) >= self.per_address and not is_listed(address, self.trusted_proxies):
+        if not self.has_room(address):
             return False
-        known.add(transport)
+        self._of[address].add(transport)
         return True
 
-    def lost(self, address: str, transport: asyncio.BaseTransport) -> None:
-        """Forget a connection that has ended."""
+    def lost(self, address: str, transport: asyncio.BaseTransport, *, answered: bool = True) -> None:
+        """Forget a connection that has ended, unless its request is still being answered. ``answered``: the client has its answer."""
+        if transport in self._answering:
+            if not answered:
+                self._abandoned[address].add(transport)
+            return
         self._of[address].discard(transport)
         if not self._of[address]:
             del self._of[address]
 
+    def request_began(self, transport: asyncio.BaseTransport) -> None:
+        """Keep a connection counted until its request has been answered, even if the client closes it."""
+        self._answering.add(transport)
+
+    def request_ended(self, address: str, transport: asyncio.BaseTransport) -> None:
+        """Count a connection only while it is open."""
+        self._answering.discard(transport)
+        if transport in self._abandoned.get(address, ()):
+            self._abandoned[address].remove(transport)
+            if not self._abandoned[address]:
+                del self._abandoned[address]
+        if transport.is_closing():
+            self.lost(address, transport)
+
     def count(self) -> int:
-        """Return the number of open connections."""
-        # A WebSocket takes over its connection, and its end is not reported here.
-        self._of = defaultdict(set, {address: left for address, known in self._of.items() if (left := _open(known))})
+        """Return the number of counted connections."""
+        occupied = {address: left for address, known in self._of.items() if (left := self._occupied(known))}
+        self._of = defaultdict(set, occupied)
         return sum(map(len, self._of.values()))
 
     def note_headers(self, address: str, headers: list[tuple[bytes, bytes]]) -> None:
@@ -68,15 +128,14 @@ class OpenConnections:
             if self._unlisted_seen:
                 self.on_unlisted_proxy(address)
 
+    def _occupied(self, transports: set[asyncio.BaseTransport]) -> set[asyncio.BaseTransport]:
+        return {transport for transport in transports if not transport.is_closing() or transport in self._answering}
+
 
 def is_listed(address: str, trusted_proxies: str) -> bool:
     """Return whether ``KATA_TRUSTED_PROXIES`` contains an address."""
     proxies = [name.strip() for name in trusted_proxies.split(",") if name.strip()]
     return any(ip_address(address) in ip_network(proxy) for proxy in proxies)
-
-
-def _open(transports: set[asyncio.BaseTransport]) -> set[asyncio.BaseTransport]:
-    return {transport for transport in transports if not transport.is_closing()}
 
 
 class LimitedProtocol(HttpToolsProtocol):
@@ -85,18 +144,19 @@ class LimitedProtocol(HttpToolsProtocol):
     def __init__(self, open_connections: OpenConnections, *args: Any, **options: Any) -> None:
         """``open_connections``: shared by all connections of the service; the rest is uvicorn's."""
         super().__init__(*args, **options)
+        self.app = self._answer
         self._open_connections = open_connections
         self._address = ""
         self._in_headers = True
         self._header_bytes = 0
+        self._unread_bytes = 0
         self._timer: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Close the connection if there are too many."""
         super().connection_made(transport)
         self._address = self.client[0] if self.client else ""
-        too_many = self._open_connections.count() >= MAX_CONNECTIONS
-        if too_many or not self._open_connections.admit(self._address, transport):
+        if not self._open_connections.admit(self._address, transport):
             transport.abort()
             return
         self._limit_time(HEADERS_WITHIN_S)
@@ -104,7 +164,7 @@ class LimitedProtocol(HttpToolsProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget the connection."""
         self._stop_timer()
-        self._open_connections.lost(self._address, self.transport)
+        self._open_connections.lost(self._address, self.transport, answered=self._is_answered)
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -126,6 +186,7 @@ class LimitedProtocol(HttpToolsProtocol):
         super().on_message_begin()
         self._in_headers = True
         self._header_bytes = 0
+        self._unread_bytes = 0
         self._limit_time(HEADERS_WITHIN_S)
 
     def on_headers_complete(self) -> None:
@@ -136,17 +197,26 @@ class LimitedProtocol(HttpToolsProtocol):
         super().on_headers_complete()
 
     def on_body(self, body: bytes) -> None:
-        """Stop reading a body whose request has been answered, and close soon: the client may still read the answer."""
+        """Stop reading a long body whose request has been answered, and close soon: the client may still read the answer."""
         if self.cycle.response_complete:
-            self.transport.pause_reading()
-            self._stop_timer()
-            self._timer = self.loop.call_later(ANSWER_READ_WITHIN_S, self.transport.close)
+            self._unread_bytes += len(body)
+            if self._unread_bytes > MAX_UNREAD_BYTES and self.transport.is_reading():
+                self.transport.pause_reading()
+                self.loop.call_later(ANSWER_READ_WITHIN_S, self.transport.close)
         super().on_body(body)
 
     def on_message_complete(self) -> None:
         """The whole request has arrived."""
         self._stop_timer()
         super().on_message_complete()
+
+    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request of this connection by the application."""
+        self._open_connections.request_began(self.transport)
+        try:
+            await self.config.loaded_app(scope, receive, send)
+        finally:
+            self._open_connections.request_ended(self._address, self.transport)
 
     @property
     def _is_answered(self) -> bool:
@@ -170,8 +240,33 @@ class LimitedProtocol(HttpToolsProtocol):
         self.transport.close()
 
 
-def limited_protocol(
-    per_address: int, trusted_proxies: str, on_unlisted_proxy: Callable[[str], None] = lambda address: None
-) -> Callable[..., asyncio.Protocol]:
-    """Return the ``http`` class of a uvicorn configuration: its connections share one count."""
-    return partial(LimitedProtocol, OpenConnections(per_address, trusted_proxies, on_unlisted_proxy))
+class LimitedListener(socket.socket):
+    """Listening socket that closes the connections above the limits itself.
+
+    Under a flood a user's connection waits behind refused ones. Closing them here takes a tenth of the time that a transport and a
+    protocol for each would take.
+    """
+
+    def __init__(self, listening: socket.socket, open_connections: OpenConnections) -> None:
+        """``listening``: taken over; it is of no use afterwards."""
+        super().__init__(listening.family, listening.type, listening.proto, listening.detach())
+        self._open_connections = open_connections
+        self._refused = 0
+        """In this step of the event loop, which asks for several connections."""
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        """Return the next connection within the limits.
+
+        :raises BlockingIOError: when none waits, or after ``REFUSED_AT_ONCE`` others; the event loop then asks again in its next step.
+        """
+        try:
+            while self._refused < REFUSED_AT_ONCE:
+                connection, address = super().accept()
+                if self._open_connections.may_open(address[0]):
+                    return connection, address
+                connection.close()
+                self._refused += 1
+            raise BlockingIOError
+        except BlockingIOError:
+            self._refused = 0
+            raise

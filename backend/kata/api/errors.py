@@ -1,5 +1,6 @@
 """Answer every error with a problem document (RFC 9457): a sentence and a next step, without a traceback."""
 
+import asyncio
 import logging
 from http import HTTPStatus
 from typing import Any, Final
@@ -22,9 +23,13 @@ from kata.station.schemas import TextKey
 log = logging.getLogger(__name__)
 
 _RETRY_AFTER_S: Final = 5
-_MOST_FIELDS: Final = 50
+REFUSED_AFTER_S: Final = 1.0
+"""Delay of an answer 429. A program that guesses passwords waits for it; if it were answered at once, its next guess would delay the Stops
+of all users.
+"""
+_MAX_FIELDS: Final = 50
 """Invalid fields that an answer names. Describing thousands would block the event loop for seconds."""
-_OF_STATUS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
+_STATUS_TEXTS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
 """Messages for Starlette's own errors, by status."""
 
 
@@ -43,7 +48,9 @@ def install(app: FastAPI) -> None:
     """Install the error handlers."""
 
     @app.exception_handler(ProblemError)
-    def problem(request: Request, error: ProblemError) -> JSONResponse:
+    async def problem(request: Request, error: ProblemError) -> JSONResponse:
+        if error.status == HTTPStatus.TOO_MANY_REQUESTS:
+            await asyncio.sleep(REFUSED_AFTER_S)
         places = [
             ProblemField(
                 pointer=where,
@@ -59,10 +66,10 @@ def install(app: FastAPI) -> None:
     async def http(request: Request, error: HTTPException) -> JSONResponse:
         if isinstance(error.__cause__, ProblemError):
             # FastAPI turns a problem that occurs while it reads the body into a 400.
-            return problem(request, error.__cause__)
+            return await problem(request, error.__cause__)
         if error.status_code == HTTPStatus.BAD_REQUEST:
-            if refusal := await _not_allowed(request):
-                return problem(request, refusal)
+            if refusal := await _authorization_error(request):
+                return await problem(request, refusal)
             # FastAPI answers 400 to a body that is not text. The API documents invalid bodies as 422.
             return document(422, "invalid", texts.NOT_JSON())
         # Python 3.13 renamed this status.
@@ -70,20 +77,20 @@ def install(app: FastAPI) -> None:
         if isinstance(error.detail, Text):
             detail = error.detail
         else:
-            detail = _OF_STATUS.get(error.status_code) or with_key(f"{error.detail}.", None)
+            detail = _STATUS_TEXTS.get(error.status_code) or with_key(f"{error.detail}.", None)
         return document(error.status_code, code, detail, headers=error.headers)
 
     @app.exception_handler(RequestValidationError)
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
-        if refusal := await _not_allowed(request):
-            return problem(request, refusal)
-        invalid_fields = [_invalid_field(detail, error.body) for detail in error.errors()[:_MOST_FIELDS]]
+        if refusal := await _authorization_error(request):
+            return await problem(request, refusal)
+        invalid_fields = [_invalid_field(detail, error.body) for detail in error.errors()[:_MAX_FIELDS]]
         problems = [texts.FIELD_PROBLEM(field=field, problem=problem) for _, field, problem in invalid_fields]
         fields = [_field(*invalid_field) for invalid_field in invalid_fields]
         return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)
 
     @app.exception_handler(availability.DatabaseUnavailableError)
-    def unavailable(request: Request, error: availability.DatabaseUnavailableError) -> JSONResponse:
+    async def unavailable(request: Request, error: availability.DatabaseUnavailableError) -> JSONResponse:
         return document(
             503,
             availability.DATABASE_UNAVAILABLE,
@@ -98,9 +105,9 @@ def install(app: FastAPI) -> None:
         return document(500, "unexpected", texts.INTERNAL_ERROR(), texts.REPORT_WITH_LOG())
 
 
-async def _not_allowed(request: Request) -> ProblemError | None:
+async def _authorization_error(request: Request) -> ProblemError | None:
     try:
-        await authorization.allowed_first(request)
+        await authorization.authorize_before_validation(request)
     except ProblemError as error:
         return error
     return None

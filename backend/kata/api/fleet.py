@@ -52,7 +52,7 @@ class Fleet:
         self._roster = Roster(self.station.info.name)
         self._waiting: set[asyncio.Event] = set()
 
-    def shown(self) -> list[StationStatus]:
+    def statuses(self) -> list[StationStatus]:
         """Return every station, this one first."""
         return self._roster.statuses(self.now())
 
@@ -67,7 +67,7 @@ class Fleet:
         except Exception as error:
             log.info("the list of stations could not be refreshed: %s", error)
 
-    async def changed(self, limit_s: float) -> None:
+    async def wait_for_change(self, limit_s: float) -> None:
         """Wait for the next received state, at most ``limit_s`` seconds."""
         event = asyncio.Event()
         self._waiting.add(event)
@@ -80,10 +80,10 @@ class Fleet:
             self._waiting.discard(event)
 
     @asynccontextmanager
-    async def exchanging(self) -> AsyncIterator[None]:
+    async def exchange_states(self) -> AsyncIterator[None]:
         """While the context lasts, send this station's state and receive the others'."""
         shared = self.database.url.get_backend_name() == "postgresql"
-        tasks = [asyncio.create_task(self._watch_own(), name="own station")]
+        tasks = [asyncio.create_task(self._store_own_reports(), name="own station")]
         if shared:
             tasks += [
                 asyncio.create_task(self._with_connection(self._send), name="send own state"),
@@ -96,7 +96,7 @@ class Fleet:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _own(self) -> StationReport:
+    def _own_report(self) -> StationReport:
         return state_of(self.station.info, self.station.live(), self.service)
 
     def take(self, state: StationReport) -> None:
@@ -106,11 +106,11 @@ class Fleet:
         for event in self._waiting:
             event.set()
 
-    async def _watch_own(self) -> None:
-        async for state in self._news():
+    async def _store_own_reports(self) -> None:
+        async for state in self._own_reports():
             self.take(state)
 
-    async def _news(self) -> AsyncIterator[StationReport]:
+    async def _own_reports(self) -> AsyncIterator[StationReport]:
         """Yield the own state at once when more than its progress has changed, and at least every second."""
         last: StationReport | None = None
         until_s = 0.0
@@ -119,7 +119,7 @@ class Fleet:
                 heard.changed.clear()
                 heard.waiting.clear()
                 heard.overflown = False
-                state, now_s = self._own(), time.monotonic()
+                state, now_s = self._own_report(), time.monotonic()
                 if last is None or now_s >= until_s or state.without_progress != last.without_progress:
                     last, until_s = state, now_s + _AT_LEAST_EVERY_S
                     yield state
@@ -147,7 +147,7 @@ class Fleet:
             await asyncio.sleep(_RECONNECT_AFTER_S)
 
     async def _send(self, connection: Any) -> None:
-        async for state in self._news():
+        async for state in self._own_reports():
             await _in_time(connection, "SELECT pg_notify(%s, %s)", (_CHANNEL, as_json(state)))
 
     async def _listen(self, connection: Any) -> None:
@@ -157,12 +157,12 @@ class Fleet:
             heard = False
             async for notice in connection.notifies(timeout=SILENT_AFTER_S):
                 heard = True
-                self._hear(notice.payload)
+                self._receive(notice.payload)
             # Listening returns this service's own notifications too, so silence means a lost connection.
             if not heard:
                 raise TimeoutError("no notification received")
 
-    def _hear(self, payload: str) -> None:
+    def _receive(self, payload: str) -> None:
         try:
             state = StationReport.model_validate_json(payload)
         except ValidationError as error:
@@ -175,14 +175,14 @@ class Fleet:
 
 async def _in_time(connection: Any, statement: str, values: tuple[str, ...]) -> None:
     """Execute a statement, or close the connection after the limit. A cancel request would go to the same slow server."""
-    asking = asyncio.ensure_future(connection.execute(statement, values))
+    execution = asyncio.ensure_future(connection.execute(statement, values))
     try:
-        done, _ = await asyncio.wait({asking}, timeout=_STATEMENT_LIMIT_S)
+        done, _ = await asyncio.wait({execution}, timeout=_STATEMENT_LIMIT_S)
         if not done:
             raise TimeoutError("the database takes too long to answer")
-        await asking
+        await execution
     finally:
-        if not asking.done():
+        if not execution.done():
             await connection.close()
-            asking.cancel()
-            await asyncio.gather(asking, return_exceptions=True)
+            execution.cancel()
+            await asyncio.gather(execution, return_exceptions=True)

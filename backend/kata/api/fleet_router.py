@@ -13,7 +13,7 @@ from kata.actor import CURRENT_ACTOR, Actor
 from kata.api.fleet import Fleet
 from kata.api.redaction import Redaction
 from kata.api.services import services_of
-from kata.api.sockets import accepted, received, until_gone
+from kata.api.sockets import accepted, received, serve_until_gone
 from kata.clinic.stations import service
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -43,8 +43,9 @@ class StationVersion(Schema):
 
     number: int = Field(ge=1)
     since: datetime
-    software: str = Field(description="Version of Kata that recorded it.", examples=["0.1.0"])
+    software: str = Field(description="Version of Kata that recorded it.", examples=["1.0.0"])
     config: str = Field(description="TOML: configuration and calibration.")
+    changed_by: str = Field(description="Who imported it on the page; empty where the station's file was changed.")
 
 
 class StationsMessage(Schema):
@@ -70,14 +71,14 @@ class _Redactions:
         self._by_station: defaultdict[str, Redaction] = defaultdict(lambda: Redaction(actor, database))
 
     async def apply(self, stations: list[StationStatus]) -> list[StationStatus]:
-        return [await self._shown(one) for one in stations]
+        return [await self._redact(status) for status in stations]
 
-    async def _shown(self, one: StationStatus) -> StationStatus:
-        patient = one.state.patient if one.state else None
-        if one.state is None or patient is None or await self._may_see(one.name, patient.id):
-            return one
-        state = one.state.model_copy(update={"patient": None, "recording_name": None})
-        return one.model_copy(update={"state": state})
+    async def _redact(self, status: StationStatus) -> StationStatus:
+        patient = status.state.patient if status.state else None
+        if status.state is None or patient is None or await self._may_see(status.name, patient.id):
+            return status
+        state = status.state.model_copy(update={"patient": None, "recording_name": None})
+        return status.model_copy(update={"state": state})
 
     async def _may_see(self, station: str, patient_id: Any) -> bool:
         try:
@@ -105,11 +106,11 @@ async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor)
 
     known = await asyncio.to_thread(registered)
     fleet.register(list(known))
-    shown = await _Redactions(actor, database).apply(fleet.shown())
+    shown = await _Redactions(actor, database).apply(fleet.statuses())
     items = []
-    for one in shown:
-        registered_at, started_at, version = known.get(one.name, (None, None, 0))
-        items.append(Station(shown=one, registered_at=registered_at, started_at=started_at, version=version))
+    for status in shown:
+        registered_at, started_at, version = known.get(status.name, (None, None, 0))
+        items.append(Station(shown=status, registered_at=registered_at, started_at=started_at, version=version))
     return Page[Station].complete(items)
 
 
@@ -133,7 +134,7 @@ async def live_stations(socket: WebSocket) -> None:
     if not await accepted(socket, actor):
         return
     redactions = _Redactions(actor, services.database)
-    await until_gone(socket, actor, _until_disconnected(socket, actor), _send(socket, services.fleet, redactions))
+    await serve_until_gone(socket, actor, _until_disconnected(socket, actor), _send(socket, services.fleet, redactions))
 
 
 async def _until_disconnected(socket: WebSocket, actor: Actor) -> None:
@@ -149,11 +150,11 @@ async def _send(socket: WebSocket, fleet: Fleet, redactions: _Redactions) -> Non
         while True:
             sequence += 1
             seen = fleet.changes
-            stations = await redactions.apply(fleet.shown())
+            stations = await redactions.apply(fleet.statuses())
             message = StationsMessage(sequence=sequence, sent_at=utc_now(), stations=stations)
             await socket.send_text(message.model_dump_json())
             await asyncio.sleep(_AT_MOST_EVERY_S)
             if fleet.changes == seen:
-                await fleet.changed(_AT_LEAST_EVERY_S - _AT_MOST_EVERY_S)
+                await fleet.wait_for_change(_AT_LEAST_EVERY_S - _AT_MOST_EVERY_S)
     except WebSocketDisconnect:
         return

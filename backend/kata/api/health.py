@@ -1,17 +1,20 @@
 """Routes for monitoring: liveness, readiness and metrics. The health answers need no login and contain no personal data."""
 
 from collections.abc import AsyncIterator
-from importlib.metadata import version
 from typing import Annotated, Final, Literal
 
 from fastapi import APIRouter, Depends, Request, Response
+from fastapi.concurrency import run_in_threadpool
 from prometheus_client.exposition import choose_encoder
 
+from kata import __version__
 from kata.api import texts
 from kata.api.metrics import Metrics
 from kata.api.probe import Probe
 from kata.api.services import services_of
+from kata.clinic.sessions import service as sessions
 from kata.database.availability import DATABASE_UNAVAILABLE
+from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.errors import ProblemError
 from kata.station import texts as station_texts
@@ -19,22 +22,28 @@ from kata.types import Schema
 
 router = APIRouter(tags=["health"])
 
-_NO_REFUSAL: Final = "second_factor_needed"
+_NOT_COUNTED: Final = "second_factor_needed"
 """The first step of every login with a second factor ends with this code."""
 
 
-class Alive(Schema):
+class Liveness(Schema):
     """The service answers."""
 
     status: Literal["alive"] = "alive"
 
 
-class Ready(Schema):
+class Readiness(Schema):
     """A session can begin at this station."""
 
     status: Literal["ready"] = "ready"
     version: str
     database: Literal["sqlite", "postgresql"]
+
+
+class Idleness(Schema):
+    """The service may be stopped: no treatment is interrupted."""
+
+    status: Literal["idle"] = "idle"
 
 
 async def _probe(request: Request) -> Probe:
@@ -53,30 +62,51 @@ async def count_refused_logins(metrics: TheMetrics) -> AsyncIterator[None]:
     try:
         yield
     except ProblemError as error:
-        if error.code != _NO_REFUSAL:
+        if error.code != _NOT_COUNTED:
             metrics.sign_ins_refused.labels(error.code).inc()
         raise
 
 
 @router.get("/health/live", summary="Check that the service is alive")
-async def get_health_live() -> Alive:
+async def get_health_live() -> Liveness:
     """Answer while the service runs. A supervisor may restart a service that does not answer.
 
     The answer does not depend on database or apparatus: a restart would end a running session.
     """
-    return Alive()
+    return Liveness()
 
 
 @router.get("/health/ready", responses=PROBLEMS.of(503), summary="Check that a session can begin")
 async def get_health_ready(
     database: TheDatabase, station: TheStation, probe: Annotated[Probe, Depends(_probe)]
-) -> Ready:
+) -> Readiness:
     """Answer 200 while database and device process answer, else 503. A running session continues in both cases."""
     if not await probe.answers():
         raise ProblemError(503, DATABASE_UNAVAILABLE, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
     if station.live().device != "running":
         raise ProblemError(503, "device_offline", station_texts.DEVICE_OFFLINE(), texts.RESTARTS_AUTOMATICALLY())
-    return Ready(version=version("kata"), database="sqlite" if database.file else "postgresql")
+    return Readiness(version=__version__, database=database.kind)
+
+
+@router.get("/health/idle", responses=PROBLEMS.of(503), summary="Check that the service may be stopped")
+async def get_health_idle(request: Request, database: TheDatabase, station: TheStation) -> Idleness:
+    """Answer 200 while torque is off, no commissioning runs and no session is open at this station, else 503.
+
+    ``kata update`` asks this before it stops the service. Without an answer of the database, sessions are unknown: 503.
+    """
+    services = services_of(request)
+    if station.occupied or services.commissioning_run.running:
+        raise ProblemError(503, "station_occupied", texts.STATION_MOVES(), texts.END_SESSION_FIRST())
+    if not await services.probe.answers():
+        raise ProblemError(503, DATABASE_UNAVAILABLE, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
+    if await run_in_threadpool(_has_open_session, database, station.config.name):
+        raise ProblemError(503, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
+    return Idleness()
+
+
+def _has_open_session(database: Database, station: str) -> bool:
+    with database.read() as session:
+        return sessions.has_open(session, station)
 
 
 @router.get(

@@ -21,21 +21,21 @@ def browser() -> Browser:
     return Browser(actor.login_session_id, actor.name)
 
 
-async def _watching(station: TheStation) -> Browser:
-    here = browser()
-    station.operating.note_request(here)
-    return here
+async def _watcher(station: TheStation) -> Browser:
+    watcher = browser()
+    station.operating.note_request(watcher)
+    return watcher
 
 
 async def _operator(station: TheStation) -> Browser:
-    here = browser()
-    refusal = station.operating.take(here)
+    watcher = browser()
+    refusal = station.operating.take(watcher)
     if refusal:
         raise refused(refusal)
-    return here
+    return watcher
 
 
-Watching = Annotated[Browser, Depends(_watching)]
+Watcher = Annotated[Browser, Depends(_watcher)]
 """The browser of the request. The request counts as its sign of life."""
 Operator = Annotated[Browser, Depends(_operator)]
 """The browser that operates the apparatus. The request takes a free lease; it is refused with 409 while another browser holds it."""

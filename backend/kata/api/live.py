@@ -15,7 +15,7 @@ from kata.api.lease import browser
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
 from kata.api.services import Services, services_of
-from kata.api.sockets import accepted, received, until_gone
+from kata.api.sockets import accepted, received, serve_until_gone
 from kata.api.stopping import StopQueue, stop_by_user
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
@@ -119,15 +119,15 @@ async def live(socket: WebSocket) -> None:
     if not await accepted(socket, actor):
         return
     with station.operating.listening(here), station.subscribed() as subscription:
-        await until_gone(
+        await serve_until_gone(
             socket,
             actor,
-            _listen(socket, actor, services, subscription),
+            _receive(socket, actor, services, subscription),
             _send(socket, station.info, services.live_view, here, subscription, redaction),
         )
 
 
-async def _listen(socket: WebSocket, actor: Actor, services: Services, subscription: Subscription) -> None:
+async def _receive(socket: WebSocket, actor: Actor, services: Services, subscription: Subscription) -> None:
     """Receive until the listener has gone. A Stop goes to the device at once and stays in force if the listener leaves."""
 
     def answer(number: int, refusal: Refusal | None) -> None:
@@ -172,10 +172,10 @@ async def _send(
             await socket.send_text(message.model_dump_json())
             while subscription.waiting:
                 item = subscription.waiting.popleft()
-                if isinstance(item, Saved) and not await redaction.may_hear_of(item.patient_id):
+                if isinstance(item, Saved) and not await redaction.may_be_notified_of(item.patient_id):
                     continue
                 sequence += 1
-                await socket.send_text(_notice(item, common | {"sequence": sequence}))
+                await socket.send_text(_encode(item, common | {"sequence": sequence}))
             await _until_next(subscription)
         await socket.close(1013, "too far behind: connect again")
     except WebSocketDisconnect:
@@ -194,7 +194,7 @@ async def _until_next(subscription: Subscription) -> None:
         subscription.changed.clear()
 
 
-def _notice(item: object, common: dict[str, Any]) -> str:
+def _encode(item: object, common: dict[str, Any]) -> str:
     if isinstance(item, EventLive):
         return EventMessage(**common, event=item).model_dump_json()
     if isinstance(item, _StopAnswer):

@@ -42,9 +42,9 @@ class LiveStateView:
             "lease": station.operating.lease_for(seen_by).model_dump(mode="json"),
             "database": database_status.model_dump(mode="json"),
         }
-        elsewhere = station.operating.refusal(seen_by)
-        if elsewhere:
-            own["refusals"] = _refuse_all_but_stop(elsewhere)
+        refusal = station.operating.refusal(seen_by)
+        if refusal:
+            own["refusals"] = _refuse_all_but_stop(refusal)
         elif database_status.unavailable_since:
             # A running session continues with its prefetched data. Anything new has to be read from and written to the database first.
             refused = ("teach",) if self._may_load() else ("teach", "load")

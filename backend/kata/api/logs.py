@@ -2,8 +2,9 @@
 
 import json
 import logging
+from collections import deque
 from datetime import UTC, datetime
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from kata.audit.audit_log import ROWS
 
@@ -37,11 +38,40 @@ class JsonLines(logging.Formatter):
         return json.dumps(fields, ensure_ascii=False, default=str)
 
 
+class RecentLines(logging.Handler):
+    """Keeps the newest lines in memory, for the support bundle."""
+
+    def __init__(self, number: int) -> None:
+        """``number``: lines kept, each of at most ``LONGEST_KEPT_LINE`` characters."""
+        super().__init__()
+        self.setFormatter(Lines())
+        self._lines: deque[str] = deque(maxlen=number)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a record. Rows of the audit trail name records, so they are left out."""
+        if record.name == ROWS:
+            return
+        try:
+            self._lines.append(self.format(record)[:LONGEST_KEPT_LINE])
+        except Exception:
+            # As logging's own handlers: a wrong log call must not fail the caller.
+            self.handleError(record)
+
+    def text(self) -> str:
+        """Return the lines, oldest first."""
+        return "".join(f"{line}\n" for line in tuple(self._lines))
+
+
+LONGEST_KEPT_LINE: Final = 4000
+RECENT: Final = RecentLines(2000)
+"""Of this process."""
+
+
 def begin(log_format: Literal["plain", "json"]) -> None:
-    """Send the log from INFO upwards to standard error. The JSON format also contains every row of the audit trail."""
+    """Send the log from INFO upwards to standard error, and keep its newest lines. The JSON format also contains every row of the audit trail."""
     handler = logging.StreamHandler()
     handler.setFormatter(JsonLines() if log_format == "json" else Lines())
-    logging.basicConfig(level=logging.INFO, handlers=[handler])
+    logging.basicConfig(level=logging.INFO, handlers=[handler, RECENT])
     logging.getLogger("alembic").setLevel(logging.WARNING)
     # Only a log collector needs the rows of the audit trail.
     logging.getLogger(ROWS).setLevel(logging.INFO if log_format == "json" else logging.WARNING)

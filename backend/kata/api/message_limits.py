@@ -4,13 +4,24 @@ import time
 from collections import defaultdict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 from uuid import UUID
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import CloseCode
+
+from kata.api.allowance import Allowance
 
 MESSAGES_PER_S: Final = 10.0
 """Mean rate of messages of one WebSocket. A page sends only Stops, one for each press."""
 MESSAGES_AT_ONCE: Final = 40
 """Messages that may come faster than the mean rate allows."""
+BYTES_PER_S: Final = 2048.0
+"""Mean rate of bytes of one WebSocket, pings and pongs included. A Stop has 50 bytes."""
+BYTES_AT_ONCE: Final = 8192
+"""Bytes that may come faster than the mean rate allows."""
+TOO_MANY: Final = "too many messages"
+"""The reason in the closing frame."""
 OFFENCES: Final = 3
 """After this many closed WebSockets within :data:`REFUSED_S`, further ones of the same user at the same address are refused."""
 REFUSED_S: Final = 60.0
@@ -39,16 +50,34 @@ class Offences:
         return len(at_s) == OFFENCES and at_s[0] >= since_s
 
 
-@dataclass
-class Allowance:
-    """The messages that one WebSocket may still send: a token bucket."""
+class LimitedWebSocket(WebSocketsSansIOProtocol):
+    """uvicorn's WebSocket that reads no more bytes than :class:`Allowance` permits, and then closes.
 
-    left: float = MESSAGES_AT_ONCE
-    at_s: float = field(default_factory=time.monotonic)
+    uvicorn parses a whole read at once, up to 256 KiB, and goes on for ten seconds after the application has closed. Thousands of short
+    messages in one read would keep the event loop from a Stop.
+    """
 
-    def take(self) -> bool:
-        """Return False if a message came too soon."""
-        now_s = time.monotonic()
-        self.left = min(MESSAGES_AT_ONCE, self.left + (now_s - self.at_s) * MESSAGES_PER_S) - 1
-        self.at_s = now_s
-        return self.left >= 0
+    def __init__(self, *args: Any, **options: Any) -> None:
+        """All arguments are uvicorn's."""
+        super().__init__(*args, **options)
+        self._bytes = Allowance(BYTES_PER_S, BYTES_AT_ONCE)
+
+    def data_received(self, data: bytes) -> None:
+        """Parse what is allowed, so that a Stop at the beginning of a flood arrives. Close if there is more."""
+        if not self.handshake_initiated:
+            super().data_received(data)
+            return
+        allowed = self._bytes.take_some(len(data))
+        super().data_received(data[:allowed])
+        if allowed < len(data):
+            self._end()
+
+    def _end(self) -> None:
+        if self.handshake_complete and not self.disconnected and not self.close_sent:
+            ended: Any = {"type": "websocket.disconnect", "code": CloseCode.POLICY_VIOLATION, "flooded": True}
+            self.queue.put_nowait(ended)
+            self.conn.send_close(CloseCode.POLICY_VIOLATION, TOO_MANY)
+            self.transport.write(b"".join(self.conn.data_to_send()))
+            # The application's next message then finds that the client has gone.
+            self.disconnected = True
+        self.transport.close()

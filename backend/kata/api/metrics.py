@@ -6,12 +6,12 @@ Counters of the service start at 0 with the service, counters of the device with
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import asynccontextmanager
-from importlib.metadata import version
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from kata import __version__
 from kata.station.schemas import LoopLive
 from kata.station.station import Station
 
@@ -37,8 +37,8 @@ class Metrics:
         service = Gauge(
             "kata_service", "1: this version, for this station.", ["version", "station"], registry=self.registry
         )
-        service.labels(version("kata"), station.info.name).set(1)
-        self.registry.register(_OfDevice(station))
+        service.labels(__version__, station.info.name).set(1)
+        self.registry.register(_DeviceCollector(station))
         ProcessCollector(registry=self.registry)
 
     def add_gauge(self, name: str, what: str, now: Callable[[], float]) -> None:
@@ -50,7 +50,7 @@ class Metrics:
         """While the context lasts, count every cause of every stop once."""
         latched: set[tuple[str, int | None]] = set()
 
-        def look() -> None:
+        def count_new_causes() -> None:
             nonlocal latched
             stop = station.live().stop
             causes = {(cause.code, cause.axis) for cause in stop.causes} if stop else set()
@@ -58,15 +58,15 @@ class Metrics:
                 self.stops.labels(code).inc()
             latched = causes
 
-        async def listen() -> None:
+        async def count_changes() -> None:
             while True:
                 await subscription.changed.wait()
                 subscription.changed.clear()
                 subscription.waiting.clear()
-                look()
+                count_new_causes()
 
         with station.subscribed() as subscription:
-            listening = asyncio.create_task(listen(), name="stops counted")
+            listening = asyncio.create_task(count_changes(), name="stops counted")
             try:
                 yield
             finally:
@@ -74,7 +74,7 @@ class Metrics:
                 await asyncio.gather(listening, return_exceptions=True)
 
 
-class _OfDevice(Collector):
+class _DeviceCollector(Collector):
     """Figures of the control loop, from the newest snapshot."""
 
     def __init__(self, station: Station) -> None:
@@ -94,10 +94,10 @@ class _OfDevice(Collector):
             "kata_device_age_seconds", "Seconds since the newest snapshot.", value=(live.age_ms or 0) / 1e3
         )
         if live.loop:
-            yield from self._of_loop(live.loop)
+            yield from self._loop_metrics(live.loop)
 
     @staticmethod
-    def _of_loop(loop: LoopLive) -> Iterable[Metric]:
+    def _loop_metrics(loop: LoopLive) -> Iterable[Metric]:
         lateness = GaugeMetricFamily(
             "kata_loop_lateness_seconds",
             "Delay of cycle starts since the device process started; quantile 1 is the maximum.",

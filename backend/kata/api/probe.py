@@ -20,14 +20,14 @@ class Probe:
         """``limit_s``: seconds that :meth:`answers` waits."""
         self._database = database
         self._limit_s = limit_s
-        self._asking: asyncio.Task[bool] | None = None
+        self._query: asyncio.Task[bool] | None = None
 
     async def answers(self) -> bool:
         """Return whether the database answers within the limit."""
-        if self._asking is None or self._asking.done():
-            self._asking = asyncio.create_task(asyncio.to_thread(self._ask), name="database probe")
-        done, _ = await asyncio.wait({self._asking}, timeout=self._limit_s)
-        return bool(done) and self._asking.result()
+        if self._query is None or self._query.done():
+            self._query = asyncio.create_task(asyncio.to_thread(self._ask), name="database probe")
+        done, _ = await asyncio.wait({self._query}, timeout=self._limit_s)
+        return bool(done) and self._query.result()
 
     def _ask(self) -> bool:
         try:

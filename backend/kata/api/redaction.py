@@ -7,7 +7,7 @@ from uuid import UUID
 from fastapi.concurrency import run_in_threadpool
 
 from kata.actor import Actor
-from kata.auth.permissions import OF_ROLE
+from kata.auth.permissions import ROLE_PERMISSIONS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseUnavailableError
@@ -26,10 +26,10 @@ class Redaction:
         self._actor = actor
         self._offline_cache = offline_cache
         self._database = database
-        self._reads_records = "read_records" in OF_ROLE[actor.role]
+        self._reads_records = "read_records" in ROLE_PERMISSIONS[actor.role]
         self._patient_id: UUID | None = None
-        self._seen = False
-        self._asked_at_s = 0.0
+        self._was_allowed = False
+        self._checked_at_s = 0.0
 
     async def apply(self, state: dict[str, Any]) -> dict[str, Any]:
         """Return :class:`~kata.station.schemas.Live` as JSON, without a patient and recording that this user may not see."""
@@ -40,25 +40,25 @@ class Redaction:
                 shown[name] = activity | {field: None for field in _OF_A_PATIENT if field in activity}
         return shown
 
-    async def may_hear_of(self, patient_id: UUID) -> bool:
+    async def may_be_notified_of(self, patient_id: UUID) -> bool:
         """Return whether this user may be notified of a patient's saved data."""
-        return self._reads_records and await run_in_threadpool(self._look, patient_id)
+        return self._reads_records and await run_in_threadpool(self._query, patient_id)
 
     async def may_see(self, patient_id: UUID) -> bool:
         """Return whether this user may see a patient on the apparatus. The answer is cached for a few seconds."""
         if not self._reads_records:
             return False
         now = time.monotonic()
-        if patient_id != self._patient_id or now - self._asked_at_s > _PERMISSION_VALID_S:
-            self._seen = await run_in_threadpool(self._look, patient_id)
-            self._patient_id, self._asked_at_s = patient_id, now
-        return self._seen
+        if patient_id != self._patient_id or now - self._checked_at_s > _PERMISSION_VALID_S:
+            self._was_allowed = await run_in_threadpool(self._query, patient_id)
+            self._patient_id, self._checked_at_s = patient_id, now
+        return self._was_allowed
 
-    def _look(self, patient_id: UUID) -> bool:
+    def _query(self, patient_id: UUID) -> bool:
         try:
             with self._database.read() as session:
                 return restricted.may_see(session, self._actor, [patient_id])
         except DatabaseUnavailableError:
             # A patient seen before stays visible. Otherwise only this day's patients are, who include no restricted record.
             known = self._offline_cache is not None and self._offline_cache.holds(patient_id)
-            return known or (self._seen and patient_id == self._patient_id)
+            return known or (self._was_allowed and patient_id == self._patient_id)

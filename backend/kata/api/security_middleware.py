@@ -80,14 +80,14 @@ class SecurityMiddleware:
         elif scope["type"] == "websocket":
             await self._app(scope, receive, send)
         elif refused:
-            await errors.document(*refused)(scope, receive, _headed(send, scope))
+            await errors.document(*refused)(scope, receive, _with_security_headers(send, scope))
         else:
-            await self._app(scope, limited_body(scope, receive), _headed(send, scope))
+            await self._app(scope, limited_body(scope, receive), _with_security_headers(send, scope))
 
     def refusal(self, scope: Scope) -> tuple[int, str, Text, Text] | None:
         """Return status, code, message and next step if the request must be refused, else None."""
         headers = Headers(scope=scope)
-        host = _only(headers, "host")
+        host = _single_value(headers, "host")
         found = _HOST.fullmatch(host) if host else None
         if not (host and found and self._is_own(found["name"].lower(), scope)):
             return (
@@ -115,7 +115,7 @@ class SecurityMiddleware:
 
 def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
     """Return whether a browser reports another site's page as the origin. Other clients send no such headers and no browser's cookies."""
-    site, origin = _only(headers, "sec-fetch-site"), _only(headers, "origin")
+    site, origin = _single_value(headers, "sec-fetch-site"), _single_value(headers, "origin")
     if origin is None or site is None:
         return True
     if scope["type"] == "http" and scope["method"] in _SAFE_METHODS:
@@ -125,7 +125,7 @@ def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
     return site not in ("", "same-origin") or origin.lower() not in ("", own)
 
 
-def _only(headers: Headers, name: str) -> str | None:
+def _single_value(headers: Headers, name: str) -> str | None:
     """Return the value of a header, empty if it is missing; None if it occurs twice."""
     values = headers.getlist(name)
     return None if len(values) > 1 else "".join(values)
@@ -135,7 +135,7 @@ def _encrypted(scope: Scope) -> bool:
     return scope["scheme"] in ("https", "wss")
 
 
-def _headed(send: Send, scope: Scope) -> Send:
+def _with_security_headers(send: Send, scope: Scope) -> Send:
     """Add the security headers that an answer does not set itself."""
 
     async def heading(message: Message) -> None:

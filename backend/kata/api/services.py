@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from fastapi import FastAPI
 from starlette.requests import HTTPConnection
 
+from kata.api.commissioning_run import CommissioningRun
+from kata.api.commissioning_watch import CommissioningWatch
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
 from kata.api.message_limits import Offences
@@ -19,7 +21,7 @@ from kata.api.simulation import Simulation
 from kata.audit.audit_log import AuditLog
 from kata.audit.router import AuditServices
 from kata.auth.auth_cache import AuthCache
-from kata.auth.login import Access, AuthServices
+from kata.auth.login import Authentication, AuthServices
 from kata.backups.router import Backups, BackupServices
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.sessions.offline_cache import OfflineCache
@@ -42,7 +44,7 @@ class Services:
     database: Database
     event_spool: EventSpool
     audit_log: AuditLog
-    access: Access
+    auth: Authentication
     auth_cache: AuthCache
     figures: FigureWorker
     station: Station
@@ -55,6 +57,8 @@ class Services:
     probe: Probe
     metrics: Metrics
     backups: Backups
+    commissioning: CommissioningWatch
+    commissioning_run: CommissioningRun
     letterhead: Letterhead
     offences: Offences
 

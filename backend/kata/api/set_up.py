@@ -3,19 +3,22 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 import msgspec
 
+from kata import __version__
 from kata.actor import by_program
 from kata.api import lease
+from kata.api.commissioning_run import PRACTICE_FILE, CommissioningRun
+from kata.api.commissioning_watch import CommissioningWatch
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
 from kata.api.message_limits import Offences
@@ -30,7 +33,6 @@ from kata.auth.accounts import count_administrators
 from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
 from kata.auth.login_session import Limits
-from kata.auth.openid import Provider
 from kata.auth.passwords import Passwords, hasher
 from kata.backups.folder import claimed_by_service
 from kata.backups.key import make_key
@@ -40,23 +42,29 @@ from kata.clinic.events import service as event_service
 from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.importer import Importer, Saved
+from kata.clinic.profile import service as profile
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.stations import service as station_service
+from kata.clinic.statistics.upkeep import StatisticsUpkeep
 from kata.database.availability import AvailabilityMonitor
 from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import upgrade
 from kata.device import config
 from kata.device.journal import Journal
+from kata.device.messages import Refusal
 from kata.plotting.figures import FigureWorker
 from kata.reporting import letterhead
 from kata.settings import Settings
-from kata.simulator.process import SimulatorProcess
+from kata.simulator.process import SimulatorError, SimulatorProcess
 from kata.station.device_process import DeviceLaunch
 from kata.station.schemas import DatabaseStatus
 from kata.station.station import Station
+
+if TYPE_CHECKING:
+    from kata.auth.openid_provider import Provider
 
 log = logging.getLogger(__name__)
 
@@ -95,23 +103,25 @@ class StationServices:
     offline_sessions: OfflineSessions
     live_view: LiveStateView
     importer: Importer
+    commissioning: CommissioningWatch
     finish_imports: Callable[[], Awaitable[None]]
     """Waits for running imports."""
 
 
 async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services:
     """Set up all services. The station starts last, when everything that records its events is ready."""
-    head = letterhead.read(settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo)
+    letterhead_data = _letterhead(settings)
     await asyncio.to_thread(stack.enter_context, claimed_by_service(settings))
+    simulator = _begin_simulator(settings, stack)
     storage = await set_up_storage(settings, stack)
     auth_cache = AuthCache()
-    access = await set_up_access(settings, storage.database, auth_cache, stack)
+    auth = await set_up_authentication(settings, storage.database, auth_cache, stack)
     figures = FigureWorker()
     stack.callback(figures.close)
-    apparatus = await set_up_apparatus(settings, storage.database, stack)
+    apparatus = await set_up_apparatus(settings, storage.database, simulator)
     at_station = await set_up_station(settings, storage, apparatus)
     station = at_station.station
-    access.revocations.operator_under_torque = lambda: station.operator_under_torque
+    auth.revocations.operator_under_torque = lambda: station.operator_under_torque
     await asyncio.to_thread(at_station.importer.run_at_start)
     fleet = await set_up_fleet(station, storage.database, stack)
     set_up_delivery_round(storage.event_spool, at_station)
@@ -119,15 +129,23 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
     await set_up_events(storage.event_spool, at_station, stack)
     stack.push_async_callback(at_station.finish_imports)
     stack.push_async_callback(station.close)
-    backups = Backups(settings, storage.database, lambda: station.occupied)
+    commissioning_run = CommissioningRun(
+        station, settings.station, settings.data, _adoption(settings, storage.database, at_station)
+    )
+    stack.push_async_callback(commissioning_run.close)
+    backups = Backups(
+        settings, storage.database, lambda: station.occupied, partial(clinic_time_zone, settings, storage.database)
+    )
     await stack.enter_async_context(backups.each_night())
     station.start()
+    warming_up = asyncio.create_task(_warm_up(figures, station), name="warm up")
+    stack.callback(warming_up.cancel)
     return Services(
         settings=settings,
         database=storage.database,
         event_spool=storage.event_spool,
         audit_log=storage.audit_log,
-        access=access,
+        auth=auth,
         auth_cache=auth_cache,
         figures=figures,
         station=station,
@@ -139,15 +157,43 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         probe=Probe(storage.database),
         metrics=metrics,
         backups=backups,
-        letterhead=head,
+        commissioning=at_station.commissioning,
+        commissioning_run=commissioning_run,
+        letterhead=letterhead_data,
         offences=Offences(),
     )
+
+
+async def _warm_up(figures: FigureWorker, station: Station) -> None:
+    """Start the worker of figures when the device process runs. At the same time, each would delay the other's start."""
+    with station.subscribed() as subscription:
+        while station.live().device != "running":
+            await subscription.changed.wait()
+            subscription.changed.clear()
+    figures.warm_up()
+
+
+def _letterhead(settings: Settings) -> letterhead.Letterhead:
+    """Return the clinic's letterhead. A logo that cannot be used must not keep the service from starting."""
+    read = partial(letterhead.read, settings.clinic_name, settings.clinic_address, settings.clinic_phone)
+    try:
+        return read(settings.clinic_logo)
+    except letterhead.LetterheadError as error:
+        log.error("%s Reports are printed without a logo.", error)
+        return read(None)
+
+
+def clinic_time_zone(settings: Settings, database: Database) -> ZoneInfo | None:
+    """Return the clinic's time zone; None: that of this computer."""
+    with database.read() as session:
+        return profile.time_zone(session, settings)
 
 
 async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     """Open database, spool and audit log, and deliver the records that the last service left in the spool.
 
-    ``AuditLog`` registers itself as the database's session hook: from here on every write gets its audit entries.
+    ``StatisticsUpkeep`` and ``AuditLog`` register themselves as the database's hooks: from here on every write updates the clinic's figures
+    and gets its audit entries.
     """
     settings.journal.mkdir(parents=True, exist_ok=True)
     if await asyncio.to_thread(make_key, settings):
@@ -156,6 +202,7 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
     stack.callback(database.close)
     database.monitor = AvailabilityMonitor(database.writer)
+    StatisticsUpkeep(database)
     event_spool = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
     stack.push_async_callback(asyncio.to_thread, event_spool.close)
     anchor, copy = settings.effective_audit_anchor, settings.audit_anchor_copy
@@ -167,15 +214,15 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     return Storage(database, event_spool, audit_log)
 
 
-async def set_up_access(
+async def set_up_authentication(
     settings: Settings, database: Database, auth_cache: AuthCache, stack: AsyncExitStack
-) -> login.Access:
+) -> login.Authentication:
     """Prepare logins, and watch for login sessions that end."""
     links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
     limits = Limits(
         idle=timedelta(minutes=settings.idle_minutes),
         longest=timedelta(hours=settings.login_session_hours),
-        second_factor_of=second_factor.roles_required(settings.second_factor),
+        second_factor_roles=second_factor.roles_required(settings.second_factor),
     )
 
     def prepare() -> str:
@@ -185,27 +232,49 @@ async def set_up_access(
         # A new secret at each start: the terminal may have other readers than yesterday.
         return set_up.offer(settings.data, utc_now()) if needs_administrator else ""
 
-    access = login.Access(
+    auth = login.Authentication(
         passwords=await asyncio.to_thread(Passwords, hasher()),
         links=links,
         set_up_secret=await asyncio.to_thread(prepare),
         revocations=login.SessionRevocations(database, limits, utc_now),
         folder=settings.data,
-        factor_key=await asyncio.to_thread(login.opened_key, settings.effective_second_factor_key, database),
+        factor_key=await asyncio.to_thread(login.load_factor_key, settings.effective_second_factor_key, database),
         limits=limits,
-        openid=Provider(settings) if settings.openid_issuer else None,
+        openid=_openid_provider(settings) if settings.openid_issuer else None,
     )
-    await stack.enter_async_context(access.revocations.watched(auth_cache))
-    return access
+    await stack.enter_async_context(auth.revocations.watched(auth_cache))
+    return auth
 
 
-async def set_up_apparatus(settings: Settings, database: Database, stack: AsyncExitStack) -> Apparatus:
-    """Read the station's configuration, start the simulator where the settings ask for one, and register the station."""
+def _openid_provider(settings: Settings) -> "Provider":
+    # Imported here: its HTTP and JWT libraries would delay every start, and few clinics have a provider.
+    from kata.auth.openid_provider import Provider
+
+    return Provider(settings)
+
+
+def _begin_simulator(settings: Settings, stack: AsyncExitStack) -> "asyncio.Task[SimulatorProcess] | None":
+    """Start the simulator where the settings ask for one, beside the set-up of the other services, which takes as long."""
+    if not settings.simulate:
+        return None
+
+    async def end() -> None:
+        with suppress(SimulatorError):
+            (await starting).close()
+
+    starting = asyncio.create_task(asyncio.to_thread(SimulatorProcess, settings.data, settings.seed), name="simulator")
+    stack.push_async_callback(end)
+    return starting
+
+
+async def set_up_apparatus(
+    settings: Settings, database: Database, simulator: "asyncio.Task[SimulatorProcess] | None"
+) -> Apparatus:
+    """Read the station's configuration, wait for the simulator if there is one, and register the station."""
     station_config = config.read(settings.station) if settings.station else None
     simulation: Simulation | None = None
-    if settings.simulate:
-        process = await asyncio.to_thread(SimulatorProcess, settings.data, settings.seed)
-        stack.callback(process.close)
+    if simulator:
+        process = await simulator
         simulation = Simulation(process, settings.taught)
         station_config = (
             msgspec.structs.replace(station_config, port=process.port)
@@ -245,6 +314,10 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
 
     importer = Importer(database, settings.journal, apparatus.config, notify_saved, has_undelivered, on_postponed)
 
+    file_config = config.read(settings.station) if settings.station else apparatus.config
+    records_beside = settings.data / PRACTICE_FILE if settings.simulate and not settings.station else settings.station
+    watch = CommissioningWatch(database, file_config, records_beside, simulated=settings.simulate)
+
     def import_journal(finished: Path | None) -> None:
         work = partial(importer.run, finished) if finished else partial(importer.run_ended, utc_now())
         task = asyncio.create_task(asyncio.to_thread(work), name="import")
@@ -260,26 +333,49 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
         simulated=settings.simulate,
         on_journal=import_journal,
         on_due=lease.record_due_actions(storage.audit_log, apparatus.config.name),
+        not_commissioned=watch.refusal,
     )
+
+    def refuse_from_now(refusal: Refusal | None) -> None:
+        loop.call_soon_threadsafe(station.set_not_commissioned, refusal)
+
+    watch.on_change = refuse_from_now
     live_view = LiveStateView(
         station, lambda: _database_status(database, event_spool, importer), lambda: offline_cache.may_load
     )
-    return StationServices(station, offline_cache, offline_sessions, live_view, importer, finish_imports)
+    return StationServices(station, offline_cache, offline_sessions, live_view, importer, watch, finish_imports)
 
 
 async def set_up_fleet(station: Station, database: Database, stack: AsyncExitStack) -> Fleet:
     """Exchange states with the clinic's other stations."""
     fleet = Fleet(station, database, lambda: _station_names(database))
-    await stack.enter_async_context(fleet.exchanging())
+    await stack.enter_async_context(fleet.exchange_states())
     return fleet
 
 
+def _adoption(
+    settings: Settings, database: Database, at_station: StationServices
+) -> Callable[[config.StationConfig, str], None]:
+    """Return what makes the service use the configuration that a commissioning has written."""
+
+    def adopt(new: config.StationConfig, by: str) -> None:
+        at_station.commissioning.use(new)
+        at_station.importer.use(new)
+        task = asyncio.create_task(asyncio.to_thread(_register, database, new, simulated=settings.simulate, by=by))
+        adopting.add(task)
+        task.add_done_callback(adopting.discard)
+
+    adopting: set[asyncio.Task[None]] = set()
+    return adopt
+
+
 def set_up_delivery_round(event_spool: EventSpool, at_station: StationServices) -> None:
-    """Let the spool's delivery thread also import postponed journals and refresh the offline cache."""
+    """Let the spool's delivery thread also import postponed journals and commissioning records, and refresh the offline cache."""
 
     def each_round() -> None:
         at_station.importer.run_due()
         at_station.offline_cache.refresh()
+        at_station.commissioning.look()
 
     event_spool.delivery.each_round = each_round
 
@@ -338,11 +434,12 @@ def _upgrade(url: str) -> None:
         database.close()
 
 
-def _register(database: Database, station_config: config.StationConfig, *, simulated: bool) -> None:
+def _register(database: Database, station_config: config.StationConfig, *, simulated: bool, by: str = "") -> None:
     now = utc_now()
     with by_program("register_station", station_config.name), database.write() as session:
-        station_service.register(session, station_config, version("kata"), now, simulated=simulated)
-        event_service.end_left_open(session, station_config.name, now)
+        station_service.register(session, station_config, __version__, now, simulated=simulated, changed_by=by)
+        if not by:
+            event_service.end_left_open(session, station_config.name, now)
 
 
 def _station_names(database: Database) -> list[str]:

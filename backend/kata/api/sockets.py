@@ -8,7 +8,8 @@ from fastapi import WebSocket
 from starlette.websockets import WebSocketState
 
 from kata.actor import Actor
-from kata.api.message_limits import Allowance
+from kata.api.allowance import Allowance
+from kata.api.message_limits import MESSAGES_AT_ONCE, MESSAGES_PER_S, TOO_MANY
 from kata.api.services import services_of
 from kata.audit.entries import entry
 from kata.auth.login import address_of
@@ -18,19 +19,22 @@ log = logging.getLogger(__name__)
 
 async def received(socket: WebSocket, actor: Actor) -> AsyncIterator[str]:
     """Yield the text of every message until the page leaves. Close the WebSocket when there are too many."""
-    allowance = Allowance()
+    allowance = Allowance(MESSAGES_PER_S, MESSAGES_AT_ONCE)
     while (message := await socket.receive())["type"] != "websocket.disconnect":
         if not allowance.take():
-            await _close_offending(socket, actor)
+            await _note_offence(socket, actor)
+            await socket.close(1008, TOO_MANY)
             return
         yield message.get("text") or ""
+    if message.get("flooded"):
+        # LimitedWebSocket has closed it.
+        await _note_offence(socket, actor)
 
 
-async def _close_offending(socket: WebSocket, actor: Actor) -> None:
+async def _note_offence(socket: WebSocket, actor: Actor) -> None:
     services = services_of(socket)
     offender = actor.account_id, address_of(socket)
     services.offences.add(offender)
-    await socket.close(1008, "too many messages")
     log.warning("a WebSocket of %s sent too many messages and was closed", offender[1])
     await services.audit_log.record(entry("live", "refused", detail={"why": "too_many_messages"}))
 
@@ -38,13 +42,13 @@ async def _close_offending(socket: WebSocket, actor: Actor) -> None:
 async def accepted(socket: WebSocket, actor: Actor) -> bool:
     """Accept a WebSocket. Return False, with the WebSocket closed, for a user who has sent too many messages repeatedly."""
     if services_of(socket).offences.is_refused((actor.account_id, address_of(socket))):
-        await socket.close(1008, "too many messages")
+        await socket.close(1008, TOO_MANY)
         return False
     await socket.accept()
     return True
 
 
-async def until_gone(
+async def serve_until_gone(
     socket: WebSocket, actor: Actor, receiving: Coroutine[None, None, None], sending: Coroutine[None, None, None]
 ) -> None:
     """Receive and send until either ends or the login session ends. In the last case close the WebSocket with "signed out".
@@ -53,7 +57,7 @@ async def until_gone(
     """
     services = services_of(socket)
     tasks = {asyncio.create_task(receiving), asyncio.create_task(sending)}
-    ending = asyncio.create_task(services.access.revocations.of(actor.login_session_id))
+    ending = asyncio.create_task(services.auth.revocations.until_ended(actor.login_session_id))
     try:
         with services.metrics.listeners.track_inprogress():
             first, _ = await asyncio.wait(tasks | {ending}, return_when=asyncio.FIRST_COMPLETED)

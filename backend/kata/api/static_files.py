@@ -18,7 +18,7 @@ _NONCE: Final = "KATA-NONCE"
 """Placeholder in the built index.html (``frontend/vite.config.ts``). Each answer replaces it by a new nonce."""
 _MANUAL: Final = "KATA-MANUAL"
 """Placeholder in index.html. It becomes "yes" if the manual is installed: only then the page links to it."""
-_FOR_EVER: Final = "public, max-age=31536000, immutable"
+_IMMUTABLE: Final = "public, max-age=31536000, immutable"
 _FOLDER: Final = _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 _COMPRESSED: Final = ".gz"
 """Suffix of the compressed form of a built file (``frontend/vite.config.ts``)."""
@@ -39,13 +39,13 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
         is_named = path not in ("", "index.html")
         if is_named and file and file.is_file() and file.suffix != _COMPRESSED:
             # Names of built assets change with their content.
-            cache = _FOR_EVER if path.startswith("assets/") else "no-cache"
+            cache = _IMMUTABLE if path.startswith("assets/") else "no-cache"
             return _file(file, cache, _takes_gzip(",".join(request.headers.getlist("accept-encoding"))))
         if "." in path.rpartition("/")[2]:
             raise HTTPException(404, texts.FILE_NOT_FOUND())
         if not (folder / "index.html").is_file():
             return PlainTextResponse("The page has not been built yet: `make run` builds it.", 503)
-        return _shell((folder / "index.html").read_text())
+        return _index_page((folder / "index.html").read_text())
 
 
 def _file(file: Path, cache: str, takes_gzip: bool) -> FileResponse:
@@ -77,7 +77,7 @@ def _takes_gzip(accepted: str) -> bool:
     return False
 
 
-def _shell(built: str) -> HTMLResponse:
+def _index_page(built: str) -> HTMLResponse:
     nonce = secrets.token_urlsafe(18)
     headers = {"Cache-Control": "no-store", "Content-Security-Policy": page_policy(nonce)}
     manual = "yes" if documentation.is_built() else "no"

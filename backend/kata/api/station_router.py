@@ -12,17 +12,21 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import AwareDatetime, Field, StrictBool, StrictInt
 from sqlalchemy.orm import Session
 
+from kata.actor import note_detail
 from kata.api import texts
 from kata.api.errors import refused
-from kata.api.lease import Operator, Watching, record_takeover
+from kata.api.lease import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
 from kata.clinic import texts as clinic_texts
+from kata.clinic.contraindications import service as contraindications
 from kata.clinic.episodes import limits as doctor
-from kata.clinic.episodes.limits import MotorLimits
+from kata.clinic.episodes import service as episodes
+from kata.clinic.episodes import stages
+from kata.clinic.episodes.limits import DoctorLimits, MotorLimits
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
@@ -33,6 +37,7 @@ from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.identity import Identifiers
 from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache, TheOfflineSessions
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
@@ -48,14 +53,14 @@ from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.station.guard import Guard
 from kata.station.lease import Browser
-from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
+from kata.station.schemas import DriveTrendPoint, LeaseLive, Live, LoadLevel, PatientRef, StationInfo
 from kata.station.snapshot_tracker import Occupation
 from kata.station.station import NO_ANSWER, Station
 from kata.types import By, Name, Schema, Side, side_of
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
-_METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[Text, ...]]] = {
+_METHOD_TEXTS: Final[dict[tuple[Method, bool], tuple[Text, ...]]] = {
     ("smooth", False): (),
     ("paper", False): (texts.PLAYED_PAPER(),),
     ("learned", False): (texts.PLAYED_LEARNED_NOTHING(),),
@@ -123,10 +128,16 @@ class TeachRequest(Schema):
     fixtures: Annotated[Fixtures, Field(min_length=1)]
     looked_at: set[CheckName] = Field(
         default_factory=set,
-        max_length=5,
+        max_length=6,
         description="Checks that the teaching person has just made for this side and these fixtures. Checks that the "
         "patient's open session contains need not be repeated.",
         examples=[["side", "fixtures", "belt"]],
+    )
+    identifiers: Identifiers = Field(
+        default_factory=set,
+        description="Identifiers that the patient has just stated and that agree with the record. Two are needed unless the "
+        "identity is confirmed in the patient's open session.",
+        examples=[["name", "birth_date"]],
     )
 
 
@@ -158,6 +169,12 @@ class LeaseRequest(Schema):
     take_over: StrictBool = Field(False, description="Take the lease also from another browser, which is notified.")
 
 
+class DriveTrendData(Schema):
+    """Voltage and temperature of the drives over the last hours."""
+
+    points: list[DriveTrendPoint]
+
+
 @router.get("", summary="Read the station's state")
 async def get_station(
     station: TheStation,
@@ -165,15 +182,21 @@ async def get_station(
     live_view: TheLiveView,
     offline_cache: TheOfflineCache,
     actor: TheActor,
-    here: Watching,
+    here: Watcher,
 ) -> StationState:
     """Return the station and its newest state; the WebSocket /api/live sends updates. Patients that you may not see are left out."""
     state = await Redaction(actor, database, offline_cache).apply(live_view.state(here))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 
+@router.get("/drive-trend", summary="Read voltage and temperature of the drives over the last hours")
+async def get_drive_trend(station: TheStation) -> DriveTrendData:
+    """Return one point every ten seconds of the last three hours, oldest first, since the service started."""
+    return DriveTrendData(points=station.drive_trend.points())
+
+
 @router.post("/lease", responses=PROBLEMS.of(409, 422), summary="Take the lease of the apparatus")
-async def take_lease(request: Request, station: TheStation, here: Watching, wanted: LeaseRequest) -> LeaseLive:
+async def take_lease(request: Request, station: TheStation, here: Watcher, wanted: LeaseRequest) -> LeaseLive:
     """Operate the apparatus from this browser. The first command does the same while the lease is free.
 
     Others watch, and may stop it. While the operator's browser cannot be reached, playback pauses after 2 s, and the motors release
@@ -189,7 +212,7 @@ async def take_lease(request: Request, station: TheStation, here: Watching, want
 
 
 @router.delete("/lease", responses=PROBLEMS.of(409), summary="Release the lease of the apparatus")
-async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
+async def release_lease(station: TheStation, here: Watcher) -> LeaseLive:
     """Stop operating the apparatus. Refused while the motors move or hold the arm, or may do so."""
     refusal = station.operating.release(here, station.torque)
     if refusal:
@@ -222,11 +245,12 @@ async def teach(
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
 
-    Refused while the checklist is incomplete, with or without a session. In another mode, refused before any lookup.
+    Refused while the checklist is incomplete, with or without a session, and where a contraindication forbids motion. In another
+    mode, refused before any lookup.
     """
     _refuse_by_mode(station, "teach")
-    there = checks.apparatus_state(station.info.name, station.live())
-    teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, there)
+    apparatus = checks.apparatus_state(station.info.name, station.live())
+    teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, apparatus)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
     never_begun = partial(event_spool.put_not_begun, "teaching", teaching.id)
@@ -255,19 +279,19 @@ async def load(
 ) -> Run:
     """Check a recording with its settings against the apparatus' limits and load it as a new run.
 
-    Refused while the session's checklist is incomplete. While the database does not answer, this station's running session continues
+    Refused while the session's checklist is incomplete, and where a contraindication forbids motion. While the database does not answer, this station's running session continues
     with prefetched data. In another mode, refused before any lookup.
     """
     _refuse_by_mode(station, "load")
-    there = checks.apparatus_state(station.info.name, station.live())
+    apparatus = checks.apparatus_state(station.info.name, station.live())
     # No database access until the device has answered: if it failed in between, the run would never end.
     try:
-        begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, there)
+        begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, apparatus)
     except DatabaseUnavailableError:
-        away = await run_in_threadpool(_begin_without_database, offline_sessions, event_spool, wanted, there)
-        if away is None:
+        offline_run = await run_in_threadpool(_begin_without_database, offline_sessions, event_spool, wanted, apparatus)
+        if offline_run is None:
             raise
-        begun = away
+        begun = offline_run
     else:
         offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
@@ -279,13 +303,14 @@ async def load(
         side=begun.side,
         load_level=wanted.load_level,
         limits_deg=begun.limits,
-        max_speed_deg_s=begun.max_speed_deg_s,
+        arm_limits=begun.allowed.arm,
+        max_speed_deg_s=begun.allowed.max_speed_deg_s,
         method=wanted.method,
         correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
         correction_step_s=learned.step_s if learned else 0.0,
         repetition_s=motion.duration_s / wanted.repetitions,
     )
-    changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
+    changes = (*motion.done, *_METHOD_TEXTS[wanted.method, learned is not None], *_learning_notes(learned))
     occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
     never_begun = partial(event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
@@ -369,7 +394,7 @@ async def _send(station: Station, command: messages.Command, here: Browser | Non
 
 
 @dataclass(frozen=True)
-class _Begun:
+class _BegunRun:
     """A run that the device may load."""
 
     run: Run
@@ -377,16 +402,15 @@ class _Begun:
     learned: Correction | None
     side: Side
     limits: MotorLimits
-    max_speed_deg_s: float | None
-    """The doctor's limit."""
+    allowed: DoctorLimits
     patient: PatientRef
     without_database: bool = False
 
 
 def _begin_teaching(
-    database: Database, event_spool: EventSpool, wanted: TeachRequest, there: checks.ApparatusState
+    database: Database, event_spool: EventSpool, wanted: TeachRequest, apparatus: checks.ApparatusState
 ) -> tuple[TeachingRow, PatientRow]:
-    with _written(database, event_spool, "teaching") as (session, began):
+    with _writing(database, event_spool, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
             raise ProblemError(
@@ -396,8 +420,10 @@ def _begin_teaching(
                 clinic_texts.RESTORE_PATIENT_FIRST(),
             )
         side = checks.teaching_side(patient, wanted.side)
-        asked = checks.TeachingRequest(patient.id, side, wanted.fixtures)
-        checks.require_teaching(session, asked, wanted.looked_at, wanted.taught_by, there)
+        contraindications.require_none(session, patient.id, side)
+        request = checks.TeachingRequest(patient.id, side, wanted.fixtures)
+        confirmed = checks.ConfirmedNow(wanted.looked_at, wanted.identifiers, wanted.taught_by)
+        checks.require_teaching(session, request, confirmed, apparatus)
         row = TeachingRow(
             id=uuid4(),
             patient_id=patient.id,
@@ -413,7 +439,7 @@ def _begin_teaching(
 
 
 @contextmanager
-def _written(
+def _writing(
     database: Database, event_spool: EventSpool, what: Literal["run", "teaching"]
 ) -> Iterator[tuple[Session, list[UUID]]]:
     """Open a session as :meth:`Database.write` does. The caller appends the id of a new run or teaching to the list.
@@ -430,6 +456,11 @@ def _written(
         raise
 
 
+def _learning_notes(learned: Correction | None) -> list[Text]:
+    """Return why the playback that taught a correction fell back to an earlier one. Empty if it did not."""
+    return learning.fall_back(learned.lesson) if learned and learned.lesson else []
+
+
 def _run_request(wanted: LoadRequest) -> runs.RunRequest:
     settings = runs.settings_of(wanted)
     position = wanted.programme_position
@@ -437,26 +468,28 @@ def _run_request(wanted: LoadRequest) -> runs.RunRequest:
 
 
 def _begin_run(
-    database: Database, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
-) -> _Begun:
+    database: Database, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
+) -> _BegunRun:
     """Check the recording in a read session, which takes seconds for an hour of motion; then write. Other writers do not wait meanwhile."""
     request = _run_request(wanted)
     with database.read() as session:
-        prepared = runs.to_begin(session, request, there.station)
+        prepared = runs.to_begin(session, request, apparatus.station)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
         learned = learning.correction(session, prepared.corrected_by)
         recording = recordings.get(session, wanted.recording_id)
         side = side_of(recording.side)
+        contraindications.require_none(session, recording.patient_id, side)
         allowed = doctor.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
     motion = runs.with_settings(taught, request.settings)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
-    with _written(database, event_spool, "run") as (session, began):
-        row = runs.begin(session, request, there.station, prepared=prepared)
+    with _writing(database, event_spool, "run") as (session, began):
+        row = runs.begin(session, request, apparatus.station, prepared=prepared)
         began.append(row.id)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
+        contraindications.require_none(session, recording.patient_id, side)
         if doctor.allowed(session, recording.patient_id, side) != allowed:
             raise ProblemError(
                 409,
@@ -464,25 +497,34 @@ def _begin_run(
                 texts.LIMITS_CHANGED_MEANWHILE(),
                 texts.LOAD_AGAIN(),
             )
-        # Last: nobody should prepare a patient for a recording that may not be played.
-        checks.require(session, wanted.session_id, wanted.recording_id, there)
+        # Checked last, so that users do not prepare a patient for a recording that may not be played.
+        checks.require(session, wanted.session_id, wanted.recording_id, apparatus)
         patient = sessions.get(session, wanted.session_id).patient
-        return _Begun(
+        _note_exceeded(session, patient.id, side, wanted)
+        return _BegunRun(
             run=runs.as_run(row),
             motion=motion,
             learned=learned,
             side=side,
             limits=limits,
-            max_speed_deg_s=allowed.max_speed_deg_s,
+            allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
         )
 
 
+def _note_exceeded(session: Session, patient_id: UUID, side: Side, wanted: LoadRequest) -> None:
+    """Name the settings that exceed the stage's proposal in the audit trail. They are played as requested."""
+    episode = episodes.open_episode(session, patient_id, side)
+    stage = episode.stage.stage if episode and episode.stage else None
+    if exceeded := stages.exceeded(stage, wanted.load_level, wanted):
+        note_detail("beyond_stage", "+".join(exceeded))
+
+
 def _begin_without_database(
-    offline_sessions: OfflineSessions, event_spool: EventSpool, wanted: LoadRequest, there: checks.ApparatusState
-) -> _Begun | None:
+    offline_sessions: OfflineSessions, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
+) -> _BegunRun | None:
     """Begin a run from the offline cache. Return None when the cache lacks data or the spool cannot store the run."""
-    found = offline_sessions.start_run(_run_request(wanted), there)
+    found = offline_sessions.start_run(_run_request(wanted), apparatus)
     if found is None:
         return None
     for event in found.new_answers:
@@ -491,19 +533,21 @@ def _begin_without_database(
         event_spool.put_not_begun("run", found.begun.id)
         offline_sessions.finish_run(found.begun.id, None)
         return None
-    return _Begun(
+    return _BegunRun(
         found.run,
         found.motion,
         found.learned,
         found.recording.side,
         found.limits,
-        found.recording.allowed.max_speed_deg_s,
+        found.recording.allowed,
         PatientRef(id=found.patient.id, name=found.patient.name),
         without_database=True,
     )
 
 
-def _forget_run(database: Database, event_spool: EventSpool, offline_sessions: OfflineSessions, begun: _Begun) -> None:
+def _forget_run(
+    database: Database, event_spool: EventSpool, offline_sessions: OfflineSessions, begun: _BegunRun
+) -> None:
     """Remove a run that the device refused."""
     if begun.without_database:
         # Queued behind the record of its beginning, which may not be delivered yet.

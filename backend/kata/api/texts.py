@@ -5,6 +5,7 @@ from typing import Final
 from kata.messages import message
 
 DATABASE_UNANSWERED: Final = message("database_unanswered", "The database does not answer.")
+STATION_MOVES: Final = message("station_moves", "The motors of this station have torque, or a commissioning runs.")
 WHAT_GOES_ON_CONTINUES: Final = message("what_goes_on_continues", "Running operations continue.")
 DATABASE_UNAVAILABLE: Final = message(
     "database_unavailable",
@@ -16,6 +17,10 @@ TRY_AGAIN_STOP_WORKS: Final = message(
 RESTARTS_AUTOMATICALLY: Final = message("restarts_automatically", "It restarts automatically.")
 INTERNAL_ERROR: Final = message("internal_error", "Something went wrong in the service.")
 REPORT_WITH_LOG: Final = message("report_with_log", "Try again. If it happens again, report it with the log.")
+NO_SUPPORT_BUNDLE: Final = message("no_support_bundle", "The support bundle could not be made.")
+RUN_SUPPORT_COMMAND: Final = message(
+    "run_support_command", "Run kata support-bundle on the station's computer; it says what went wrong."
+)
 NOT_JSON: Final = message("not_json", "The request is not JSON in UTF-8.")
 HAND_WAIT: Final = message("hand_wait", "Wait, or release the arm first.")
 NOT_SIMULATING: Final = message("not_simulating", "This station has a real apparatus.")
@@ -46,6 +51,32 @@ OPEN_IN_EMERGENCY: Final = message(
 PLAYED_PAPER: Final = message("played_paper", "as in the paper, at 10 Hz")
 PLAYED_LEARNED_NOTHING: Final = message("played_learned_nothing", "learned, without earlier playbacks yet")
 PLAYED_LEARNED: Final = message("played_learned", "learned from earlier playbacks")
+NO_STATION_FILE: Final = message("no_station_file", "The service runs without a station's file.")
+START_WITH_STATION_FILE: Final = message("start_with_station_file", "Start it with kata serve --station FILE.toml.")
+SETTINGS_INVALID: Final = message("settings_invalid", "The station's file is not accepted: {problems:name}.")
+CORRECT_STATION_FILE: Final = message("correct_station_file", "Correct the file and import it again.")
+OTHER_STATIONS_FILE: Final = message(
+    "other_stations_file", "The file is for the station {given:name}, not for {station:name}."
+)
+STATION_FILE_NOT_WRITTEN: Final = message(
+    "station_file_not_written", "The station's file could not be written: {reason:name}."
+)
+COPY_STATION_FILE: Final = message(
+    "copy_station_file", "Let an administrator of the computer copy the file to its place and restart the service."
+)
+SETTINGS_UNREADABLE: Final = message(
+    "settings_unreadable",
+    "Version {number:d} of the configuration was made by another version of Kata and cannot be shown by field.",
+)
+SESSION_OPEN: Final = message("session_open", "A session of this station is open.")
+END_SESSION_FIRST: Final = message("end_session_first", "End the session first.")
+OTHER_INSTRUCTION: Final = message("other_instruction", "Another instruction is shown meanwhile.")
+READ_INSTRUCTION_AGAIN: Final = message("read_instruction_again", "Read the instruction again.")
+CHECK_IMPOSSIBLE: Final = message("check_impossible", "The station is not commissioned, so it cannot be checked.")
+COMMISSION_FIRST: Final = message("commission_first", "Commission it first.")
+STEPS_MISSING: Final = message("steps_missing", "The steps before this one have not passed.")
+BEGIN_EARLIER: Final = message("begin_earlier", "Begin with an earlier step.")
+COMMISSIONING_NOT_STARTED: Final = message("commissioning_not_started", "The commissioning could not be started.")
 SENTENCE: Final = message("sentence", "{clause:text}.")
 FIELD_PROBLEM: Final = message("field_problem", "{field:text} {problem:text}")
 INVALID_INPUT: Final = message("invalid_input", "Please check what was entered: {fields:texts}.")

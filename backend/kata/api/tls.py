@@ -30,8 +30,8 @@ _VALID: Final = timedelta(days=397)
 """Browsers refuse certificates that are valid for longer."""
 _RENEW_BEFORE_END: Final = timedelta(days=30)
 """A self-signed certificate is renewed this long before its end."""
-_CLOCKS_APART: Final = timedelta(hours=1)
-_LOOK_S: Final = 3600.0
+_CLOCK_TOLERANCE: Final = timedelta(hours=1)
+_REFRESH_PERIOD_S: Final = 3600.0
 _CIPHERS: Final = "ECDHE+AESGCM:ECDHE+CHACHA20"
 """Ciphers of TLS 1.2 with forward secrecy and authenticated encryption. All ciphers of TLS 1.3 have both."""
 
@@ -49,7 +49,7 @@ class Certificate:
         :raises TlsError: when the clinic's certificate or its key cannot be used.
         """
         self._hosts = sorted({host.strip("[]") for host in hosts} | _addresses(settings.host))
-        self._is_own = settings.tls_certificate is None
+        self._is_self_signed = settings.tls_certificate is None
         folder = settings.data / "tls"
         self.file = settings.tls_certificate or folder / "certificate.pem"
         self._key = settings.tls_key or folder / "key.pem"
@@ -70,18 +70,18 @@ class Certificate:
 
         :raises TlsError: when the files cannot be used. The loaded certificate stays in use.
         """
-        if self._is_own and self._is_due(now):
+        if self._is_self_signed and self._is_due(now):
             self._make(now)
         try:
-            if not self._is_own and self._key.stat().st_mode & 0o007:
+            if not self._is_self_signed and self._key.stat().st_mode & 0o007:
                 raise TlsError(f"Others on this computer can read the key {self._key}: chmod 600 {self._key}")
-            found = self.file.read_bytes() + self._key.read_bytes()
-            if found == self._loaded:
+            content = self.file.read_bytes() + self._key.read_bytes()
+            if content == self._loaded:
                 return False
             self.context.load_cert_chain(self.file, self._key, password=_no_password)
         except (OSError, ssl.SSLError) as error:
             raise TlsError(f"The certificate {self.file} with the key {self._key} cannot be used: {error}") from error
-        self._loaded = found
+        self._loaded = content
         return True
 
     def _is_due(self, now: datetime) -> bool:
@@ -118,9 +118,9 @@ class Certificate:
             .issuer_name(name)
             .public_key(key.public_key())
             .serial_number(x509.random_serial_number())
-            .not_valid_before(now - _CLOCKS_APART)
+            .not_valid_before(now - _CLOCK_TOLERANCE)
             .not_valid_after(now + _VALID)
-            .add_extension(x509.SubjectAlternativeName([_general(host) for host in self._hosts]), critical=False)
+            .add_extension(x509.SubjectAlternativeName([_general_name(host) for host in self._hosts]), critical=False)
             .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
             .add_extension(x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), critical=False)
             .add_extension(usage, critical=True)
@@ -140,18 +140,18 @@ class Certificate:
 @contextlib.asynccontextmanager
 async def refreshed(certificate: Certificate) -> AsyncIterator[None]:
     """Refresh the certificate every hour while the block lasts."""
-    looking = asyncio.create_task(_look(certificate), name="certificate")
+    refreshing = asyncio.create_task(_refresh_hourly(certificate), name="certificate")
     try:
         yield
     finally:
-        looking.cancel()
+        refreshing.cancel()
         with contextlib.suppress(asyncio.CancelledError):
-            await looking
+            await refreshing
 
 
-async def _look(certificate: Certificate) -> None:
+async def _refresh_hourly(certificate: Certificate) -> None:
     while True:
-        await asyncio.sleep(_LOOK_S)
+        await asyncio.sleep(_REFRESH_PERIOD_S)
         try:
             if await asyncio.to_thread(certificate.refresh, utc_now()):
                 log.info("new connections use the certificate %s", certificate.fingerprint)
@@ -168,14 +168,14 @@ def _addresses(host: str) -> set[str]:
         return {host.lower()}
     own = set()
     # Connecting a UDP socket sends nothing but selects the own address. These targets are reserved for documentation.
-    for family, far in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
-        with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as asking:
-            asking.connect((far, 9))
-            own.add(str(asking.getsockname()[0]))
+    for family, target in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
+        with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect((target, 9))
+            own.add(str(probe.getsockname()[0]))
     return own
 
 
-def _general(host: str) -> x509.GeneralName:
+def _general_name(host: str) -> x509.GeneralName:
     try:
         return x509.IPAddress(ip_address(host))
     except ValueError:

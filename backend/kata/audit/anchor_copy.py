@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 _RETRY_S: Final = 5.0
 _CLOSE_LIMIT_S: Final = 5.0
 """The service's shutdown waits this long for the copy."""
-_PENDING: Final = 1000
+_MAX_PENDING: Final = 1000
 """Lines in memory. With more, for example after an outage, the anchor is read again."""
 
 
@@ -42,14 +42,14 @@ class AnchorCopy:
         :param data: the data folder.
         :param on_ahead: called once, from the thread, with the last line of a copy that is ahead of the anchor.
         """
-        self.file, self._of, self._data, self._on_ahead, self._retry_s = file, of, data, on_ahead, retry_s
+        self.file, self._anchor_file, self._data, self._on_ahead, self._retry_s = file, of, data, on_ahead, retry_s
         self.is_elsewhere = False
         """True if the copy is on another disk or computer."""
-        self._pending: deque[AnchorLine] = deque(maxlen=_PENDING)
+        self._pending: deque[AnchorLine] = deque(maxlen=_MAX_PENDING)
         self._changed = threading.Condition()
         self._closing = False
         lines = anchor.read(of) if of.exists() else []
-        self._newest = self._began_with = max((line.line for line in lines), default=0)
+        self._newest = self._last_line_at_start = max((line.line for line in lines), default=0)
         self._written: int | None = None
         self.failing_since: datetime | None = None
         """Since when lines cannot be appended; None: they can."""
@@ -102,15 +102,15 @@ class AnchorCopy:
             # A copy ahead of the anchor shows that the anchor was cut. It keeps its lines, and gets only new ones.
             lines = anchor.read(self.file) if self.file.exists() else []
             last = max(lines, key=lambda line: line.line, default=None)
-            self._written = min(last.line, self._began_with) if last else 0
-            if last and last.line > self._began_with:
+            self._written = min(last.line, self._last_line_at_start) if last else 0
+            if last and last.line > self._last_line_at_start:
                 self._on_ahead(last)
         with self._changed:
             missing = [line for line in self._pending if line.line > self._written]
             self._pending.clear()
             newest = self._newest
         if newest > self._written and (not missing or missing[0].line != self._written + 1):
-            missing = [line for line in anchor.read(self._of) if self._written < line.line <= newest]
+            missing = [line for line in anchor.read(self._anchor_file) if self._written < line.line <= newest]
         # The folder is not created: where a disk is not mounted, the copy would be on this computer's disk.
         descriptor = os.open(self.file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o600)
         try:

@@ -25,7 +25,7 @@ from kata.audit.anchor import Anchor, AnchorLine
 from kata.audit.anchor_copy import AnchorCopy, is_elsewhere
 from kata.audit.chain import Entry, Head
 from kata.audit.changes import Changes
-from kata.audit.deduplication import Deduplicator
+from kata.audit.deduplication import Deduplicator, RecordedViews
 from kata.audit.entries import ADDED, as_json, entry
 from kata.audit.restored import restored_gaps
 from kata.audit.tables import AuditRow
@@ -35,7 +35,7 @@ ROWS: Final = "kata.audit"
 """The logger of every row, used only if the log is collected (``api/logs.py``)."""
 
 log = logging.getLogger(__name__)
-_rows = logging.getLogger(ROWS)
+_row_log = logging.getLogger(ROWS)
 
 _FULL_POLL_S: Final = 0.2
 _SHUTDOWN_LIMIT_S: Final = 10.0
@@ -56,7 +56,7 @@ class AuditHook:
     def __init__(self, database: Database) -> None:
         """Register as the database's session hook."""
         database.session_hook = self
-        self._anchor_id, self._anchored = "", 0
+        self._anchor_id, self._anchor_lines = "", 0
 
     def began(self, session: Session) -> None:
         """Start to collect the session's changes."""
@@ -67,14 +67,15 @@ class AuditHook:
         entries: list[Entry] = session.info.pop(ADDED, [])
         changes: Changes = session.info.pop(_CHANGES)
         if changes and entries:
-            entries[-1] = _with(entries[-1], changes)
+            entries[-1] = _with_changes(entries[-1], changes)
         elif changes:
             context = REQUEST_CONTEXT.get()
             subject = (context.subject if context else "") or changes.subject
             action = context.action if context else "unnamed"
-            entries = [entry(action, "done", changes.patient_id, subject, changes.detail())]
+            detail = changes.detail() | (context.detail if context else {})
+            entries = [entry(action, "done", changes.patient_id, subject, detail)]
         if entries:
-            session.info[_HEAD] = chain.append(session, entries, self._anchor_id, self._anchored), entries
+            session.info[_HEAD] = chain.append(session, entries, self._anchor_id, self._anchor_lines), entries
 
     def committed(self, session: Session) -> None:
         """Mark the request as audited, and report the new head."""
@@ -130,18 +131,20 @@ class AuditLog(AuditHook):
         super().__init__(database)
         self._database, self._spool = database, spool
         self._anchor = Anchor(anchor)
-        self._anchor_id, self._anchored = self._anchor.id, self._anchor.lines
+        self._anchor_id, self._anchor_lines = self._anchor.id, self._anchor.lines
         self._clock = clock
         self._deduplicator = Deduplicator()
-        self._something = threading.Condition()
+        self.recorded_views = RecordedViews()
+        """Used by the event loop's thread only."""
+        self._changed = threading.Condition()
         self._head: Head | None = None
         self._closing = False
-        self._look_s = clock() + _FOREIGN_HEAD_PERIOD_S
-        self._log_s = clock() + _HEAD_LOG_PERIOD_S
-        self._begin()
+        self._next_look_s = clock() + _FOREIGN_HEAD_PERIOD_S
+        self._next_log_s = clock() + _HEAD_LOG_PERIOD_S
+        self._record_start()
         data = data or anchor.parent
         self._anchor_elsewhere = [anchor] if is_elsewhere(anchor, data) else []
-        self.copy = AnchorCopy(copy, anchor, data, self._report_cut) if copy else None
+        self.copy = AnchorCopy(copy, anchor, data, self._report_shortened_anchor) if copy else None
         """The anchor's copy, if one is configured."""
         self._thread = threading.Thread(target=self._run, name="audit trail", daemon=True)
         self._thread.start()
@@ -150,10 +153,10 @@ class AuditLog(AuditHook):
         """Record a view or a refusal; equal entries once a minute. Waits, and so delays the answer, while the disk is full."""
         while not self._spool.has_room:  # noqa: ASYNC110 - a disk does not signal free space
             await asyncio.sleep(_FULL_POLL_S)
-        with self._something:
+        with self._changed:
             for due in self._deduplicator.add(entry, self._clock()):
                 self._spool.put_entry(due)
-            self._something.notify_all()
+            self._changed.notify_all()
 
     def record_at_once(self, entry: Entry) -> None:
         """Record a command to the apparatus or an act of the program. Never waits."""
@@ -164,55 +167,55 @@ class AuditLog(AuditHook):
         until = time.monotonic() + limit_s
         if not self._spool.until_taken(limit_s):
             return False
-        with self._something:
-            return self._something.wait_for(lambda: self._head is None, max(0.0, until - time.monotonic()))
+        with self._changed:
+            return self._changed.wait_for(lambda: self._head is None, max(0.0, until - time.monotonic()))
 
     def close(self) -> None:
         """Record the last entries, wait for them while the database answers, and end the thread."""
-        with self._something:
+        with self._changed:
             for counted in self._deduplicator.expire(float("inf")):
                 self._spool.put_entry(counted)
         self._spool.put_entry(entry("service_ended", "done"))
         if self._database.unavailable_since or not self.until_written(_SHUTDOWN_LIMIT_S):
             log.warning("the last audit entries have not reached the database; the next start delivers them")
-        with self._something:
+        with self._changed:
             self._closing = True
-            self._something.notify_all()
+            self._changed.notify_all()
         self._thread.join()
         if self._anchor.last:
-            log.info("the audit trail ends at %s", named(self._anchor.last.head))
+            log.info("the audit trail ends at %s", format_head(self._anchor.last.head))
         self._anchor.close()
         if self.copy:
             self.copy.close()
 
     def _note_head(self, head: Head) -> None:
-        with self._something:
+        with self._changed:
             if self._head is None or head.number > self._head.number:
                 self._head = head
-            self._something.notify_all()
+            self._changed.notify_all()
 
-    def _begin(self) -> None:
+    def _record_start(self) -> None:
         """Compare anchor and chain. Rows after the anchor are harmless (a crash before anchoring); a missing anchored row is not."""
         last = self._anchor.last
         with self._database.read() as session:
             present = chain.head(session)
-            broken = last and not _continues(session, last)
+            broken = last and not _contains_anchored_head(session, last)
         if last and broken:
             self._report_missing(last, present)
         not_anchored = {"not_anchored": present.number - last.head.number} if last else None
         self._spool.put_entry(entry("service_started", "done", detail=not_anchored))
-        log.info("the audit trail begins at %s", named(present))
+        log.info("the audit trail begins at %s", format_head(present))
 
     def _report_missing(self, last: AnchorLine, present: Head) -> None:
         log.critical(
             "the audit trail does not contain its anchored head %s: it ends at %s; run kata audit verify",
-            named(last.head),
-            named(present),
+            format_head(last.head),
+            format_head(present),
         )
         detail = {"anchor": last.anchor, "line": last.line, "anchored": last.head.number, "head": present.number}
         self._spool.put_entry(entry("audit_broken", "failed", detail=detail))
 
-    def _report_cut(self, last: AnchorLine) -> None:
+    def _report_shortened_anchor(self, last: AnchorLine) -> None:
         """Report that the anchor lacks lines of its copy. Called from the copy's thread."""
         with contextlib.suppress(SQLAlchemyError), self._database.read() as session:
             if not any(gap.explains(last) for gap in restored_gaps(session)):
@@ -232,9 +235,9 @@ class AuditLog(AuditHook):
 
     def _run(self) -> None:
         while True:
-            with self._something:
-                wake_s = min(self._look_s, self._deduplicator.next_s or self._look_s)
-                self._something.wait_for(lambda: self._head or self._closing, max(0.0, wake_s - self._clock()))
+            with self._changed:
+                wake_s = min(self._next_look_s, self._deduplicator.next_s or self._next_look_s)
+                self._changed.wait_for(lambda: self._head or self._closing, max(0.0, wake_s - self._clock()))
                 closing = self._closing
                 for counted in self._deduplicator.expire(self._clock()):
                     self._spool.put_entry(counted)
@@ -243,11 +246,11 @@ class AuditLog(AuditHook):
                 return
 
     def _anchor_head(self) -> None:
-        if self._clock() >= self._look_s:
-            self._look_s = self._clock() + _FOREIGN_HEAD_PERIOD_S
+        if self._clock() >= self._next_look_s:
+            self._next_look_s = self._clock() + _FOREIGN_HEAD_PERIOD_S
             with contextlib.suppress(SQLAlchemyError), self._database.read() as session:
                 self._note_head(chain.head(session))
-        with self._something:
+        with self._changed:
             head = self._head
         if head is None:
             return
@@ -256,20 +259,20 @@ class AuditLog(AuditHook):
                 self._anchor.add(head)
                 if self.copy and self._anchor.last:
                     self.copy.add(self._anchor.last)
-                if self._clock() >= self._log_s:
-                    self._log_s = self._clock() + _HEAD_LOG_PERIOD_S
-                    log.info("the audit trail has reached %s", named(head))
+                if self._clock() >= self._next_log_s:
+                    self._next_log_s = self._clock() + _HEAD_LOG_PERIOD_S
+                    log.info("the audit trail has reached %s", format_head(head))
         except OSError as error:
             log.critical("the audit trail's anchor cannot be written: %s", error)
-            self._look_s = self._clock() + _ANCHOR_RETRY_S
-        self._anchored = self._anchor.lines
-        with self._something:
+            self._next_look_s = self._clock() + _ANCHOR_RETRY_S
+        self._anchor_lines = self._anchor.lines
+        with self._changed:
             if self._head == head:
                 self._head = None
-                self._something.notify_all()
+                self._changed.notify_all()
 
 
-def _continues(session: Session, last: AnchorLine) -> bool:
+def _contains_anchored_head(session: Session, last: AnchorLine) -> bool:
     """Return whether the chain contains the anchored head, or a restored backup explains why not."""
     if last.head == chain.NOTHING:
         return True
@@ -279,20 +282,20 @@ def _continues(session: Session, last: AnchorLine) -> bool:
 
 def log_rows(head: Head, entries: Sequence[Entry]) -> None:
     """Log the rows up to ``head``, so that a log collector stores them outside this service's reach."""
-    if _rows.isEnabledFor(logging.INFO):
+    if _row_log.isEnabledFor(logging.INFO):
         for number, entry in enumerate(entries, head.number - len(entries) + 1):
             row = {name: value for name, value in asdict(entry).items() if value not in ("", None)} | {"number": number}
             if number == head.number:
                 row["hash"] = head.hash.hex()
-            _rows.info("%s %s", entry.action, entry.outcome, extra={"audit": row})
+            _row_log.info("%s %s", entry.action, entry.outcome, extra={"audit": row})
 
 
-def named(head: Head) -> str:
+def format_head(head: Head) -> str:
     """Return a head as people store it outside the program's reach; ``kata audit verify --head`` accepts it."""
     return f"{head.number}:{head.hash.hex()}"
 
 
-def _with(entry: Entry, changes: Changes) -> Entry:
+def _with_changes(entry: Entry, changes: Changes) -> Entry:
     detail = json.loads(entry.detail or "{}") | changes.detail()
     return replace(
         entry,

@@ -20,8 +20,8 @@ COLUMNS: Final = (
     "station", "detail", "anchor", "anchored",
 )  # fmt: skip
 """The hashed columns, in this order."""
-_WRITTEN: Final = json.JSONEncoder(separators=(",", ":"))
-_LOCK: Final = 0x6B617461
+_ENCODER: Final = json.JSONEncoder(separators=(",", ":"))
+_LOCK_KEY: Final = 0x6B617461
 """Key of PostgreSQL's advisory lock. All advisory locks in this database are Kata's."""
 
 
@@ -61,7 +61,7 @@ def link(before: bytes, values: Sequence[Any]) -> bytes:
 
     :raises TypeError: for a value of a type that no column has.
     """
-    return sha256(before + _WRITTEN.encode([_plain(value) for value in values]).encode()).digest()
+    return sha256(before + _ENCODER.encode([_to_json_value(value) for value in values]).encode()).digest()
 
 
 def head(session: Session) -> Head:
@@ -76,7 +76,7 @@ def wait_for_others(session: Session) -> None:
     if session.get_bind().dialect.name == "postgresql":
         # Release the lock at once: waiting for a row while holding it could cause a deadlock.
         with session.begin_nested() as savepoint:
-            _lock(session)
+            _take_lock(session)
             savepoint.rollback()
 
 
@@ -89,7 +89,7 @@ def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: in
     :param anchored: number of synced lines in it.
     """
     if session.get_bind().dialect.name == "postgresql":
-        _lock(session)
+        _take_lock(session)
     last = head(session)
     rows = []
     for entry in entries:
@@ -100,11 +100,11 @@ def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: in
     return last
 
 
-def _lock(session: Session) -> None:
-    session.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK})
+def _take_lock(session: Session) -> None:
+    session.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK_KEY})
 
 
-def _plain(value: Any) -> str | int | None:
+def _to_json_value(value: Any) -> str | int | None:
     if value is None or type(value) in (str, int):
         return value  # type: ignore[no-any-return]
     if isinstance(value, datetime):

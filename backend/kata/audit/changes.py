@@ -7,9 +7,11 @@ from sqlalchemy import event, inspect
 from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
 NOT_COLLECTED: Final = frozenset(
-    {"audit", "backups", "device_events", "recovery_codes", "sign_ins", "spools", "stations"}
-)
-"""Tables that are logs themselves or belong to internal machinery. Code that changes them for a user adds its own audit entry."""
+    {
+        "audit", "backups", "device_events", "episode_outcomes", "recovery_codes", "sign_ins", "spools", "station_hours", "stations",
+    }
+)  # fmt: skip
+"""Tables that are logs themselves, are derived from others, or belong to internal machinery. Code that changes them for a user adds its own audit entry."""
 _COLUMNS_NOT_COLLECTED: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
 _MAX_ROWS: Final = 8
 """If more rows of a table change, the trail contains only their number."""
@@ -26,8 +28,8 @@ class Changes:
         """Table and id of the first added row, else of the first changed row."""
         self._rows: dict[str, dict[str, dict[str, set[str]]]] = {"added": {}, "changed": {}, "removed": {}}
         self._bulk: set[str] = set()
-        event.listen(session, "after_flush", self._flushed)
-        event.listen(session, "do_orm_execute", self._executed)
+        event.listen(session, "after_flush", self._on_flush)
+        event.listen(session, "do_orm_execute", self._on_execute)
 
     def __bool__(self) -> bool:
         """Return whether anything has changed."""
@@ -49,24 +51,24 @@ class Changes:
             detail["changed_many"] = sorted(self._bulk)
         return detail
 
-    def _flushed(self, session: Session, _: object) -> None:
+    def _on_flush(self, session: Session, _: object) -> None:
         for row in session.new:
-            self._note("added", row, set())
+            self._collect("added", row, set())
         for row in session.dirty:
             state = inspect(row)
             mapper: Mapper[Any] = state.mapper
             columns = {
                 attribute.key for attribute in mapper.column_attrs if state.attrs[attribute.key].history.has_changes()
             }
-            columns -= _COLUMNS_NOT_COLLECTED.get(_table(mapper), frozenset())
+            columns -= _COLUMNS_NOT_COLLECTED.get(_table_name(mapper), frozenset())
             if columns:
-                self._note("changed", row, columns)
+                self._collect("changed", row, columns)
         for row in session.deleted:
-            self._note("removed", row, set())
+            self._collect("removed", row, set())
 
-    def _note(self, kind: str, row: Any, columns: set[str]) -> None:
+    def _collect(self, kind: str, row: Any, columns: set[str]) -> None:
         mapper: Mapper[Any] = inspect(row).mapper
-        table = _table(mapper)
+        table = _table_name(mapper)
         if table in NOT_COLLECTED:
             return
         key = " ".join(str(part) for part in mapper.primary_key_from_instance(row))
@@ -76,7 +78,7 @@ class Changes:
             patient_id = row.id if table == "patients" else getattr(row, "patient_id", None)
             self.patient_id = patient_id if isinstance(patient_id, UUID) else None
 
-    def _executed(self, execution: ORMExecuteState) -> None:
+    def _on_execute(self, execution: ORMExecuteState) -> None:
         if not (execution.is_insert or execution.is_update or execution.is_delete):
             return
         name = getattr(getattr(execution.statement, "table", None), "name", "")
@@ -84,5 +86,5 @@ class Changes:
             self._bulk.add(name)
 
 
-def _table(mapper: Mapper[Any]) -> str:
+def _table_name(mapper: Mapper[Any]) -> str:
     return str(getattr(mapper.local_table, "name", ""))

@@ -46,7 +46,7 @@ def verify_trail(
     """Verify the audit trail and print every gap and change. Status 1 when it is not intact, 2 when it or the anchor's copy cannot be read."""
     from sqlalchemy.exc import SQLAlchemyError
 
-    from kata.audit.audit_log import named
+    from kata.audit.audit_log import format_head
     from kata.audit.verify import verify
     from kata.database.engine import Database, DatabaseError
 
@@ -55,7 +55,7 @@ def verify_trail(
     anchors = anchor or [settings.effective_audit_anchor]
     copies = anchor_copy or ([settings.audit_anchor_copy] if settings.audit_anchor_copy else [])
     lost = [file for file in copies if not os.access(file, os.R_OK)]
-    known_head = _head(head)
+    known_head = _parse_head(head)
     began_s = time.perf_counter()
     try:
         database = Database(settings.effective_database_url)
@@ -68,17 +68,17 @@ def verify_trail(
         typer.echo(f"The audit trail cannot be read: {getattr(error, 'orig', None) or error}", err=True)
         raise typer.Exit(2) from error
     if json_out:
-        typer.echo(json.dumps(_as_json(verdict, named(verdict.head)), indent=2))
+        typer.echo(json.dumps(_as_json(verdict, format_head(verdict.head)), indent=2))
     else:
-        _print(verdict, named(verdict.head), anchors, time.perf_counter() - began_s)
-        typer.echo(_proof(settings.data, [*copies, *anchors], lost, with_head=known_head is not None))
+        _print_verdict(verdict, format_head(verdict.head), anchors, time.perf_counter() - began_s)
+        typer.echo(_describe_proof(settings.data, [*copies, *anchors], lost, with_head=known_head is not None))
     for unread in lost:
         typer.echo(f"The anchor's copy {unread} cannot be read, so it was not compared.", err=True)
     if not verdict.intact or lost:
         raise typer.Exit(2 if verdict.intact else 1)
 
 
-def _head(given: str) -> "Head | None":
+def _parse_head(given: str) -> "Head | None":
     if not given:
         return None
     match = re.fullmatch(r"(\d+):([0-9a-f]{64})", given)
@@ -100,7 +100,7 @@ def _as_json(verdict: "Verdict", head: str) -> dict[str, Any]:
     }
 
 
-def _print(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) -> None:
+def _print_verdict(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) -> None:
     for file in anchors:
         if not file.exists():
             typer.echo(f"There is no anchor at {file}: without one, removed last rows cannot be detected.")
@@ -113,7 +113,7 @@ def _print(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) ->
     typer.echo(f"It ends at {head}")
 
 
-def _proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) -> str:
+def _describe_proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) -> str:
     """Return what the verification proves, and what it does not."""
     from kata.audit.anchor_copy import is_elsewhere
 

@@ -1,9 +1,13 @@
-"""Deduplicate audit entries for one minute: pages request the same record repeatedly, and attackers repeat requests."""
+"""Deduplicate audit entries.
+
+For one minute, because attackers repeat requests. For the whole login session, if a page asks again for what it shows: that is no new view.
+"""
 
 import json
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from datetime import datetime
+from hashlib import blake2b
 from typing import Final
 
 from kata.audit.chain import Entry
@@ -11,6 +15,8 @@ from kata.audit.entries import as_json
 
 WINDOW_S: Final = 60.0
 _MAX_WINDOWS: Final = 10_000
+_MAX_VIEWS: Final = 20_000
+"""Of all users. A refresh of a forgotten view is recorded as a view."""
 
 
 @dataclass(slots=True)
@@ -58,3 +64,31 @@ class Deduplicator:
         """Return the end of the next window; None if there is none."""
         first = next(iter(self._windows.values()), None)
         return first.until_s if first else None
+
+
+class RecordedViews:
+    """Remembers which addresses each login session has viewed. Use it from one thread at a time.
+
+    A page marks the requests that refresh what it shows. The mark alone proves nothing: only a recorded view can be refreshed.
+    """
+
+    def __init__(self) -> None:
+        self._views: dict[Hashable, None] = {}
+        """Ordered by the last view."""
+
+    def add(self, entry: Entry, address: bytes) -> None:
+        """Remember a recorded view. ``address``: path and query of the request."""
+        key = self._key(entry, address)
+        self._views.pop(key, None)
+        self._views[key] = None
+        if len(self._views) > _MAX_VIEWS:
+            del self._views[next(iter(self._views))]
+
+    def __contains__(self, view: tuple[Entry, bytes]) -> bool:
+        """Return whether this user has viewed this address before, in the same login session and role."""
+        return self._key(*view) in self._views
+
+    @staticmethod
+    def _key(entry: Entry, address: bytes) -> Hashable:
+        # A hash, because an address may be long.
+        return entry.sign_in_id, entry.role, entry.action, blake2b(address, digest_size=16).digest()

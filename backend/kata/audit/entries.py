@@ -34,15 +34,15 @@ def entry(
     return Entry(
         at=utc_now(),
         account_id=actor.account_id if actor else context.account_id if context else None,
-        who=_cut(actor.name, 100) if actor else "" if context and context.address else PROGRAM,
+        who=_truncate(actor.name, 100) if actor else "" if context and context.address else PROGRAM,
         role=actor.role if actor else "",
         sign_in_id=actor.login_session_id if actor else None,
-        address=_cut(context.address, 64) if context else "",
-        action=_cut(action, 64),
+        address=_truncate(context.address, 64) if context else "",
+        action=_truncate(action, 64),
         outcome=outcome,
         patient_id=patient_id or (context.patient_id if context else None),
-        subject=_cut(subject or (context.subject if context else ""), 100),
-        station=_cut(context.station, 100) if context else "",
+        subject=_truncate(subject or (context.subject if context else ""), 100),
+        station=_truncate(context.station, 100) if context else "",
         detail=as_json(detail),
     )
 
@@ -61,6 +61,6 @@ def as_json(detail: Mapping[str, Any] | None) -> str:
     return json.dumps(detail, separators=(",", ":")) if detail else ""
 
 
-def _cut(text: str, longest: int) -> str:
+def _truncate(text: str, longest: int) -> str:
     """Return a text that every database can store, truncated."""
     return text.replace("\0", "").encode(errors="replace").decode()[:longest]

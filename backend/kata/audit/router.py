@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, RequestContext
 from kata.audit.audit_log import AuditLog
-from kata.audit.chain import Outcome
+from kata.audit.chain import Entry, Outcome
 from kata.audit.entries import entry
 from kata.audit.tables import AuditRow
 from kata.database.availability import DATABASE_UNAVAILABLE
@@ -32,11 +32,13 @@ _COMMANDS: Final = frozenset({"stop", "operate"})
 _READING: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _AUDITED_SOCKETS: Final = frozenset({"live", "live_stations"})
 """These WebSockets show which patient is on an apparatus."""
-_HEALTH_CHECKS: Final = frozenset({"get_health_live", "get_health_ready"})
+_HEALTH_CHECKS: Final = frozenset({"get_health_live", "get_health_ready", "get_health_idle"})
 """Never recorded: programs request them every few seconds."""
-_DOOR: Final = "at_the_door"
+_REFRESH: Final = b"x-kata-refresh"
+"""The header by which a page marks a request that refreshes what it shows."""
+_UNAUTHENTICATED: Final = "at_the_door"
 """Action code of requests that were refused before their route was known. Stored rows contain it."""
-_STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
+_SOCKET_STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
 """HTTP status of the first message of a WebSocket's answer."""
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, int], AuditRow.at, AuditRow.number, descending=True)
 
@@ -74,18 +76,18 @@ class AuditMiddleware:
             nonlocal begun
             if not begun:
                 begun = True
-                await _tell(audit_log, scope, _STATUS.get(message["type"]) or int(message["status"]))
+                await _record_outcome(audit_log, scope, _SOCKET_STATUS.get(message["type"]) or int(message["status"]))
             await send(message)
 
         try:
             await self._app(scope, receive, sent)
         except Exception:
             if not begun:
-                await _tell(audit_log, scope, 500)
+                await _record_outcome(audit_log, scope, 500)
             raise
 
 
-async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
+async def _record_outcome(audit_log: AuditLog, scope: Scope, status: int) -> None:
     context = REQUEST_CONTEXT.get()
     method = scope.get("method", "GET")
     outcome: Outcome = "done" if status < 400 else "refused" if status in _REFUSED else "failed"
@@ -93,9 +95,11 @@ async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
         if status in (400, 401, 403, 421, 429):
             client = scope.get("client")
             REQUEST_CONTEXT.set(
-                RequestContext(_DOOR, subject=f"{method} {scope['path']}", address=client[0] if client else "?")
+                RequestContext(
+                    _UNAUTHENTICATED, subject=f"{method} {scope['path']}", address=client[0] if client else "?"
+                )
             )
-            await audit_log.record(entry(_DOOR, "refused", detail={"why": status}))
+            await audit_log.record(entry(_UNAUTHENTICATED, "refused", detail={"why": status}))
         return
     if outcome in context.audited or not _is_recorded(context, method, status):
         return
@@ -103,8 +107,20 @@ async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
     if method not in _READING and (outcome == "done" or context.permission in _COMMANDS):
         # The answer to a command never waits for the disk.
         audit_log.record_at_once(outcome_entry)
+    elif outcome == "done" and scope["type"] == "http":
+        await _record_view(audit_log, scope, outcome_entry)
     else:
         await audit_log.record(outcome_entry)
+
+
+async def _record_view(audit_log: AuditLog, scope: Scope, view: Entry) -> None:
+    """Record a view, unless it refreshes one that is in the trail."""
+    address = scope["path"].encode(errors="replace") + b"?" + scope["query_string"]
+    is_refresh = any(name == _REFRESH for name, _ in scope["headers"])
+    if is_refresh and (view, address) in audit_log.recorded_views:
+        return
+    await audit_log.record(view)
+    audit_log.recorded_views.add(view, address)
 
 
 def _is_recorded(context: RequestContext, method: str, status: int) -> bool:
@@ -190,11 +206,11 @@ def list_audit(
     with database.read() as session:
         rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
         shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
-        heads = _heads(services.audit_log, services.settings, shared=database.file is None, session=session)
-        return AuditPage(items=[_entry(row) for row in shown], next=further, heads=heads)
+        heads = _describe_heads(services.audit_log, services.settings, shared=database.file is None, session=session)
+        return AuditPage(items=[_to_entry(row) for row in shown], next=further, heads=heads)
 
 
-def _heads(audit_log: AuditLog, settings: Settings, *, shared: bool, session: Session) -> AuditHeads:
+def _describe_heads(audit_log: AuditLog, settings: Settings, *, shared: bool, session: Session) -> AuditHeads:
     copy = audit_log.copy
     return AuditHeads(
         elsewhere=[str(file) for file in audit_log.elsewhere],
@@ -205,7 +221,7 @@ def _heads(audit_log: AuditLog, settings: Settings, *, shared: bool, session: Se
     )
 
 
-def _entry(row: AuditRow) -> AuditEntry:
+def _to_entry(row: AuditRow) -> AuditEntry:
     names = AuditEntry.model_fields.keys() - {"detail"}
     try:
         detail = json.loads(row.detail or "{}")

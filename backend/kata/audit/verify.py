@@ -60,7 +60,7 @@ class Verdict:
 
 
 @dataclass(slots=True)
-class _Seen:
+class _ComparedRows:
     """Data of the rows that are compared with the anchors."""
 
     wanted: set[int]
@@ -93,12 +93,12 @@ def verify(
         rows, and anchors of other services are not checked.
     """
     # Before the rows, because later lines contain later rows; and again after them, because later rows name more lines.
-    before = [_lines(file) for file in anchors]
-    elsewhere = [_lines(file) for file in copies]
+    before = [_read_anchor(file) for file in anchors]
+    elsewhere = [_read_anchor(file) for file in copies]
     verdict = Verdict()
     numbers = {line.head.number for lines in (*before, *elsewhere) for line in lines}
-    seen = _Seen(numbers | ({known_head.number} if known_head else set()))
-    _rows(session, verdict, seen, export)
+    seen = _ComparedRows(numbers | ({known_head.number} if known_head else set()))
+    _verify_rows(session, verdict, seen, export)
     gaps = list(restored_gaps(session))
     for gap in gaps:
         verdict.remarks.append(f"Row {gap.number}: a backup was restored, which discarded the rows since that backup.")
@@ -108,12 +108,12 @@ def verify(
             for line in lines
             if of_backup is None or line.line <= of_backup or line.head.number <= verdict.head.number
         ]
-        _compare([line for line in of_rows if not any(gap.explains(line) for gap in gaps)], verdict, seen)
+        _compare_chain([line for line in of_rows if not any(gap.explains(line) for gap in gaps)], verdict, seen)
     for file, copied in zip(copies, elsewhere, strict=True):
         _compare_copy(copied, before, verdict, file)
         of_rows = [line for line in copied if not any(gap.explains(line) for gap in gaps)]
-        _compare(of_rows, verdict, seen, "the anchor's copy")
-    after = [_lines(file) for file in anchors]
+        _compare_chain(of_rows, verdict, seen, "the anchor's copy")
+    after = [_read_anchor(file) for file in anchors]
     for lines in after:
         _check_anchor(lines, verdict, seen)
         verdict.lines += len(lines)
@@ -124,20 +124,20 @@ def verify(
                 number, number, f"Row {number} names the anchor {name} with {expected} lines, which was not given."
             )
     if known_head:
-        _compare([AnchorLine(1, "", known_head)], verdict, seen)
+        _compare_chain([AnchorLine(1, "", known_head)], verdict, seen)
     return verdict
 
 
-def _lines(file: Path) -> list[AnchorLine]:
+def _read_anchor(file: Path) -> list[AnchorLine]:
     return anchor.read(file) if file.exists() else []
 
 
-def _rows(session: Session, verdict: Verdict, seen: _Seen, export: IO[str] | None) -> None:
+def _verify_rows(session: Session, verdict: Verdict, seen: _ComparedRows, export: IO[str] | None) -> None:
     before = NOTHING
-    for number, values, stored in _read(session):
+    for number, values, stored in _read_rows(session):
         missing = number - before.number - 1
         if missing > 0:
-            verdict.add(before.number + 1, number - 1, f"{_named(before.number + 1, number - 1)} missing.")
+            verdict.add(before.number + 1, number - 1, f"{_describe_rows(before.number + 1, number - 1)} missing.")
         if missing < 0:
             verdict.add(number, number, f"Row {number} is before the first row.")
         try:
@@ -152,7 +152,7 @@ def _rows(session: Session, verdict: Verdict, seen: _Seen, export: IO[str] | Non
                 verdict.add(number, number, f"Row {number} or the row before it, {max(1, number - 1)}, was changed.")
             seen.add(number, values)
             if export:
-                export.write(_exported(values, stored))
+                export.write(_export_line(values, stored))
         before = Head(number, stored)
         verdict.rows += 1
         if number in seen.wanted:
@@ -160,7 +160,7 @@ def _rows(session: Session, verdict: Verdict, seen: _Seen, export: IO[str] | Non
     verdict.head = before
 
 
-def _read(session: Session) -> Iterator[tuple[int, tuple[Any, ...] | None, bytes]]:
+def _read_rows(session: Session) -> Iterator[tuple[int, tuple[Any, ...] | None, bytes]]:
     """Yield number, values and hash of each row, in order. The values are None if they do not fit their columns."""
     table = AuditRow.__table__
     columns = [table.c[name] for name in COLUMNS]
@@ -173,7 +173,7 @@ def _read(session: Session) -> Iterator[tuple[int, tuple[Any, ...] | None, bytes
         except _UNREADABLE:
             rows = []
             for number in session.scalars(page.with_only_columns(table.c.number)).all():
-                rows.append(_row(session, query.where(table.c.number == number), number))
+                rows.append(_read_row(session, query.where(table.c.number == number), number))
         for row in rows:
             yield row[0], row[:-1] if len(row) > 1 else None, row[-1] if isinstance(row[-1], bytes) else b""
         if len(rows) < _BATCH_ROWS:
@@ -181,7 +181,7 @@ def _read(session: Session) -> Iterator[tuple[int, tuple[Any, ...] | None, bytes
         after = rows[-1][0]
 
 
-def _row(session: Session, query: Select[Any], number: int) -> tuple[Any, ...]:
+def _read_row(session: Session, query: Select[Any], number: int) -> tuple[Any, ...]:
     try:
         return tuple(session.execute(query).one())
     except _UNREADABLE:
@@ -211,13 +211,15 @@ def _compare_copy(
             )
 
 
-def _compare(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Seen, name: str = "the anchor") -> None:
+def _compare_chain(
+    lines: Sequence[AnchorLine], verdict: Verdict, seen: _ComparedRows, name: str = "the anchor"
+) -> None:
     """Compare the chain with these lines of ``name``."""
     last = max((line.head.number for line in lines), default=0)
     end = verdict.head.number
     if last > end:
         contained = "it" if last == end + 1 else "them"
-        message = f"{_named(end + 1, last)} missing from the end: {name} contains {contained}."
+        message = f"{_describe_rows(end + 1, last)} missing from the end: {name} contains {contained}."
         verdict.add(end + 1, last, message)
     good = 0
     for line in sorted(lines, key=lambda line: line.head.number):
@@ -225,12 +227,14 @@ def _compare(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Seen, name: s
             break
         if seen.hashes.get(line.head.number) != line.head.hash:
             first, found = good + 1, line.head.number
-            verdict.add(first, found, f"{_named(first, found)} not what was anchored: the chain was recomputed there.")
+            verdict.add(
+                first, found, f"{_describe_rows(first, found)} not what was anchored: the chain was recomputed there."
+            )
             break
         good = line.head.number
 
 
-def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Seen) -> None:
+def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, seen: _ComparedRows) -> None:
     """Check that the anchor itself is complete."""
     name = lines[0].anchor if lines else ""
     before, head = 0, 0
@@ -247,10 +251,10 @@ def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Seen) ->
         )
 
 
-def _named(first: int, last: int) -> str:
+def _describe_rows(first: int, last: int) -> str:
     return f"Row {first} is" if first == last else f"Rows {first} to {last} are"
 
 
-def _exported(values: Sequence[Any], stored: bytes) -> str:
+def _export_line(values: Sequence[Any], stored: bytes) -> str:
     row = dict(zip(COLUMNS, values, strict=True)) | {"hash": stored.hex()}
     return json.dumps(row, default=str, ensure_ascii=False) + "\n"

@@ -15,21 +15,21 @@ from kata.auth import demonstration, login_session, second_factor, secrets, text
 from kata.auth.tables import AccountRow, AccountStationRow
 from kata.errors import ProblemError, not_found
 
-CODE_LASTS: Final = timedelta(hours=24)
+CODE_VALIDITY: Final = timedelta(hours=24)
 
 
-def folded(username: str) -> str:
+def fold_username(username: str) -> str:
     """Return a user name in its stored form, without differences of width and case."""
     return unicodedata.normalize("NFKC", username).strip().lower()
 
 
-def named(session: Session, username: str, *, to_change: bool = False) -> AccountRow | None:
+def find_by_username(session: Session, username: str, *, to_change: bool = False) -> AccountRow | None:
     """Return the account with this user name, disabled or not. ``to_change``: lock the row until the commit."""
-    query = select(AccountRow).where(AccountRow.username == folded(username))
+    query = select(AccountRow).where(AccountRow.username == fold_username(username))
     return session.scalar(query.with_for_update() if to_change else query)
 
 
-def linked(session: Session, subject: str) -> AccountRow | None:
+def find_by_subject(session: Session, subject: str) -> AccountRow | None:
     """Return the account that is linked with an OpenID subject, disabled or not. ``subject``: with its issuer."""
     return session.scalar(select(AccountRow).where(AccountRow.oidc_subject == subject))
 
@@ -45,7 +45,7 @@ def get(session: Session, account_id: UUID) -> AccountRow:
     return row
 
 
-def every(session: Session) -> Sequence[AccountRow]:
+def list_all(session: Session) -> Sequence[AccountRow]:
     """Return all accounts, ordered by user name."""
     return session.scalars(select(AccountRow).order_by(AccountRow.username)).all()
 
@@ -65,7 +65,7 @@ def create(
 
     :raises ProblemError: 409 when the user name is taken.
     """
-    row = AccountRow(id=uuid4(), username=folded(username), name=name, role=role, created_at=now, updated_at=now)
+    row = AccountRow(id=uuid4(), username=fold_username(username), name=name, role=role, created_at=now, updated_at=now)
     session.add(row)
     taken = ProblemError(409, "username_taken", texts.USERNAME_TAKEN(), texts.CHOOSE_ANOTHER_USERNAME())
     if row.username in demonstration.USERNAMES:
@@ -74,17 +74,17 @@ def create(
         session.flush()
     except IntegrityError as error:
         raise taken from error
-    work_at(session, row, stations)
+    set_stations(session, row, stations)
     return row
 
 
-def work_at(session: Session, row: AccountRow, stations: Iterable[str]) -> None:
+def set_stations(session: Session, row: AccountRow, stations: Iterable[str]) -> None:
     """Set the stations of an account; none: all stations."""
     session.execute(delete(AccountStationRow).where(AccountStationRow.account_id == row.id))
     session.add_all(AccountStationRow(account_id=row.id, station=station) for station in sorted(set(stations)))
 
 
-def link(session: Session, row: AccountRow, subject: str | None, now: datetime) -> None:
+def link_subject(session: Session, row: AccountRow, subject: str | None, now: datetime) -> None:
     """Link an account with an OpenID subject in place of its former one; None: remove the link.
 
     :raises ProblemError: 409 when another account has this subject, or for a demonstration account.
@@ -92,7 +92,7 @@ def link(session: Session, row: AccountRow, subject: str | None, now: datetime) 
     if subject == row.oidc_subject:
         return
     taken = ProblemError(409, "openid_taken", texts.OPENID_TAKEN(), texts.UNLINK_OPENID_FIRST())
-    if row.username in demonstration.USERNAMES or (subject and linked(session, subject)):
+    if row.username in demonstration.USERNAMES or (subject and find_by_subject(session, subject)):
         raise taken
     if row.oidc_subject:
         login_session.end_all(session, row.id, "openid", now)
@@ -103,10 +103,10 @@ def link(session: Session, row: AccountRow, subject: str | None, now: datetime) 
         raise taken from error
 
 
-def give_code(row: AccountRow, now: datetime) -> str:
+def issue_code(row: AccountRow, now: datetime) -> str:
     """Return a new one-time code for setting a password. Former codes become invalid."""
-    code = secrets.fresh_code()
-    row.code_hash, row.code_until = secrets.hashed(code), now + CODE_LASTS
+    code = secrets.new_code()
+    row.code_hash, row.code_until = secrets.hash_secret(code), now + CODE_VALIDITY
     return code
 
 
@@ -117,24 +117,24 @@ def reset(session: Session, row: AccountRow, now: datetime, *, with_second_facto
     if with_second_factor:
         second_factor.remove(session, row)
     login_session.end_all(session, row.id, "reset", now)
-    return give_code(row, now)
+    return issue_code(row, now)
 
 
-def code_fits(row: AccountRow | None, code: str, now: datetime) -> bool:
+def code_is_valid(row: AccountRow | None, code: str, now: datetime) -> bool:
     """Return whether the code is the account's valid one-time code."""
     if row is None or row.disabled_at or row.code_hash is None or row.code_until is None:
         return False
-    return secrets.fits(secrets.as_typed(code), row.code_hash) and now < row.code_until
+    return secrets.matches(secrets.normalize_code(code), row.code_hash) and now < row.code_until
 
 
 def set_password(
-    session: Session, row: AccountRow, password_hash: str, now: datetime, besides: UUID | None = None
+    session: Session, row: AccountRow, password_hash: str, now: datetime, except_session: UUID | None = None
 ) -> None:
-    """Set the password, and end all login sessions of the account except ``besides``."""
+    """Set the password, and end all login sessions of the account except ``except_session``."""
     row.password_hash = password_hash
     row.password_changed_at = row.updated_at = now
     row.code_hash = row.code_until = None
-    login_session.end_all(session, row.id, "password", now, besides)
+    login_session.end_all(session, row.id, "password", now, except_session)
 
 
 def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool) -> None:

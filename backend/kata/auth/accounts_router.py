@@ -8,7 +8,7 @@ from pydantic import Field, StrictBool, StringConstraints
 
 from kata.actor import Role
 from kata.auth import accounts, login_session, texts
-from kata.auth.login import Access, StationName, TheAccess, Username, auth_services
+from kata.auth.login import Authentication, StationName, TheAuthentication, Username, auth_services
 from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase
@@ -67,7 +67,7 @@ class Account(Schema):
     disabled_at: Moment | None
 
 
-class Reset(Schema):
+class AccountReset(Schema):
     """What to reset besides the password."""
 
     second_factor: StrictBool = Field(False, description="True also removes the second factor.")
@@ -82,28 +82,28 @@ class OneTimeCode(Schema):
 
 
 @router.get("", responses=PROBLEMS.of(401, 403), summary="List all accounts")
-def list_accounts(database: TheDatabase, access: TheAccess) -> Page[Account]:
+def list_accounts(database: TheDatabase, auth: TheAuthentication) -> Page[Account]:
     """Return every account by user name, including disabled ones. A clinic has few, so the list has no pages."""
     with database.read() as session:
-        rows = accounts.every(session)
-        return Page[Account].complete([_shown(access, row, accounts.stations_of(session, row.id)) for row in rows])
+        rows = accounts.list_all(session)
+        return Page[Account].complete([_as_account(auth, row, accounts.stations_of(session, row.id)) for row in rows])
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")
-def create_account(database: TheDatabase, access: TheAccess, given: AccountCreate) -> OneTimeCode:
+def create_account(database: TheDatabase, auth: TheAuthentication, given: AccountCreate) -> OneTimeCode:
     """Create an account. Its owner sets a password with the returned one-time code."""
-    now = access.now()
+    now = auth.now()
     with database.write() as session:
         row = accounts.create(session, given.username, given.name, given.role, given.stations, now)
-        code = accounts.give_code(row, now)
+        code = accounts.issue_code(row, now)
         return OneTimeCode(
-            account=_shown(access, row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_LASTS
+            account=_as_account(auth, row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_VALIDITY
         )
 
 
 @router.patch("/{account_id}", responses=PROBLEMS.of(401, 403, 404, 409, 422), summary="Change an account")
 def update_account(
-    request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, change: AccountUpdate
+    request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, change: AccountUpdate
 ) -> Account:
     """Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions."""
     # The real clock: the time is the account's version and must differ between changes.
@@ -118,19 +118,19 @@ def update_account(
         role = change.role or row.role
         if role != row.role or wanted != stations:
             row.role = role
-            accounts.work_at(session, row, wanted)
+            accounts.set_stations(session, row, wanted)
             login_session.end_all(session, row.id, "role", now)
         if change.openid is not None:
-            accounts.link(session, row, _linked(access, change.openid), now)
+            accounts.link_subject(session, row, _stored_subject(auth, change.openid), now)
         if change.disabled is not None:
             accounts.disable(session, row, now, disabled=change.disabled)
         if was_administrator and (row.role != "administrator" or row.disabled_at is not None):
             accounts.check_administrators_left(session)
         row.updated_at = now
         session.flush()
-        shown = _shown(access, row, wanted)
+        shown = _as_account(auth, row, wanted)
     auth_services(request).auth_cache.forget_account(account_id)
-    access.revocations.notice()
+    auth.revocations.check_now()
     return shown
 
 
@@ -138,29 +138,29 @@ def update_account(
     "/{account_id}/reset", responses=PROBLEMS.of(401, 403, 404, 422), summary="Issue a new one-time code for an account"
 )
 def reset_account(
-    request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, given: Reset
+    request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, given: AccountReset
 ) -> OneTimeCode:
     """Sign out all browsers of an account. Its user sets a new password with the returned code."""
-    now = access.now()
+    now = auth.now()
     with database.write() as session:
         row = accounts.get(session, account_id)
         code = accounts.reset(session, row, now, with_second_factor=given.second_factor)
         session.flush()
         shown = OneTimeCode(
-            account=_shown(access, row, accounts.stations_of(session, row.id)),
+            account=_as_account(auth, row, accounts.stations_of(session, row.id)),
             code=code,
-            until=now + accounts.CODE_LASTS,
+            until=now + accounts.CODE_VALIDITY,
         )
     auth_services(request).auth_cache.forget_account(account_id)
-    access.revocations.notice()
+    auth.revocations.check_now()
     return shown
 
 
-def _linked(access: Access, subject: str) -> str | None:
+def _stored_subject(auth: Authentication, subject: str) -> str | None:
     """Return the stored form of a subject, None for an empty one."""
     if not subject:
         return None
-    if access.openid is None:
+    if auth.openid is None:
         raise ProblemError(
             422,
             "no_openid",
@@ -168,10 +168,10 @@ def _linked(access: Access, subject: str) -> str | None:
             texts.SET_OPENID_FIRST(),
             [("#/openid", texts.OPENID_USELESS_FIELD())],
         )
-    return access.openid.linked(subject)
+    return auth.openid.stored_subject(subject)
 
 
-def _shown(access: Access, row: AccountRow, stations: list[str]) -> Account:
+def _as_account(auth: Authentication, row: AccountRow, stations: list[str]) -> Account:
     return Account(
         id=row.id,
         username=row.username,
@@ -180,7 +180,7 @@ def _shown(access: Access, row: AccountRow, stations: list[str]) -> Account:
         stations=stations,
         password=row.password_hash is not None,
         second_factor=row.totp_confirmed_at is not None,
-        openid=access.openid.subject(row.oidc_subject) if access.openid else None,
+        openid=auth.openid.subject(row.oidc_subject) if auth.openid else None,
         created_at=row.created_at,
         updated_at=row.updated_at,
         disabled_at=row.disabled_at,

@@ -22,32 +22,32 @@ class AuthCache:
     (:class:`kata.auth.login.SessionRevocations`).
     """
 
-    _MOST: Final = 1000
-    _STOPS_FOR_S: Final = 3600.0
-    _SEEN_EVERY_S: Final = 30.0
+    _MAX_ENTRIES: Final = 1000
+    _STOP_VALID_S: Final = 3600.0
+    _ACTIVITY_PERIOD_S: Final = 30.0
 
     def __init__(self) -> None:
         self._actors: OrderedDict[str, tuple[Actor, float]] = OrderedDict()
-        self._seen_s: dict[str, float] = {}
-        self._told: dict[str, Me] = {}
+        self._activity_stored_s: dict[str, float] = {}
+        self._me: dict[str, Me] = {}
         self._keys: dict[UUID, str] = {}
         """Key of each login session: a reauthentication replaces its cookie."""
-        self.writing: set[asyncio.Task[None]] = set()
+        self.activity_writes: set[asyncio.Task[None]] = set()
         """Running writes of user activity. No command waits for them."""
 
     def put(self, cookie: str, actor: Actor) -> None:
         """Cache a user who has just been authenticated."""
-        key = secrets.hashed(cookie)
+        key = secrets.hash_secret(cookie)
         if (before := self._keys.get(actor.login_session_id, key)) != key:
             self._drop(before)
         self._actors[key], self._keys[actor.login_session_id] = (actor, time.monotonic()), key
         self._actors.move_to_end(key)
-        while len(self._actors) > self._MOST:
+        while len(self._actors) > self._MAX_ENTRIES:
             self._drop(next(iter(self._actors)))
 
     def forget(self, cookie: str) -> None:
         """Remove a cookie."""
-        self._drop(secrets.hashed(cookie))
+        self._drop(secrets.hash_secret(cookie))
 
     def forget_account(self, account_id: UUID) -> None:
         """Remove an account whose rights have changed or that is disabled, on all its browsers."""
@@ -67,31 +67,31 @@ class AuthCache:
         actor, _ = self._actors.pop(key, (None, 0.0))
         if actor and self._keys.get(actor.login_session_id) == key:
             self._keys.pop(actor.login_session_id, None)
-        self._seen_s.pop(key, None)
-        self._told.pop(key, None)
+        self._activity_stored_s.pop(key, None)
+        self._me.pop(key, None)
 
-    def tell(self, cookie: str, told: "Me") -> None:
+    def put_me(self, cookie: str, me: "Me") -> None:
         """Cache the answer about the signed-in user."""
-        self._told[secrets.hashed(cookie)] = told
+        self._me[secrets.hash_secret(cookie)] = me
 
-    def told(self, cookie: str) -> "Me | None":
+    def me(self, cookie: str) -> "Me | None":
         """Return the cached answer about the signed-in user."""
-        return self._told.get(secrets.hashed(cookie))
+        return self._me.get(secrets.hash_secret(cookie))
 
-    def who_was_here(self, cookie: str, longest_s: float) -> Actor | None:
+    def cached_actor(self, cookie: str, max_age_s: float) -> Actor | None:
         """Return the cookie's user as last confirmed by the database, at most ``longest_s`` seconds ago."""
-        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
-        return actor if time.monotonic() - at_s < longest_s else None
+        actor, at_s = self._actors.get(secrets.hash_secret(cookie), (None, 0.0))
+        return actor if time.monotonic() - at_s < max_age_s else None
 
-    def who_may_stop(self, cookie: str) -> Actor | None:
+    def cached_actor_for_stop(self, cookie: str) -> Actor | None:
         """Return the cookie's user as confirmed within the last hour; None: query the database."""
-        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
-        return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
+        actor, at_s = self._actors.get(secrets.hash_secret(cookie), (None, 0.0))
+        return actor if time.monotonic() - at_s < self._STOP_VALID_S else None
 
-    def is_news(self, cookie: str) -> bool:
+    def should_store_activity(self, cookie: str) -> bool:
         """Return True if the activity should be persisted (at most every 30 s)."""
-        key, now = secrets.hashed(cookie), time.monotonic()
-        if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
+        key, now = secrets.hash_secret(cookie), time.monotonic()
+        if now - self._activity_stored_s.get(key, -self._ACTIVITY_PERIOD_S) < self._ACTIVITY_PERIOD_S:
             return False
-        self._seen_s[key] = now
+        self._activity_stored_s[key] = now
         return True

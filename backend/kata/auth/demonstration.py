@@ -18,7 +18,7 @@ ACCOUNTS: Final[dict[DemonstrationRole, tuple[str, str]]] = {
 }
 """User name and name by role. Other accounts cannot have these user names."""
 USERNAMES: Final = frozenset(username for username, _ in ACCOUNTS.values())
-_SPACE: Final = UUID("6a5b3a52-6d05-4c0a-9f0c-5d0f4f6a1f57")
+_NAMESPACE: Final = UUID("6a5b3a52-6d05-4c0a-9f0c-5d0f4f6a1f57")
 
 
 class DemonstrationLinks:
@@ -27,7 +27,9 @@ class DemonstrationLinks:
     def __init__(self, *, allowed: bool) -> None:
         """``allowed``: the service is on loopback and the apparatus is simulated. Otherwise there are no links."""
         self.allowed = allowed
-        self.secrets: dict[DemonstrationRole, str] = {role: secrets.fresh() for role in ACCOUNTS} if allowed else {}
+        self.secrets: dict[DemonstrationRole, str] = (
+            {role: secrets.new_secret() for role in ACCOUNTS} if allowed else {}
+        )
         """The secrets in the links."""
         self._unused = dict(self.secrets)
         self._lock = Lock()
@@ -36,7 +38,7 @@ class DemonstrationLinks:
         """Use up a secret and return its role; None if it is unknown or used."""
         with self._lock:
             for role, unused in self._unused.items():
-                if secrets.fits(secret, secrets.hashed(unused)):
+                if secrets.matches(secret, secrets.hash_secret(unused)):
                     del self._unused[role]
                     return role
         return None
@@ -49,7 +51,7 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
         if row is None and allowed:
             session.add(
                 AccountRow(
-                    id=uuid5(_SPACE, username),
+                    id=uuid5(_NAMESPACE, username),
                     username=username,
                     name=name,
                     role=role,

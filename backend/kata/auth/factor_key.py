@@ -19,8 +19,8 @@ from kata.database.base import utc_now
 _BITS: Final = 256
 _NONCE_BYTES: Final = 12
 _TEXT: Final = """\
-# The key that second factors are sealed with in this clinic's database, made {day}. Every service on that database needs it.
-# The first line seals; all of them open. Without it everybody's second factor has to be set up anew.
+# The key that encrypts the second factors in this clinic's database, made {day}. Every service on that database needs this file.
+# The first key encrypts; all keys decrypt. If the file is lost, every user must set up the second factor again.
 {key}
 """
 
@@ -59,7 +59,7 @@ class FactorKey:
         return None
 
 
-def factor_key(file: Path) -> FactorKey:
+def read_factor_key(file: Path) -> FactorKey:
     """Return the key in this file. Create the file if it does not exist.
 
     :raises FactorKeyError: when the file cannot be written or read, other users can read it, or it contains no key.
@@ -67,7 +67,7 @@ def factor_key(file: Path) -> FactorKey:
     try:
         # Another service may create it at the same moment.
         with suppress(FileExistsError):
-            _make(file)
+            _create_file(file)
         if file.stat().st_mode & 0o007:
             raise FactorKeyError(
                 f"Others on this computer can read {file}, the key of the second factors: chmod 600 {file}"
@@ -86,7 +86,7 @@ def factor_key(file: Path) -> FactorKey:
     return FactorKey(*keys)
 
 
-def adopt(file: Path, other: Path) -> None:
+def add_keys(file: Path, other: Path) -> None:
     """Add the keys of ``other``, a file from a backup, to ``file``. Its encrypting key stays.
 
     :raises OSError: when the file cannot be written.
@@ -103,7 +103,7 @@ def adopt(file: Path, other: Path) -> None:
         part.replace(file)
 
 
-def _make(file: Path) -> None:
+def _create_file(file: Path) -> None:
     if not file.exists():
         key = urlsafe_b64encode(AESGCM.generate_key(_BITS)).decode()
         _write(file, _TEXT.format(day=utc_now().date(), key=key))

@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Final, Protocol
+from typing import TYPE_CHECKING, Annotated, Final, Protocol
 from uuid import UUID
 
 from fastapi import Depends, Request, Response
@@ -21,18 +21,21 @@ from kata.audit import entries
 from kata.auth import accounts, demonstration, login_session, second_factor, texts
 from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
-from kata.auth.factor_key import FactorKey, factor_key
+from kata.auth.factor_key import FactorKey, read_factor_key
 from kata.auth.login_session import Limits, Method
-from kata.auth.openid import Provider, StateCookies
+from kata.auth.openid import StateCookies
 from kata.auth.passwords import Passwords
-from kata.auth.permissions import OF_ROLE, Permission, audit_action
+from kata.auth.permissions import ROLE_PERMISSIONS, Permission, audit_action
 from kata.auth.tables import AccountRow
-from kata.auth.throttle import OF_A_NAME, Throttle
+from kata.auth.throttle import USERNAME_POLICY, Throttle
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.types import LONGEST_NAME, NO_NUL, Schema
+
+if TYPE_CHECKING:
+    from kata.auth.openid_provider import Provider
 
 log = logging.getLogger(__name__)
 
@@ -42,7 +45,7 @@ Secret = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, m
 StationName = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)
 ]
-_LOOK_EVERY_S: Final = 0.5
+_CHECK_PERIOD_S: Final = 0.5
 _WRONG_KEY: Final = (
     "the second factors of %d accounts were encrypted with another key than that in %s: add the other key's line from a backup or from "
     "another service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then these users need recovery codes"
@@ -61,20 +64,20 @@ class SessionRevocations:
         self.operator_under_torque: Callable[[], UUID | None] = lambda: None
         """Returns the login session whose user operates an apparatus with torque. Called from any thread."""
         self._waiting: dict[UUID, set[asyncio.Event]] = {}
-        self._look = asyncio.Event()
+        self._check = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
 
-    def notice(self) -> None:
+    def check_now(self) -> None:
         """Check now whether login sessions have ended. Call it from any thread."""
         if self._loop:
-            self._loop.call_soon_threadsafe(self._look.set)
+            self._loop.call_soon_threadsafe(self._check.set)
 
-    async def of(self, login_session_id: UUID) -> None:
+    async def until_ended(self, login_session_id: UUID) -> None:
         """Return when this login session has ended."""
         ended = asyncio.Event()
         self._waiting.setdefault(login_session_id, set()).add(ended)
         # The login session may have ended since it was read.
-        self._look.set()
+        self._check.set()
         try:
             await ended.wait()
         finally:
@@ -86,7 +89,7 @@ class SessionRevocations:
     async def watched(self, auth_cache: AuthCache) -> AsyncIterator[None]:
         """Watch for ended login sessions during the block."""
         self._loop = asyncio.get_running_loop()
-        watching = asyncio.create_task(self._watch(auth_cache), name="endings")
+        watching = asyncio.create_task(self._watch(auth_cache), name="session revocations")
         try:
             yield
         finally:
@@ -95,40 +98,42 @@ class SessionRevocations:
     async def _watch(self, auth_cache: AuthCache) -> None:
         while True:
             with suppress(TimeoutError):
-                async with asyncio.timeout(_LOOK_EVERY_S):
-                    await self._look.wait()
-            self._look.clear()
-            asked = set(self._waiting) | auth_cache.login_sessions()
-            if not asked:
+                async with asyncio.timeout(_CHECK_PERIOD_S):
+                    await self._check.wait()
+            self._check.clear()
+            session_ids = set(self._waiting) | auth_cache.login_sessions()
+            if not session_ids:
                 continue
             try:
-                still = await asyncio.to_thread(self._still, asked)
+                active = await asyncio.to_thread(self._read_active, session_ids)
             except DatabaseUnavailableError:
                 # During an outage login sessions stay valid for a running treatment and its Stop. No new login is possible.
                 continue
             except SQLAlchemyError:
                 log.exception("the ended login sessions could not be read")
                 continue
-            auth_cache.forget_login_sessions(asked - still)
-            for login_session_id in asked - still:
+            auth_cache.forget_login_sessions(session_ids - active)
+            for login_session_id in session_ids - active:
                 for ended in self._waiting.get(login_session_id, ()):
                     ended.set()
 
-    def _still(self, asked: set[UUID]) -> set[UUID]:
+    def _read_active(self, session_ids: set[UUID]) -> set[UUID]:
         with self._database.read() as session:
-            return login_session.still(session, asked, self._now(), self._limits, self.operator_under_torque())
+            return login_session.select_active(
+                session, session_ids, self._now(), self._limits, self.operator_under_torque()
+            )
 
 
 @dataclass(frozen=True)
-class Access:
-    """What logins need besides the database."""
+class Authentication:
+    """What authentication needs besides the database: passwords, throttle, links, limits and the clock."""
 
     passwords: Passwords
     links: DemonstrationLinks
     revocations: SessionRevocations
     folder: Path
     """The data folder, which contains the set-up link's file."""
-    openid: Provider | None = None
+    openid: "Provider | None" = None
     """The clinic's OpenID provider, if it has one."""
     state_cookies: StateCookies = field(default_factory=StateCookies)
     factor_key: FactorKey = field(default_factory=FactorKey)
@@ -140,12 +145,12 @@ class Access:
     now: Callable[[], datetime] = utc_now
 
 
-def opened_key(file: Path, database: Database) -> FactorKey:
+def load_factor_key(file: Path, database: Database) -> FactorKey:
     """Return the key of the second factors. Log an error if it cannot decrypt some of them.
 
     :raises FactorKeyError: when the key cannot be used.
     """
-    key = factor_key(file)
+    key = read_factor_key(file)
     with database.read() as session:
         if count := second_factor.count_undecryptable(session, key):
             log.error(_WRONG_KEY, count, file)
@@ -156,8 +161,8 @@ class AuthServices(Protocol):
     """The services that this package uses. ``kata.api.services.Services`` provides them."""
 
     @property
-    def access(self) -> Access:
-        """Return what logins need besides the database."""
+    def auth(self) -> Authentication:
+        """Return what authentication needs besides the database."""
 
     @property
     def auth_cache(self) -> AuthCache:
@@ -170,21 +175,19 @@ def auth_services(connection: HTTPConnection) -> AuthServices:
     return services
 
 
-def _access(request: Request) -> Access:
-    return auth_services(request).access
+def _authentication(request: Request) -> Authentication:
+    return auth_services(request).auth
 
 
-TheAccess = Annotated[Access, Depends(_access)]
+TheAuthentication = Annotated[Authentication, Depends(_authentication)]
 
 
-def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
+def authenticate(connection: HTTPConnection, database: Database) -> Actor | None:
     """Return the user who is signed in at the browser of this request or WebSocket, None if there is none."""
-    access = auth_services(connection).access
+    auth = auth_services(connection).auth
     with database.read() as session:
-        operator_under_torque = access.revocations.operator_under_torque()
-        return login_session.actor_of(
-            session, cookie_of(connection), access.now(), access.limits, operator_under_torque
-        )
+        operator_under_torque = auth.revocations.operator_under_torque()
+        return login_session.find_actor(session, cookie_of(connection), auth.now(), auth.limits, operator_under_torque)
 
 
 def not_signed_in() -> ProblemError:
@@ -192,14 +195,14 @@ def not_signed_in() -> ProblemError:
     return ProblemError(401, "not_signed_in", texts.NOBODY_SIGNED_IN(), texts.SIGN_IN())
 
 
-async def _signed_in() -> Actor:
+async def _require_actor() -> Actor:
     actor = CURRENT_ACTOR.get()
     if actor is None:
         raise not_signed_in()
     return actor
 
 
-TheActor = Annotated[Actor, Depends(_signed_in)]
+TheActor = Annotated[Actor, Depends(_require_actor)]
 
 
 class Me(Schema):
@@ -230,41 +233,46 @@ def address_of(connection: HTTPConnection) -> str:
     return connection.client.host if connection.client else ""
 
 
-def let_in(
-    request: Request, response: Response, session: Session, access: Access, account: AccountRow, method: Method
+def start_login_session(
+    request: Request, response: Response, session: Session, auth: Authentication, account: AccountRow, method: Method
 ) -> Me:
     """End the browser's former login session, begin a new one after authentication, and record it in the audit trail."""
-    now = access.now()
-    end_here(request, session, access)
+    now = auth.now()
+    end_browser_session(request, session, auth)
     secret = login_session.begin(
         session, account, method, now, address_of(request), request.headers.get("user-agent", "")
     )
     session.flush()
-    actor = login_session.actor_of(session, secret, now, access.limits)
+    actor = login_session.find_actor(session, secret, now, auth.limits)
     if actor is None:
         raise not_signed_in()
     entries.add_entry(
         session, entries.entry(audit_action(request.scope["route"].name), actor=actor, detail={"method": method})
     )
     _set_cookie(request, response, secret)
-    access.throttle.succeeded(f"name {account.username}")
-    return me(session, actor, access)
+    auth.throttle.succeeded(f"name {account.username}")
+    return describe_user(session, actor, auth)
 
 
-def go_on(
-    request: Request, response: Response, session: Session, access: Access, actor: Actor, method: Method | None = None
+def renew_login_session(
+    request: Request,
+    response: Response,
+    session: Session,
+    auth: Authentication,
+    actor: Actor,
+    method: Method | None = None,
 ) -> Actor:
-    """Unlock the screen after a reauthentication and renew the cookie. ``method``: as in ``login_session.proved``.
+    """Unlock the screen after a reauthentication and renew the cookie. ``method``: as in ``login_session.renew``.
 
     :raises ProblemError: 401 when the login session has ended in the meantime.
     """
-    now = access.now()
-    _set_cookie(request, response, login_session.proved(session, actor.login_session_id, now, method))
+    now = auth.now()
+    _set_cookie(request, response, login_session.renew(session, actor.login_session_id, now, method))
     session.flush()
-    fresh = login_session.by_id(session, actor.login_session_id, now, access.limits)
-    if fresh is None:
+    renewed = login_session.find_actor_by_id(session, actor.login_session_id, now, auth.limits)
+    if renewed is None:
         raise ProblemError(401, "not_signed_in", texts.LOGIN_SESSION_ENDED(), texts.SIGN_IN())
-    return fresh
+    return renewed
 
 
 def _set_cookie(request: Request, response: Response, secret: str) -> None:
@@ -279,16 +287,16 @@ def _set_cookie(request: Request, response: Response, secret: str) -> None:
     )
 
 
-def end_here(request: Request, session: Session, access: Access) -> Actor | None:
+def end_browser_session(request: Request, session: Session, auth: Authentication) -> Actor | None:
     """End the login session of this browser, and return its user."""
-    actor = login_session.actor_of(session, cookie_of(request), access.now(), access.limits)
+    actor = login_session.find_actor(session, cookie_of(request), auth.now(), auth.limits)
     if actor:
-        login_session.end(session, actor.login_session_id, "signed_out", access.now())
+        login_session.end(session, actor.login_session_id, "signed_out", auth.now())
         auth_services(request).auth_cache.forget(cookie_of(request) or "")
     return actor
 
 
-def me(session: Session, actor: Actor, access: Access) -> Me:
+def describe_user(session: Session, actor: Actor, auth: Authentication) -> Me:
     """Return the user's account and permissions for the page."""
     account = session.get_one(AccountRow, actor.account_id)
     return Me(
@@ -297,53 +305,53 @@ def me(session: Session, actor: Actor, access: Access) -> Me:
         name=account.name,
         role=actor.role,
         language=account.language,
-        permissions=sorted(OF_ROLE[actor.role]),
+        permissions=sorted(ROLE_PERMISSIONS[actor.role]),
         stations=sorted(actor.stations),
         locked=actor.locked,
         enrolling=actor.enrolling,
         second_factor=account.totp_confirmed_at is not None,
         password=account.password_hash is not None,
-        openid=access.openid.name if access.openid and access.openid.subject(account.oidc_subject) else None,
+        openid=auth.openid.name if auth.openid and auth.openid.subject(account.oidc_subject) else None,
         demonstration=account.username in demonstration.USERNAMES,
-        idle_s=access.limits.idle.total_seconds(),
+        idle_s=auth.limits.idle.total_seconds(),
     )
 
 
-def check_it_is_them(
-    database: Database, access: Access, actor: Actor, password: str | None, *, password_always: bool = False
+def require_reauthentication(
+    database: Database, auth: Authentication, actor: Actor, password: str | None, *, password_always: bool = False
 ) -> None:
-    """Reauthenticate before an action that a passer-by at an open screen must not take. A recent authentication is enough.
+    """Reauthenticate before an action that another person at an unlocked screen must not take. A recent authentication is enough.
 
     :param password_always: a recent authentication is enough only for an account without a password.
     :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many attempts.
     """
     with database.read() as session:
         account = session.get_one(AccountRow, actor.account_id)
-        is_fresh = login_session.is_fresh(session, actor.login_session_id, access.now())
-        if password is None and is_fresh and not (password_always and account.password_hash):
+        is_recent = login_session.has_recent_authentication(session, actor.login_session_id, auth.now())
+        if password is None and is_recent and not (password_always and account.password_hash):
             return
-        if password is None and account.password_hash is None and access.openid:
+        if password is None and account.password_hash is None and auth.openid:
             raise ProblemError(
-                403, "openid_needed", texts.OPENID_NEEDED(provider=access.openid.name), texts.SIGN_IN_THERE_FIRST()
+                403, "openid_needed", texts.OPENID_NEEDED(provider=auth.openid.name), texts.SIGN_IN_THERE_FIRST()
             )
         if password is None:
             raise ProblemError(403, "password_needed", texts.PASSWORD_NEEDED(), texts.GIVE_PASSWORD())
     key = f"sign-in {actor.login_session_id}"
-    access.throttle.begin((key, OF_A_NAME))
-    if not access.passwords.fits(account.password_hash, password):
+    auth.throttle.begin((key, USERNAME_POLICY))
+    if not auth.passwords.verify(account.password_hash, password):
         raise ProblemError(403, "wrong_password", texts.WRONG_PASSWORD(), texts.TRY_AGAIN())
-    access.throttle.succeeded(key)
+    auth.throttle.succeeded(key)
 
 
-def whose(account_id: UUID) -> None:
+def set_audited_account(account_id: UUID) -> None:
     """Set the account of an attempted login for the audit trail."""
     if context := REQUEST_CONTEXT.get():
         context.account_id = account_id
 
 
-def name_key(username: str) -> str:
+def throttle_key(username: str) -> str:
     """Return the throttle's key of a user name, existing or not."""
-    return f"name {accounts.folded(username)}"
+    return f"name {accounts.fold_username(username)}"
 
 
 def cookie_of(connection: HTTPConnection) -> str | None:

@@ -6,24 +6,24 @@ from pydantic import Field
 from kata.audit import entries
 from kata.auth import accounts, demonstration, login_session, second_factor, set_up, texts
 from kata.auth.login import (
-    Access,
+    Authentication,
     Me,
     Password,
     Secret,
-    TheAccess,
     TheActor,
+    TheAuthentication,
     Username,
     address_of,
     auth_services,
     cookie_of,
-    end_here,
-    let_in,
-    me,
-    name_key,
-    whose,
+    describe_user,
+    end_browser_session,
+    set_audited_account,
+    start_login_session,
+    throttle_key,
 )
 from kata.auth.login_session import Method
-from kata.auth.throttle import OF_A_NAME, OF_AN_ADDRESS
+from kata.auth.throttle import ADDRESS_POLICY, USERNAME_POLICY
 from kata.database.availability import DatabaseUnavailableError
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import ProblemError
@@ -69,20 +69,20 @@ class SetPassword(Schema):
 
 @router.post("/api/sign-in", responses=PROBLEMS.of(401, 403, 422, 429), summary="Sign in with a password")
 def sign_in_by_password(
-    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: SignIn
 ) -> Me:
     """Sign in with user name and password, and with the second factor if the account has one."""
     with database.read() as session:
-        account = accounts.named(session, given.username)
+        account = accounts.find_by_username(session, given.username)
     if account:
-        whose(account.id)
-    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
-    fits = access.passwords.fits(account.password_hash if account else None, given.password)
+        set_audited_account(account.id)
+    of_name, of_address = throttle_key(given.username), _count_attempt(request, auth, given.username)
+    fits = auth.passwords.verify(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
         # The same message for every reason, so that it does not reveal existing user names.
         raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.TRY_AGAIN_OR_ASK_FOR_CODE())
-    outdated = account.password_hash and access.passwords.is_outdated(account.password_hash)
-    rehashed = access.passwords.hash(given.password) if outdated else None
+    outdated = account.password_hash and auth.passwords.is_outdated(account.password_hash)
+    rehashed = auth.passwords.hash(given.password) if outdated else None
     with database.write() as session:
         account = accounts.get(session, account.id)
         if account.disabled_at is not None:
@@ -91,73 +91,75 @@ def sign_in_by_password(
         if account.totp_confirmed_at is not None:
             if given.code is None:
                 # The attempt still counts for the user name, so that codes cannot be guessed faster than passwords.
-                access.throttle.was_no_failure(of_address)
+                auth.throttle.undo_attempt(of_address)
                 raise ProblemError(
                     403,
                     "second_factor_needed",
                     texts.SECOND_FACTOR_NEEDED(),
                     texts.TYPE_APP_CODE(),
                 )
-            accepted = second_factor.accepted(session, access.factor_key, account, given.code, access.now())
+            accepted = second_factor.use_code(session, auth.factor_key, account, given.code, auth.now())
             if accepted is None:
                 raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
             method = accepted
         account.password_hash = rehashed or account.password_hash
-        told = let_in(request, response, session, access, account, method)
-    access.throttle.succeeded(of_name)
-    access.throttle.was_no_failure(of_address)
-    access.revocations.notice()
-    return told
+        user = start_login_session(request, response, session, auth, account, method)
+    auth.throttle.succeeded(of_name)
+    auth.throttle.undo_attempt(of_address)
+    auth.revocations.check_now()
+    return user
 
 
 @router.post("/api/sign-in/link", responses=PROBLEMS.of(401, 422), summary="Sign in with a demonstration link")
 def sign_in_by_link(
-    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: LinkSignIn
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: LinkSignIn
 ) -> Me:
     """Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed."""
-    role = access.links.take(given.secret) if access.links.allowed else None
+    role = auth.links.take(given.secret) if auth.links.allowed else None
     if role is None:
         raise ProblemError(401, "link_used", texts.LINK_USED(), texts.RESTART_FOR_NEW_LINKS())
     with database.write() as session:
-        told = let_in(request, response, session, access, demonstration.account_of(session, role), "link")
-    access.revocations.notice()
-    return told
+        user = start_login_session(request, response, session, auth, demonstration.account_of(session, role), "link")
+    auth.revocations.check_now()
+    return user
 
 
 @router.post(
     "/api/set-up", responses=PROBLEMS.of(401, 422, 429), summary="Create an administrator with the set-up link"
 )
-def set_up_clinic(request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SetUp) -> Me:
+def set_up_clinic(
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: SetUp
+) -> Me:
     """Create the first administrator, or a further one for a clinic that is locked out, and sign in."""
     address = f"address {address_of(request)}"
-    access.throttle.begin((address, OF_AN_ADDRESS))
-    unfit = ProblemError(
+    auth.throttle.begin((address, ADDRESS_POLICY))
+    invalid = ProblemError(
         401,
         "link_used",
         texts.LINK_USED_OR_OLD(),
         texts.PRINT_NEW_LINK(),
     )
-    if not set_up.fits(access.folder, given.secret, access.now()):
-        raise unfit
-    access.throttle.was_no_failure(address)
-    access.passwords.check_choice(given.password, given.username, given.name)
-    made = access.passwords.hash(given.password)
-    now = access.now()
+    if not set_up.is_valid(auth.folder, given.secret, auth.now()):
+        raise invalid
+    auth.throttle.undo_attempt(address)
+    auth.passwords.check_choice(given.password, given.username, given.name)
+    password_hash = auth.passwords.hash(given.password)
+    now = auth.now()
     with database.write() as session:
-        account = accounts.named(session, given.username, to_change=True)
+        account = accounts.find_by_username(session, given.username, to_change=True)
         if account is None or account.username in demonstration.USERNAMES:
             account = accounts.create(session, given.username, given.name, "administrator", (), now)
         account.name, account.role = given.name, "administrator"
-        accounts.work_at(session, account, ())
+        accounts.set_stations(session, account, ())
         accounts.disable(session, account, now, disabled=False)
         second_factor.remove(session, account)
-        accounts.set_password(session, account, made, now)
-        told = let_in(request, response, session, access, account, "password")
+        accounts.set_password(session, account, password_hash, now)
+        user = start_login_session(request, response, session, auth, account, "password")
         # Last, so that the link stays valid after an earlier failure. Of two requests, the first one wins.
-        if not set_up.used_up(access.folder):
-            raise unfit
-    access.revocations.notice()
-    return told
+        if not set_up.use_up(auth.folder):
+            raise invalid
+    auth.revocations.check_now()
+    return user
 
 
 @router.post(
@@ -166,65 +168,65 @@ def set_up_clinic(request: Request, response: Response, database: TheDatabase, a
     responses=PROBLEMS.of(401, 422, 429),
     summary="Set a password with a one-time code",
 )
-def set_password_by_code(request: Request, database: TheDatabase, access: TheAccess, given: SetPassword) -> None:
+def set_password_by_code(request: Request, database: TheDatabase, auth: TheAuthentication, given: SetPassword) -> None:
     """Set a password with the one-time code that an administrator has issued. It can be used to sign in afterwards."""
     # This does not count for the user name: a user whose name is throttled by an attacker can still use a one-time code.
     address = f"address {address_of(request)}"
-    access.throttle.begin((address, OF_AN_ADDRESS))
-    unfit = ProblemError(
+    auth.throttle.begin((address, ADDRESS_POLICY))
+    invalid = ProblemError(
         401,
         "wrong_code",
         texts.ONE_TIME_CODE_UNFIT(),
         texts.ASK_FOR_NEW_CODE(),
     )
     with database.read() as session:
-        account = accounts.named(session, given.username)
+        account = accounts.find_by_username(session, given.username)
         if account:
-            whose(account.id)
-        if account is None or not accounts.code_fits(account, given.code, access.now()):
-            raise unfit
-    access.throttle.was_no_failure(address)
-    access.passwords.check_choice(given.password, account.username, account.name)
-    made = access.passwords.hash(given.password)
+            set_audited_account(account.id)
+        if account is None or not accounts.code_is_valid(account, given.code, auth.now()):
+            raise invalid
+    auth.throttle.undo_attempt(address)
+    auth.passwords.check_choice(given.password, account.username, account.name)
+    password_hash = auth.passwords.hash(given.password)
     with database.write() as session:
         account = accounts.get(session, account.id)
-        if not accounts.code_fits(account, given.code, access.now()):
-            raise unfit
-        accounts.set_password(session, account, made, access.now())
+        if not accounts.code_is_valid(account, given.code, auth.now()):
+            raise invalid
+        accounts.set_password(session, account, password_hash, auth.now())
         entries.add_entry(session, entries.entry("set_password_by_code", subject=f"account {account.id}"))
-    access.throttle.succeeded(name_key(given.username))
-    access.revocations.notice()
+    auth.throttle.succeeded(throttle_key(given.username))
+    auth.revocations.check_now()
 
 
 @router.post("/api/sign-out", status_code=204, responses=PROBLEMS.of(403), summary="Sign out")
-def sign_out(request: Request, response: Response, database: TheDatabase, access: TheAccess) -> None:
+def sign_out(request: Request, response: Response, database: TheDatabase, auth: TheAuthentication) -> None:
     """End the login session of this browser."""
     with database.write() as session:
-        actor = end_here(request, session, access)
+        actor = end_browser_session(request, session, auth)
         entries.add_entry(session, entries.entry("sign_out", actor=actor))
-    access.revocations.notice()
+    auth.revocations.check_now()
     for name in (login_session.COOKIE, login_session.SECURE_COOKIE):
         response.delete_cookie(name, secure=name == login_session.SECURE_COOKIE, httponly=True, samesite="strict")
 
 
 @router.get("/api/me", responses=PROBLEMS.of(401), summary="Read the signed-in user")
-def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
+def get_me(request: Request, database: TheDatabase, auth: TheAuthentication, actor: TheActor) -> Me:
     """Return the user of this browser. While the database does not answer, return the last known answer."""
     cookie, auth_cache = cookie_of(request) or "", auth_services(request).auth_cache
     try:
         with database.read() as session:
-            told = me(session, actor, access)
+            user = describe_user(session, actor, auth)
     except DatabaseUnavailableError:
-        known: Me | None = auth_cache.told(cookie)
-        if known is None:
+        cached: Me | None = auth_cache.me(cookie)
+        if cached is None:
             raise
-        return known
-    auth_cache.tell(cookie, told)
-    return told
+        return cached
+    auth_cache.put_me(cookie, user)
+    return user
 
 
-def _begin_try(request: Request, access: Access, username: str) -> str:
+def _count_attempt(request: Request, auth: Authentication, username: str) -> str:
     """Count an attempt for the user name and the address. Return the address' key."""
     address = f"address {address_of(request)}"
-    access.throttle.begin((name_key(username), OF_A_NAME), (address, OF_AN_ADDRESS))
+    auth.throttle.begin((throttle_key(username), USERNAME_POLICY), (address, ADDRESS_POLICY))
     return address

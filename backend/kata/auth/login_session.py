@@ -21,10 +21,10 @@ Method = Literal["password", "totp", "recovery", "oidc", "oidc_two", "link"]
 """``oidc``: by the clinic's OpenID provider; ``oidc_two``: also by a second factor, the provider's or Kata's."""
 EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "openid", "no_demonstration"]
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
-_FRESH: Final = timedelta(minutes=10)
-_ON_ITS_WAY: Final = timedelta(seconds=10)
+_RECENT: Final = timedelta(minutes=10)
+_FORMER_SECRET_VALIDITY: Final = timedelta(seconds=10)
 """A replaced secret stays valid this long, because a browser sends several requests at once, possibly a Stop."""
-_SEEN_EVERY: Final = timedelta(seconds=30)
+_ACTIVITY_PERIOD: Final = timedelta(seconds=30)
 """User activity is stored at most this often."""
 
 
@@ -38,7 +38,7 @@ class Limits:
     """The login session ends after this time, also with activity, except for :attr:`extension`."""
     extension: timedelta = timedelta(hours=1)
     """Additional time while the user operates an apparatus whose motors move or hold an arm."""
-    second_factor_of: frozenset[Role] = frozenset({"administrator"})
+    second_factor_roles: frozenset[Role] = frozenset({"administrator"})
 
 
 def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
@@ -46,12 +46,12 @@ def begin(session: Session, account: AccountRow, method: Method, now: datetime, 
 
     The caller records the login in the audit trail.
     """
-    secret = secrets.fresh()
+    secret = secrets.new_secret()
     session.add(
         LoginSessionRow(
             id=uuid4(),
             account_id=account.id,
-            secret_hash=secrets.hashed(secret),
+            secret_hash=secrets.hash_secret(secret),
             began_at=now,
             seen_at=now,
             proved_at=now,
@@ -65,7 +65,7 @@ def begin(session: Session, account: AccountRow, method: Method, now: datetime, 
     return secret
 
 
-def actor_of(
+def find_actor(
     session: Session,
     cookie: str | None,
     now: datetime,
@@ -78,20 +78,22 @@ def actor_of(
     """
     if not cookie:
         return None
-    hashed = secrets.hashed(cookie)
-    just_before = and_(LoginSessionRow.before_hash == hashed, LoginSessionRow.proved_at > now - _ON_ITS_WAY)
-    found = _actor(session, LoginSessionRow.secret_hash == hashed, now, limits, operator_under_torque)
-    return found or _actor(session, just_before, now, limits, operator_under_torque)
+    hashed = secrets.hash_secret(cookie)
+    is_former_secret = and_(
+        LoginSessionRow.before_hash == hashed, LoginSessionRow.proved_at > now - _FORMER_SECRET_VALIDITY
+    )
+    found = _find_actor(session, LoginSessionRow.secret_hash == hashed, now, limits, operator_under_torque)
+    return found or _find_actor(session, is_former_secret, now, limits, operator_under_torque)
 
 
-def by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limits) -> Actor | None:
+def find_actor_by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limits) -> Actor | None:
     """Return the user of a login session; None when it has ended."""
-    return _actor(session, LoginSessionRow.id == login_session_id, now, limits)
+    return _find_actor(session, LoginSessionRow.id == login_session_id, now, limits)
 
 
-def _actor(
+def _find_actor(
     session: Session,
-    which: ColumnElement[bool],
+    condition: ColumnElement[bool],
     now: datetime,
     limits: Limits,
     operator_under_torque: UUID | None = None,
@@ -99,29 +101,29 @@ def _actor(
     found = session.execute(
         select(LoginSessionRow, AccountRow)
         .join(AccountRow, AccountRow.id == LoginSessionRow.account_id)
-        .where(which, LoginSessionRow.ended_at.is_(None))
+        .where(condition, LoginSessionRow.ended_at.is_(None))
     ).one_or_none()
     if found is None:
         return None
-    sign_in, account = found
-    age = now - sign_in.began_at
-    longest = limits.longest + (limits.extension if sign_in.id == operator_under_torque else timedelta())
+    row, account = found
+    age = now - row.began_at
+    longest = limits.longest + (limits.extension if row.id == operator_under_torque else timedelta())
     # A clock that was set back does not extend the login session.
     if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
     stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
     return Actor(
         account_id=account.id,
-        login_session_id=sign_in.id,
+        login_session_id=row.id,
         name=account.name,
         role=account.role,
         stations=frozenset(stations),
-        locked=_is_locked(sign_in, now, limits),
+        locked=_is_locked(row, now, limits),
         enrolling=(
-            account.role in limits.second_factor_of
+            account.role in limits.second_factor_roles
             and account.totp_confirmed_at is None
             # Demonstration accounts belong to no person. A provider counts only if it explicitly states a second factor.
-            and sign_in.method not in ("link", "oidc_two")
+            and row.method not in ("link", "oidc_two")
         ),
     )
 
@@ -142,26 +144,26 @@ def lock(session: Session, login_session_id: UUID, now: datetime) -> None:
     row.locked_at = row.locked_at or now
 
 
-def proved(session: Session, login_session_id: UUID, now: datetime, method: Method | None = None) -> str:
+def renew(session: Session, login_session_id: UUID, now: datetime, method: Method | None = None) -> str:
     """Record a reauthentication: unlock the screen, and return a new secret for the cookie.
 
     ``method``: the login session's new method, if it changes.
     """
     row = session.get_one(LoginSessionRow, login_session_id)
-    secret = secrets.fresh()
-    row.before_hash, row.secret_hash = row.secret_hash, secrets.hashed(secret)
+    secret = secrets.new_secret()
+    row.before_hash, row.secret_hash = row.secret_hash, secrets.hash_secret(secret)
     row.locked_at = None
     row.seen_at = row.proved_at = now
     row.method = method or row.method
     return secret
 
 
-def is_fresh(session: Session, login_session_id: UUID, now: datetime) -> bool:
+def has_recent_authentication(session: Session, login_session_id: UUID, now: datetime) -> bool:
     """Return whether the user authenticated within the last ten minutes."""
-    return now - session.get_one(LoginSessionRow, login_session_id).proved_at < _FRESH
+    return now - session.get_one(LoginSessionRow, login_session_id).proved_at < _RECENT
 
 
-def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[LoginSessionRow]:
+def list_active(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[LoginSessionRow]:
     """Return the active login sessions of an account, newest first."""
     of_account = select(LoginSessionRow).where(
         LoginSessionRow.account_id == account_id, LoginSessionRow.ended_at.is_(None)
@@ -171,16 +173,16 @@ def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -
     ).all()
 
 
-def still(
+def select_active(
     session: Session,
     session_ids: Collection[UUID],
     now: datetime,
     limits: Limits,
     operator_under_torque: UUID | None = None,
 ) -> set[UUID]:
-    """Return the given login sessions that are still active; ``operator_under_torque`` as in :func:`actor_of`."""
+    """Return the given login sessions that are still active; ``operator_under_torque`` as in :func:`find_actor`."""
     began_after = now - limits.longest
-    asked = (
+    query = (
         select(LoginSessionRow.id)
         .join(AccountRow, AccountRow.id == LoginSessionRow.account_id)
         .where(
@@ -196,7 +198,7 @@ def still(
             AccountRow.disabled_at.is_(None),
         )
     )
-    return set(session.scalars(asked))
+    return set(session.scalars(query))
 
 
 def record_activity(session: Session, actor: Actor, now: datetime) -> None:
@@ -204,23 +206,25 @@ def record_activity(session: Session, actor: Actor, now: datetime) -> None:
     if not actor.locked:
         session.execute(
             update(LoginSessionRow)
-            .where(LoginSessionRow.id == actor.login_session_id, LoginSessionRow.seen_at < now - _SEEN_EVERY)
+            .where(LoginSessionRow.id == actor.login_session_id, LoginSessionRow.seen_at < now - _ACTIVITY_PERIOD)
             .values(seen_at=now)
         )
 
 
-def end(session: Session, login_session_id: UUID, why: EndReason, now: datetime) -> None:
+def end(session: Session, login_session_id: UUID, reason: EndReason, now: datetime) -> None:
     """End one login session."""
     session.execute(
         update(LoginSessionRow)
         .where(LoginSessionRow.id == login_session_id, LoginSessionRow.ended_at.is_(None))
-        .values(ended_at=now, end_reason=why)
+        .values(ended_at=now, end_reason=reason)
     )
 
 
-def end_all(session: Session, account_id: UUID, why: EndReason, now: datetime, besides: UUID | None = None) -> None:
-    """End all login sessions of an account except ``besides``."""
+def end_all(
+    session: Session, account_id: UUID, reason: EndReason, now: datetime, except_session: UUID | None = None
+) -> None:
+    """End all login sessions of an account except ``except_session``."""
     ending = update(LoginSessionRow).where(LoginSessionRow.account_id == account_id, LoginSessionRow.ended_at.is_(None))
-    if besides is not None:
-        ending = ending.where(LoginSessionRow.id != besides)
-    session.execute(ending.values(ended_at=now, end_reason=why))
+    if except_session is not None:
+        ending = ending.where(LoginSessionRow.id != except_session)
+    session.execute(ending.values(ended_at=now, end_reason=reason))

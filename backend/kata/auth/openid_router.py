@@ -6,7 +6,7 @@ cookies that another site's page cannot send. If the same account is signed in a
 
 from collections.abc import Callable
 from functools import partial
-from typing import Annotated, Final, TypeVar
+from typing import TYPE_CHECKING, Annotated, Final, TypeVar
 
 import anyio
 from fastapi import APIRouter, Request, Response
@@ -16,30 +16,45 @@ from pydantic import Field, StringConstraints
 from kata.actor import REQUEST_CONTEXT
 from kata.audit import entries
 from kata.auth import accounts, login_session, second_factor, texts
-from kata.auth.login import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
-from kata.auth.openid import LASTS, IdTokenClaims, OidcLoginState, PendingMfa, Provider, login_state_of
+from kata.auth.login import (
+    Authentication,
+    Me,
+    Secret,
+    TheAuthentication,
+    address_of,
+    cookie_of,
+    describe_user,
+    renew_login_session,
+    set_audited_account,
+    start_login_session,
+    throttle_key,
+)
+from kata.auth.openid import LASTS, IdTokenClaims, OidcLoginState, PendingMfa, login_state_of
 from kata.auth.tables import AccountRow
-from kata.auth.throttle import OF_A_NAME, OF_AN_ADDRESS
+from kata.auth.throttle import ADDRESS_POLICY, USERNAME_POLICY
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import ProblemError
 from kata.types import NO_NUL, Schema
 
+if TYPE_CHECKING:
+    from kata.auth.openid_provider import Provider
+
 router = APIRouter(prefix="/api/sign-in", tags=["sign-in"])
 
 _COOKIE: Final = "kata_openid"
-_BACK: Final = "/sign-in/openid"
+_CALLBACK_SCREEN: Final = "/sign-in/openid"
 """The screen that the provider sends the browser back to."""
-_LONGEST_S: Final = 10.0
+_PROVIDER_LIMIT_S: Final = 10.0
 """Longest wait for the provider."""
 
 Screen = Annotated[str, StringConstraints(max_length=500, pattern=r"^(/([^/\\\x00-\x20][^\\\x00-\x20]*)?)?$")]
 """A path of Kata's own page, which no browser can take for another site."""
-_Given = Annotated[str, StringConstraints(max_length=4000, pattern=NO_NUL)]
-_Answer = TypeVar("_Answer")
+_Parameter = Annotated[str, StringConstraints(max_length=4000, pattern=NO_NUL)]
+_Result = TypeVar("_Result")
 
 
-class WaysIn(Schema):
+class SignInOptions(Schema):
     """Ways to sign in, besides name and password."""
 
     openid: str | None = Field(description="Name of the clinic's OpenID provider; null: there is none.")
@@ -51,7 +66,7 @@ class BeginOpenId(Schema):
     to: Screen = Field("/", description="The screen to come back to; empty: none, in a separate tab.")
 
 
-class Away(Schema):
+class ProviderAddress(Schema):
     """The address of the provider's login page."""
 
     address: str
@@ -60,9 +75,9 @@ class Away(Schema):
 class OidcCallback(Schema):
     """Parameters with which the provider has sent the browser back."""
 
-    state: _Given
-    code: _Given = Field("", description="Empty if the provider refused.")
-    iss: _Given | None = Field(None, description="The issuer, if the provider names it (RFC 9207).")
+    state: _Parameter
+    code: _Parameter = Field("", description="Empty if the provider refused.")
+    iss: _Parameter | None = Field(None, description="The issuer, if the provider names it (RFC 9207).")
 
 
 class LoginResult(Schema):
@@ -79,40 +94,42 @@ class OpenIdCode(Schema):
 
 
 @router.get("", summary="List the ways to sign in")
-async def get_ways_in(access: TheAccess) -> WaysIn:
+async def get_sign_in_options(auth: TheAuthentication) -> SignInOptions:
     """Return the ways to sign in to this service."""
-    return WaysIn(openid=access.openid.name if access.openid else None)
+    return SignInOptions(openid=auth.openid.name if auth.openid else None)
 
 
 @router.post("/openid/begin", responses=PROBLEMS.of(404, 422, 503), summary="Begin a login at the OpenID provider")
-async def begin_openid(request: Request, response: Response, access: TheAccess, given: BeginOpenId) -> Away:
+async def begin_openid(
+    request: Request, response: Response, auth: TheAuthentication, given: BeginOpenId
+) -> ProviderAddress:
     """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address to send the browser to."""
-    provider, now = _provider(access), access.now()
-    redirect = f"{request.url.scheme}://{request.url.netloc}{_BACK}"
-    address, begun = await _run(provider, partial(provider.begin, redirect, given.to, now))
-    _set_cookie(request, response, access, begun)
-    return Away(address=address)
+    provider, now = _provider(auth), auth.now()
+    redirect = f"{request.url.scheme}://{request.url.netloc}{_CALLBACK_SCREEN}"
+    address, begun = await _run_with_limit(provider, partial(provider.begin, redirect, given.to, now))
+    _set_cookie(request, response, auth, begun)
+    return ProviderAddress(address=address)
 
 
 @router.post(
     "/openid", responses=PROBLEMS.of(401, 403, 404, 422, 429, 503), summary="Complete a login at the OpenID provider"
 )
 async def sign_in_by_openid(
-    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OidcCallback
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: OidcCallback
 ) -> LoginResult:
     """Sign in, or unlock the screen, with the provider's answer."""
-    provider = _provider(access)
+    provider = _provider(auth)
     of_address = f"address {address_of(request)}"
-    access.throttle.begin((of_address, OF_AN_ADDRESS))
-    begun = login_state_of(access.state_cookies.decrypt(_cookie(request), access.now()), given.state)
+    auth.throttle.begin((of_address, ADDRESS_POLICY))
+    begun = login_state_of(auth.state_cookies.decrypt(_cookie(request), auth.now()), given.state)
     if begun is None:
         raise ProblemError(401, "openid_not_begun", texts.OPENID_NOT_BEGUN(), texts.BEGIN_AGAIN())
     if not given.code or not provider.is_issuer(given.iss):
-        raise provider.refused()
-    claims = await _run(provider, partial(provider.confirm, begun, given.code, access.now()))
-    result = await run_in_threadpool(_sign_in, request, response, database, access, begun, claims)
-    access.throttle.was_no_failure(of_address)
-    access.revocations.notice()
+        raise provider.refusal()
+    claims = await _run_with_limit(provider, partial(provider.confirm, begun, given.code, auth.now()))
+    result = await run_in_threadpool(_sign_in, request, response, database, auth, begun, claims)
+    auth.throttle.undo_attempt(of_address)
+    auth.revocations.check_now()
     return result
 
 
@@ -120,27 +137,27 @@ async def sign_in_by_openid(
     "/openid/code", responses=PROBLEMS.of(401, 404, 422, 429), summary="Give the second factor after an OpenID login"
 )
 def confirm_openid(
-    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OpenIdCode
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: OpenIdCode
 ) -> LoginResult:
     """Give the code of the account's second factor if the provider has not checked one."""
-    _provider(access)
-    pending = access.state_cookies.decrypt(_cookie(request), access.now())
+    _provider(auth)
+    pending = auth.state_cookies.decrypt(_cookie(request), auth.now())
     if not isinstance(pending, PendingMfa):
         raise ProblemError(401, "openid_not_begun", texts.OPENID_TOOK_TOO_LONG(), texts.BEGIN_AGAIN())
     with database.read() as session:
         username = session.get_one(AccountRow, pending.account_id).username
-    of_name, of_address = name_key(username), f"address {address_of(request)}"
-    access.throttle.begin((of_name, OF_A_NAME), (of_address, OF_AN_ADDRESS))
-    whose(pending.account_id)
+    of_name, of_address = throttle_key(username), f"address {address_of(request)}"
+    auth.throttle.begin((of_name, USERNAME_POLICY), (of_address, ADDRESS_POLICY))
+    set_audited_account(pending.account_id)
     with database.write() as session:
         account = accounts.get(session, pending.account_id)
-        _check_open(account)
-        if second_factor.accepted(session, access.factor_key, account, given.code, access.now()) is None:
+        _check_enabled(account)
+        if second_factor.use_code(session, auth.factor_key, account, given.code, auth.now()) is None:
             raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
-        user = let_in(request, response, session, access, account, "oidc_two")
-    access.throttle.was_no_failure(of_address)
-    access.revocations.notice()
-    _set_cookie(request, response, access, None)
+        user = start_login_session(request, response, session, auth, account, "oidc_two")
+    auth.throttle.undo_attempt(of_address)
+    auth.revocations.check_now()
+    _set_cookie(request, response, auth, None)
     return LoginResult(me=user, to=pending.to)
 
 
@@ -148,17 +165,17 @@ def _sign_in(
     request: Request,
     response: Response,
     database: Database,
-    access: Access,
+    auth: Authentication,
     begun: OidcLoginState,
     claims: IdTokenClaims,
 ) -> LoginResult:
-    provider, now = _provider(access), access.now()
+    provider, now = _provider(auth), auth.now()
     context = REQUEST_CONTEXT.get()
     if context:
         # An administrator needs this identity to link it with an account.
         context.subject = f"openid {claims.subject}"
     with database.write() as session:
-        account = accounts.linked(session, provider.linked(claims.subject))
+        account = accounts.find_by_subject(session, provider.stored_subject(claims.subject))
         if account is None:
             raise ProblemError(
                 403,
@@ -166,41 +183,45 @@ def _sign_in(
                 texts.OPENID_NOT_LINKED(provider=provider.name),
                 texts.HAVE_IDENTITY_LINKED(identity=claims.subject),
             )
-        whose(account.id)
+        set_audited_account(account.id)
         account = accounts.get(session, account.id)
-        _check_open(account)
-        here = login_session.actor_of(session, cookie_of(request), now, access.limits)
-        if here and here.account_id == account.id:
-            entries.add_entry(session, entries.entry("sign_in_by_openid", actor=here, detail={"method": "again"}))
-            user = me(session, go_on(request, response, session, access, here), access)
+        _check_enabled(account)
+        present_actor = login_session.find_actor(session, cookie_of(request), now, auth.limits)
+        if present_actor and present_actor.account_id == account.id:
+            entries.add_entry(
+                session, entries.entry("sign_in_by_openid", actor=present_actor, detail={"method": "again"})
+            )
+            user = describe_user(session, renew_login_session(request, response, session, auth, present_actor), auth)
         elif account.totp_confirmed_at is not None and not claims.two_factors:
-            _set_cookie(request, response, access, PendingMfa(account_id=account.id, to=begun.to))
+            _set_cookie(request, response, auth, PendingMfa(account_id=account.id, to=begun.to))
             entries.add_entry(session, entries.entry("sign_in_by_openid", detail={"needed": "second_factor"}))
             return LoginResult(me=None, to=begun.to)
         else:
-            user = let_in(request, response, session, access, account, "oidc_two" if claims.two_factors else "oidc")
-    _set_cookie(request, response, access, None)
+            user = start_login_session(
+                request, response, session, auth, account, "oidc_two" if claims.two_factors else "oidc"
+            )
+    _set_cookie(request, response, auth, None)
     return LoginResult(me=user, to=begun.to)
 
 
-def _check_open(account: AccountRow) -> None:
+def _check_enabled(account: AccountRow) -> None:
     if account.disabled_at is not None:
         raise ProblemError(403, "account_disabled", texts.ACCOUNT_DISABLED(), texts.ASK_ADMINISTRATOR())
 
 
-def _provider(access: Access) -> Provider:
-    if access.openid is None:
+def _provider(auth: Authentication) -> "Provider":
+    if auth.openid is None:
         raise ProblemError(404, "no_openid", texts.NO_OPENID(), texts.SIGN_IN_WITH_NAME())
-    return access.openid
+    return auth.openid
 
 
-async def _run(provider: Provider, request: Callable[[], _Answer]) -> _Answer:
+async def _run_with_limit(provider: "Provider", request: Callable[[], _Result]) -> _Result:
     """Run a request to the provider in one of few threads, with a time limit.
 
     :raises ProblemError: 503 after the limit.
     """
     try:
-        with anyio.fail_after(_LONGEST_S):
+        with anyio.fail_after(_PROVIDER_LIMIT_S):
             return await anyio.to_thread.run_sync(request, abandon_on_cancel=True, limiter=provider.limiter)
     except TimeoutError as error:
         raise provider.unavailable() from error
@@ -211,12 +232,12 @@ def _cookie(request: Request) -> str | None:
 
 
 def _set_cookie(
-    request: Request, response: Response, access: Access, content: OidcLoginState | PendingMfa | None
+    request: Request, response: Response, auth: Authentication, content: OidcLoginState | PendingMfa | None
 ) -> None:
     """Store the state of the login in the browser; None: remove it."""
     response.set_cookie(
         _name(request),
-        access.state_cookies.encrypt(content, access.now()) if content else "",
+        auth.state_cookies.encrypt(content, auth.now()) if content else "",
         max_age=int(LASTS.total_seconds()) if content else 0,
         secure=request.url.scheme == "https",
         httponly=True,

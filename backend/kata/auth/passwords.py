@@ -17,13 +17,13 @@ from kata.auth import secrets, texts
 from kata.errors import ProblemError
 
 SHORTEST: Final = 10
-_OURS: Final = ("kata", "shoulder", "clinic", "therapist", "administrator")
+_SERVICE_WORDS: Final = ("kata", "shoulder", "clinic", "therapist", "administrator")
 """Words that an attacker of this service tries first."""
-_TRIMMINGS: Final = "0123456789!?.,-_*#$@+ "
+_PADDING: Final = "0123456789!?.,-_*#$@+ "
 """Characters that people add to a word to make it a password."""
 _REPEATED: Final = re.compile(r"(.{1,4})\1+")
-_ROWS: Final = ("abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm")
-_WAITING: Final = 8
+_KEYBOARD_ROWS: Final = ("abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm")
+_MAX_WAITING: Final = 8
 """Requests that may wait, half a second at most. Further ones are refused."""
 
 
@@ -38,23 +38,23 @@ def hasher() -> PasswordHasher:
 class Passwords:
     """Creates and checks hashes of passwords. This blocks for some 50 ms: call it from a worker thread."""
 
-    def __init__(self, made_by: PasswordHasher) -> None:
-        self._hasher = made_by
-        self._one = Lock()
-        self._waiting = BoundedSemaphore(_WAITING)
-        self._dummy_hash = made_by.hash(secrets.fresh())
+    def __init__(self, hasher: PasswordHasher) -> None:
+        self._hasher = hasher
+        self._lock = Lock()
+        self._waiting = BoundedSemaphore(_MAX_WAITING)
+        self._dummy_hash = hasher.hash(secrets.new_secret())
         packed = files("kata.auth").joinpath("common_passwords.txt.gz").read_bytes()
         self._common = frozenset(gzip.decompress(packed).decode().split())
 
-    def check_choice(self, password: str, *about: str) -> None:
-        """Check that a new password is long enough, not common and not made of the user's names (``about``).
+    def check_choice(self, password: str, *names: str) -> None:
+        """Check that a new password is long enough, not common and not made of the user's ``names``.
 
         :raises ProblemError: 422 ``weak_password``.
         """
         reason = ""
         if len(password) < SHORTEST:
             reason = texts.PASSWORD_TOO_SHORT(characters=SHORTEST)
-        elif self._is_common(password, about):
+        elif self._is_common(password, names):
             reason = texts.PASSWORD_COMMON()
         if reason:
             raise ProblemError(
@@ -65,19 +65,19 @@ class Passwords:
                 [("#/password", reason)],
             )
 
-    def _is_common(self, password: str, about: tuple[str, ...]) -> bool:
+    def _is_common(self, password: str, names: tuple[str, ...]) -> bool:
         lower = password.lower()
-        core = lower.strip(_TRIMMINGS)
-        known = {word for text in (*about, *_OURS) for word in text.lower().split() if len(word) > 2}
+        core = lower.strip(_PADDING)
+        known = {word for text in (*names, *_SERVICE_WORDS) for word in text.lower().split() if len(word) > 2}
         remainder = lower
         for word in sorted(known, key=len, reverse=True):
             remainder = remainder.replace(word, "")
         return (
             lower in self._common
             or core in self._common
-            or len(remainder.strip(_TRIMMINGS)) < 4
+            or len(remainder.strip(_PADDING)) < 4
             or _REPEATED.fullmatch(lower) is not None
-            or any(lower in row or lower in row[::-1] for row in _ROWS)
+            or any(lower in row or lower in row[::-1] for row in _KEYBOARD_ROWS)
         )
 
     def hash(self, password: str) -> str:
@@ -88,7 +88,7 @@ class Passwords:
         with self._turn():
             return self._hasher.hash(password)
 
-    def fits(self, stored_hash: str | None, password: str) -> bool:
+    def verify(self, stored_hash: str | None, password: str) -> bool:
         """Return whether the password has this hash. Without a hash, return False after the same time.
 
         :raises ProblemError: 429 when too many requests wait.
@@ -104,22 +104,22 @@ class Passwords:
         """Return whether a hash was made with other settings than the present ones."""
         return self._hasher.check_needs_rehash(stored_hash)
 
-    def _turn(self) -> "_Turn":
-        return _Turn(self._one, self._waiting)
+    def _turn(self) -> "_HashingTurn":
+        return _HashingTurn(self._lock, self._waiting)
 
 
-class _Turn:
+class _HashingTurn:
     """A turn at hashing. Waits for the previous one, with a limited number of others."""
 
-    def __init__(self, one: Lock, waiting: BoundedSemaphore) -> None:
-        self._one = one
+    def __init__(self, lock: Lock, waiting: BoundedSemaphore) -> None:
+        self._lock = lock
         self._waiting = waiting
 
     def __enter__(self) -> None:
         if not self._waiting.acquire(blocking=False):
             raise ProblemError(429, "too_many_tries", texts.SIGN_IN_CROWDED(), texts.TRY_AGAIN_IN_A_MOMENT())
-        self._one.acquire()
+        self._lock.acquire()
 
     def __exit__(self, *_: object) -> None:
-        self._one.release()
+        self._lock.release()
         self._waiting.release()

@@ -19,22 +19,24 @@ Permission = Literal[
     "operate",
     "diagnose",
     "see_operation",
+    "commission",
     "read_records",
     "write_records",
     "administer",
 ]
 """``public``: everyone who reaches the service. ``own_account``: every signed-in user. ``diagnose``: the device without patient data, and
-the simulated hand, pedal and switch. ``see_operation``: the state of service and device, without patient data."""
+the simulated hand, pedal and switch. ``see_operation``: the state of service and device, without patient data. ``commission``: commission
+the station and change its configuration."""
 
-_EVERYBODY: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
+_ALL_USERS: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
 """Every user who sees the apparatus may stop it."""
-_THERAPIST: Final[frozenset[Permission]] = _EVERYBODY | {"read_records", "write_records", "operate", "diagnose"}
-OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
+_THERAPIST: Final[frozenset[Permission]] = _ALL_USERS | {"read_records", "write_records", "operate", "diagnose"}
+ROLE_PERMISSIONS: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
     {
-        "viewer": _EVERYBODY | {"read_records"},
-        "technician": _EVERYBODY | {"diagnose", "see_operation"},
+        "viewer": _ALL_USERS | {"read_records"},
+        "technician": _ALL_USERS | {"diagnose", "see_operation", "commission"},
         "therapist": _THERAPIST,
-        "administrator": _THERAPIST | {"administer", "see_operation"},
+        "administrator": _THERAPIST | {"administer", "see_operation", "commission"},
     }
 )
 
@@ -66,13 +68,14 @@ _OWN: Final = RouteRule("own_account", locked=True, enrolling=True, offline=True
 _READ: Final = RouteRule("read_records")
 _WRITE: Final = RouteRule("write_records")
 _OPERATE: Final = RouteRule("operate", here=True)
-_GO_ON: Final = RouteRule("operate", here=True, offline=True)
+_CONTINUE: Final = RouteRule("operate", here=True, offline=True)
 _DIAGNOSE: Final = RouteRule("diagnose", here=True, offline=True)
 _ADMINISTER: Final = RouteRule("administer")
 _WATCH: Final = RouteRule("see_station", locked=True, offline=True)
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
+        "get_sign_in_options": "get_ways_in",
         "set_side": "turn",
         "reduce_range": "less",
         "request_erasure": "note_erasure",
@@ -106,10 +109,11 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         # For watchdogs, proxies and browsers without a login; the answers contain no personal data.
         "get_health_live": _PUBLIC,
         "get_health_ready": _PUBLIC,
+        "get_health_idle": _PUBLIC,
         # Signing in and out.
         "sign_in_by_password": _PUBLIC,
         "sign_in_by_link": _PUBLIC,
-        "get_ways_in": _PUBLIC,
+        "get_sign_in_options": _PUBLIC,
         "begin_openid": _PUBLIC,
         "sign_in_by_openid": _PUBLIC,
         "confirm_openid": _PUBLIC,
@@ -136,6 +140,12 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "create_patient": _WRITE,
         "get_patient": _READ,
         "update_patient": _WRITE,
+        "get_patient_banner": RouteRule("read_records", offline=True),
+        "list_contraindication_kinds": _READ,
+        "list_contraindications": _READ,
+        "add_contraindication": _WRITE,
+        "sign_off_contraindication": _WRITE,
+        "resolve_contraindication": _WRITE,
         "get_record_access": RouteRule("read_records", restricted=True),
         "change_record_access": RouteRule("administer", restricted=True),
         "break_glass": RouteRule("read_records", restricted=True),
@@ -157,6 +167,11 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_assessment": _READ,
         "update_assessment": _WRITE,
         "withdraw_assessment": _WRITE,
+        "list_questionnaires": _READ,
+        "start_patient_mode": _WRITE,
+        # The patient's only routes, besides those of a locked screen.
+        "get_patient_questionnaire": RouteRule("own_account", locked=True),
+        "answer_patient_questionnaire": RouteRule("own_account", locked=True),
         "get_adherence": _READ,
         "get_progress": _READ,
         # Recordings and programmes.
@@ -167,6 +182,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "preview_derived_recording": _WRITE,
         "get_recording_figure": _READ,
         "get_recording_motion": _READ,
+        "get_recording_rhythm": _READ,
         "list_programmes": _READ,
         "create_programme": _WRITE,
         "preview_programme": _WRITE,
@@ -189,9 +205,20 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_note_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,
+        "add_goniometer_reading": _WRITE,
+        "remove_goniometer_reading": _WRITE,
         "get_run": _READ,
         "get_run_figures": _READ,
         "get_run_motion": _READ,
+        "get_played_motion": _READ,
+        "get_run_rhythm": _READ,
+        # The clinic's figures. Those of the stations name no patient and no therapist.
+        "get_worklist": _READ,
+        "get_outcomes": _READ,
+        "get_usage": RouteRule("see_operation"),
+        "get_tracking_quality": RouteRule("see_operation"),
+        "get_stop_counts": RouteRule("see_operation"),
+        "get_operation": RouteRule("see_operation"),
         # Export and import.
         "get_session_report_html": _READ,
         "get_session_report_pdf": _READ,
@@ -199,8 +226,10 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_episode_report_pdf": _READ,
         "get_recording_samples": _READ,
         "get_recording_parquet": _READ,
+        "get_recording_mcap": _READ,
         "get_run_samples": _READ,
         "get_run_parquet": _READ,
+        "get_run_mcap": _READ,
         "get_patient_fhir": _READ,
         "export_patient": _READ,
         "preview_imported_motion": RouteRule("write_records", file="text/csv"),
@@ -212,34 +241,50 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "request_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
         "approve_erasure": _ADMINISTER,
+        "get_clinic_profile": _ADMINISTER,
+        "update_clinic_profile": _ADMINISTER,
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
         # The audit trail must be searchable for a restricted record without access to that record.
         "list_audit": RouteRule("administer", restricted=True),
         # The state of the service.
         "list_station_versions": RouteRule("see_operation"),
+        "list_commissionings": RouteRule("see_operation"),
+        "get_commissioning": RouteRule("see_operation"),
+        "get_commissioning_report_pdf": RouteRule("see_operation"),
+        "get_station_settings": RouteRule("see_operation"),
+        "preview_station_settings": RouteRule("commission", here=True),
+        "import_station_settings": RouteRule("commission", here=True),
+        "get_commissioning_run": RouteRule("see_operation"),
+        "start_commissioning": RouteRule("commission", here=True),
+        "confirm_commissioning": RouteRule("commission", here=True, offline=True),
         "get_metrics": RouteRule("see_operation", token=True),
+        "get_support_bundle": RouteRule("see_operation"),
         # The apparatus.
         "live": _WATCH,
         "live_stations": _WATCH,
         "list_stations": _WATCH,
         "get_station": _WATCH,
+        "get_drive_trend": RouteRule("see_station", offline=True),
+        "get_commissioning_status": RouteRule("see_station", offline=True),
         "list_events": RouteRule("see_station"),
+        # Counts and ids, which pages ask for at intervals.
+        "list_notifications": RouteRule("see_station"),
         "stop": RouteRule("stop", locked=True, enrolling=True, offline=True),
-        "take_lease": _GO_ON,
-        "release_lease": _GO_ON,
+        "take_lease": _CONTINUE,
+        "release_lease": _CONTINUE,
         "set_side": _OPERATE,
         "teach": _OPERATE,
-        "finish_teaching": _GO_ON,
-        "load": _GO_ON,
-        "unload": _GO_ON,
-        "approach": _GO_ON,
-        "play": _GO_ON,
-        "pause": _GO_ON,
-        "reduce_range": _GO_ON,
-        "return_to_rest": _GO_ON,
-        "release_torque": _GO_ON,
-        "acknowledge": _GO_ON,
+        "finish_teaching": _CONTINUE,
+        "load": _CONTINUE,
+        "unload": _CONTINUE,
+        "approach": _CONTINUE,
+        "play": _CONTINUE,
+        "pause": _CONTINUE,
+        "reduce_range": _CONTINUE,
+        "return_to_rest": _CONTINUE,
+        "release_torque": _CONTINUE,
+        "acknowledge": _CONTINUE,
         "get_simulator": RouteRule("diagnose", offline=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,

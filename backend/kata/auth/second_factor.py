@@ -7,7 +7,6 @@ from datetime import datetime
 from typing import Final, Literal, get_args
 
 import pyotp
-import segno
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
@@ -45,8 +44,11 @@ def begin(key: FactorKey, account: AccountRow) -> str:
     return pyotp.TOTP(secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
 
 
-def drawn(address: str) -> str:
+def qr_code(address: str) -> str:
     """Return the address as a QR code: SVG for an ``<img>``, black on white in every theme."""
+    # Imported here: only the set-up of a second factor draws a code.
+    import segno
+
     return segno.make(address, error="m").svg_data_uri(scale=4, border=4, light="#fff")
 
 
@@ -57,7 +59,7 @@ def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, no
     """
     if account.totp_sealed is None or account.totp_confirmed_at:
         raise ProblemError(409, "nothing_begun", texts.SECOND_FACTOR_NOT_BEGUN(), texts.BEGIN_ANEW())
-    if not _takes(key, account, code, now):
+    if not _use_app_code(key, account, code, now):
         raise ProblemError(
             422,
             "wrong_code",
@@ -67,25 +69,25 @@ def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, no
         )
     account.totp_confirmed_at = now
     session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
-    codes = [secrets.fresh_code() for _ in range(_RECOVERY_CODES)]
-    session.add_all(RecoveryCodeRow(account_id=account.id, code_hash=secrets.hashed(code)) for code in codes)
+    codes = [secrets.new_code() for _ in range(_RECOVERY_CODES)]
+    session.add_all(RecoveryCodeRow(account_id=account.id, code_hash=secrets.hash_secret(code)) for code in codes)
     return codes
 
 
-def accepted(
+def use_code(
     session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime
 ) -> Literal["totp", "recovery"] | None:
     """Use up a code, and return whether it was the app's or a recovery code; None if it is wrong.
 
     :raises ProblemError: 403 when codes of the app cannot be checked because the key does not match.
     """
-    if _takes(key, account, code, now):
+    if _use_app_code(key, account, code, now):
         return "totp"
     taken = session.execute(
         update(RecoveryCodeRow)
         .where(
             RecoveryCodeRow.account_id == account.id,
-            RecoveryCodeRow.code_hash == secrets.hashed(secrets.as_typed(code)),
+            RecoveryCodeRow.code_hash == secrets.hash_secret(secrets.normalize_code(code)),
             RecoveryCodeRow.used_at.is_(None),
         )
         .values(used_at=now)
@@ -115,7 +117,7 @@ def remove(session: Session, account: AccountRow) -> None:
     session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
 
 
-def _takes(key: FactorKey, account: AccountRow, code: str, now: datetime) -> bool:
+def _use_app_code(key: FactorKey, account: AccountRow, code: str, now: datetime) -> bool:
     """Accept a code of the present, previous or next time step, but none twice."""
     digits = code.replace(" ", "")
     secret = key.decrypt(account.totp_sealed, account.id) if account.totp_sealed else None

@@ -21,14 +21,14 @@ def offer(folder: Path, now: datetime) -> str:
 
     :raises OSError: when the folder cannot be written to.
     """
-    secret = secrets.fresh()
-    text = json.dumps({"hash": secrets.hashed(secret), "until": (now + LASTS).isoformat()})
+    secret = secrets.new_secret()
+    text = json.dumps({"hash": secrets.hash_secret(secret), "until": (now + LASTS).isoformat()})
     folder.mkdir(parents=True, exist_ok=True)
-    beside = folder / f"{_FILE}.new"
-    beside.unlink(missing_ok=True)
-    with os.fdopen(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+    part = folder / f"{_FILE}.new"
+    part.unlink(missing_ok=True)
+    with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
         file.write(text)
-    beside.replace(folder / _FILE)
+    part.replace(folder / _FILE)
     return secret
 
 
@@ -37,16 +37,16 @@ def invitation(url: str, secret: str) -> str:
     return f"Set up the clinic's administrator, once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
 
 
-def fits(folder: Path, secret: str, now: datetime) -> bool:
+def is_valid(folder: Path, secret: str, now: datetime) -> bool:
     """Return whether this is the secret of the valid link."""
     try:
         offer = json.loads((folder / _FILE).read_text())
-        return secrets.fits(secret, offer["hash"]) and now < datetime.fromisoformat(offer["until"])
+        return secrets.matches(secret, offer["hash"]) and now < datetime.fromisoformat(offer["until"])
     except (OSError, ValueError, KeyError, TypeError):
         return False
 
 
-def used_up(folder: Path) -> bool:
+def use_up(folder: Path) -> bool:
     """Remove the link. Return False if another request has used it first."""
     try:
         (folder / _FILE).unlink()

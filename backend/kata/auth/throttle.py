@@ -11,12 +11,12 @@ from typing import Final
 from kata.auth import texts
 from kata.errors import ProblemError
 
-_KEPT: Final = 10_000
-_FORGOTTEN_S: Final = 3600.0
+_MAX_KEYS: Final = 10_000
+_FORGET_AFTER_S: Final = 3600.0
 
 
 @dataclass(slots=True)
-class _Tries:
+class _Attempts:
     failed: int
     last_s: float
     until_s: float
@@ -26,14 +26,14 @@ class _Tries:
 class BackoffPolicy:
     """The number of attempts without a wait, and the first and longest wait. The wait doubles with each failure."""
 
-    free: int
+    free_attempts: int
     first_s: float
     longest_s: float
 
 
-OF_A_NAME: Final = BackoffPolicy(free=5, first_s=30.0, longest_s=900.0)
+USERNAME_POLICY: Final = BackoffPolicy(free_attempts=5, first_s=30.0, longest_s=900.0)
 """For a user name, existing or not, and for a locked screen."""
-OF_AN_ADDRESS: Final = BackoffPolicy(free=30, first_s=10.0, longest_s=300.0)
+ADDRESS_POLICY: Final = BackoffPolicy(free_attempts=30, first_s=10.0, longest_s=300.0)
 """For a browser's address. A whole clinic may share it behind a proxy."""
 
 
@@ -46,7 +46,7 @@ class Throttle:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """``clock``: seconds."""
         self._clock = clock
-        self._tries: OrderedDict[str, _Tries] = OrderedDict()
+        self._attempts: OrderedDict[str, _Attempts] = OrderedDict()
         self._lock = Lock()
 
     def begin(self, *keys: tuple[str, BackoffPolicy]) -> None:
@@ -65,34 +65,34 @@ class Throttle:
     def succeeded(self, key: str) -> None:
         """Forget all failures of a key after a successful authentication."""
         with self._lock:
-            self._tries.pop(key, None)
+            self._attempts.pop(key, None)
 
-    def was_no_failure(self, key: str) -> None:
+    def undo_attempt(self, key: str) -> None:
         """Do not count the last attempt."""
         with self._lock:
-            tries = self._tries.get(key)
-            if tries:
-                tries.failed -= 1
-                tries.until_s = 0.0
+            attempts = self._attempts.get(key)
+            if attempts:
+                attempts.failed -= 1
+                attempts.until_s = 0.0
 
     def _left_s(self, key: str, now_s: float) -> float:
-        tries = self._tries.get(key)
-        return tries.until_s - now_s if tries else 0.0
+        attempts = self._attempts.get(key)
+        return attempts.until_s - now_s if attempts else 0.0
 
     def _count(self, key: str, policy: BackoffPolicy, now_s: float) -> None:
-        tries = self._tries.get(key)
-        if tries is None or now_s - tries.last_s > _FORGOTTEN_S:
-            tries = _Tries(0, now_s, 0.0)
-        tries.failed += 1
-        tries.last_s = now_s
-        if tries.failed >= policy.free:
+        attempts = self._attempts.get(key)
+        if attempts is None or now_s - attempts.last_s > _FORGET_AFTER_S:
+            attempts = _Attempts(0, now_s, 0.0)
+        attempts.failed += 1
+        attempts.last_s = now_s
+        if attempts.failed >= policy.free_attempts:
             # The exponent is bounded: a year of attempts would overflow a float.
-            factor = 2.0 ** min(tries.failed - policy.free, 20)
-            tries.until_s = now_s + min(policy.first_s * factor, policy.longest_s)
-        self._tries[key] = tries
-        self._tries.move_to_end(key)
-        while len(self._tries) > _KEPT:
-            self._tries.popitem(last=False)
+            factor = 2.0 ** min(attempts.failed - policy.free_attempts, 20)
+            attempts.until_s = now_s + min(policy.first_s * factor, policy.longest_s)
+        self._attempts[key] = attempts
+        self._attempts.move_to_end(key)
+        while len(self._attempts) > _MAX_KEYS:
+            self._attempts.popitem(last=False)
 
 
 def _too_many(left_s: int) -> ProblemError:

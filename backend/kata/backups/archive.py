@@ -31,9 +31,9 @@ DATABASE: Final = "database"
 DATA: Final = "data"
 ANCHOR: Final = "audit.anchor"
 FACTOR_KEY: Final = "second-factor-key.txt"
-_CONTENTS: Final = "kata-backup.json"
+_CONTENTS_FILE: Final = "kata-backup.json"
 _FORMAT: Final = "kata-backup/1"
-_COMPRESSION: Final = 1
+_COMPRESSION_LEVEL: Final = 1
 """The fastest level: samples are compressed already, and text compresses well at any level."""
 _NO_KEY_FITS: Final = "No matching keys found"
 
@@ -110,13 +110,13 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
     except OSError as error:
         if error.errno is not None:
             raise BackupError(f"{file} cannot be extracted: {error.strerror}") from error
-        raise _incomplete(file) from error
+        raise _incomplete_error(file) from error
     except (tarfile.TarError, EOFError) as error:
-        raise _incomplete(file) from error
+        raise _incomplete_error(file) from error
     return found[0]
 
 
-def _incomplete(file: Path) -> BackupError:
+def _incomplete_error(file: Path) -> BackupError:
     return BackupError(
         f"{file} is not complete: it was truncated or changed. Use another copy of it, or another backup"
     )
@@ -124,11 +124,11 @@ def _incomplete(file: Path) -> BackupError:
 
 def _pack(sink: IO[bytes], contents: Contents, folder: Path) -> None:
     with (
-        gzip.GzipFile(fileobj=sink, mode="wb", filename="", compresslevel=_COMPRESSION) as packed,
+        gzip.GzipFile(fileobj=sink, mode="wb", filename="", compresslevel=_COMPRESSION_LEVEL) as packed,
         tarfile.open(fileobj=packed, mode="w|") as tar,
     ):
         description = msgspec.json.format(msgspec.json.encode(contents))
-        head = tarfile.TarInfo(_CONTENTS)
+        head = tarfile.TarInfo(_CONTENTS_FILE)
         head.size, head.mtime, head.mode = len(description), int(contents.made_at.timestamp()), 0o600
         tar.addfile(head, BytesIO(description))
         tar.add(folder / DATABASE, DATABASE)
@@ -138,10 +138,10 @@ def _pack(sink: IO[bytes], contents: Contents, folder: Path) -> None:
 def _unpack(source: IO[bytes], folder: Path, check: Callable[[Contents], None]) -> Contents:
     with tarfile.open(fileobj=source, mode="r|gz") as tar:
         head = tar.next()
-        opened = tar.extractfile(head) if head and head.name == _CONTENTS else None
+        opened = tar.extractfile(head) if head and head.name == _CONTENTS_FILE else None
         if opened is None:
             raise BackupError("this file is not a backup of Kata")
-        contents = _contents(opened.read())
+        contents = _parse_contents(opened.read())
         check(contents)
         while member := tar.next():
             _extract(tar, member, folder)
@@ -167,7 +167,7 @@ def _extract(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> Non
         os.fsync(written.fileno())
 
 
-def _contents(description: bytes) -> Contents:
+def _parse_contents(description: bytes) -> Contents:
     try:
         found = msgspec.json.decode(description, type=dict[str, Any]).get("format", "")
         if found == _FORMAT:

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 _NICENESS: Final = 10
 _EXIT_AFTER_SIGTERM: Final = 143
 
-_Data = Annotated[Path | None, typer.Option(help="Folder for database and journals.")]
+_DataOption = Annotated[Path | None, typer.Option(help="Folder for database and journals.")]
 
 
 def backup(
-    data: _Data = None,
+    data: _DataOption = None,
     to: Annotated[Path | None, typer.Option(help="Folder for the backup, instead of KATA_BACKUP_DIR.")] = None,
     nightly: Annotated[bool, typer.Option("--nightly", hidden=True)] = False,
 ) -> None:
@@ -30,7 +30,7 @@ def backup(
     from kata.backups.create import create_backup
     from kata.backups.key import BackupError
 
-    settings = _settings(data=data, backup_dir=to)
+    settings = _settings_from(data=data, backup_dir=to)
     # The backup is not urgent and must not delay the control loop.
     os.nice(_NICENESS)
     # An exit removes files that are not encrypted yet.
@@ -58,7 +58,7 @@ def restore(
     key: Annotated[
         Path | None, typer.Option(help="The key that opens the backup; default: the one in the data folder.")
     ] = None,
-    data: _Data = None,
+    data: _DataOption = None,
     verify: Annotated[
         bool, typer.Option("--verify", help="Only verify that the backup can be restored; also while Kata runs.")
     ] = False,
@@ -73,7 +73,7 @@ def restore(
     logging.basicConfig(level=logging.WARNING)
     if former_try:
         typer.echo("--try is now called --verify; the next release does not accept --try.", err=True)
-    settings = _settings(data=data)
+    settings = _settings_from(data=data)
     key_file = key or settings.backup_key_file
     try:
         if verify or former_try:
@@ -81,7 +81,7 @@ def restore(
             return
         restored = restore_backup(settings, file, key_file)
     except (BackupError, DatabaseError) as error:
-        fail(_sentence(error))
+        fail(_as_sentence(error))
     except OSError as error:
         fail(f"{error.strerror}: {error.filename}.")
     typer.echo(
@@ -113,10 +113,10 @@ def _print_audit_result(rows: int | None, problem: str) -> None:
     )
 
 
-def _settings(**given: Any) -> Settings:
+def _settings_from(**given: Any) -> Settings:
     return Settings(**{name: value for name, value in given.items() if value is not None})
 
 
-def _sentence(error: Exception) -> str:
+def _as_sentence(error: Exception) -> str:
     message = str(error)
     return f"{message[:1].upper()}{message[1:]}" + ("" if message.endswith(".") else ".")

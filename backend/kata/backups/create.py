@@ -7,13 +7,13 @@ imports (:mod:`kata.backups.catalogue`).
 import shutil
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
-from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 from uuid import uuid4
 
 import msgspec
 
+from kata import __version__
 from kata.audit import anchor
 from kata.backups.archive import ANCHOR, DATA, DATABASE, FACTOR_KEY, SUFFIX, Contents, write_archive
 from kata.backups.catalogue import BackupRecord, Kind, write_record
@@ -29,8 +29,8 @@ NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not ve
 _KEEP_ALL_DAYS: Final = 14
 _KEEP_MONTHLY_MONTHS: Final = 12
 _DAYS_OF_MONTH: Final = 31
-_NAMED: Final = "kata-%Y%m%dT%H%M%SZ"
-_COPIES: Final = 2
+_FILE_NAME_FORMAT: Final = "kata-%Y%m%dT%H%M%SZ"
+_DISK_SPACE_FACTOR: Final = 2
 """Required disk space as a multiple of the database: a copy and the backup, then the backup and the restored copy."""
 
 
@@ -41,7 +41,7 @@ def create_backup(settings: Settings, kind: Kind) -> BackupRecord:
     """
     at = utc_now()
     identity = uuid4()
-    file = settings.backup_folder / f"{at.strftime(_NAMED)}-{identity.hex[:8]}{SUFFIX}"
+    file = settings.backup_folder / f"{at.strftime(_FILE_NAME_FORMAT)}-{identity.hex[:8]}{SUFFIX}"
     record = BackupRecord(id=identity, at=at, kind=kind, file=str(file))
     try:
         with one_at_a_time(settings):
@@ -62,7 +62,7 @@ def expired_backups(folder: Path, now: datetime) -> list[Path]:
     """Return the backups to be deleted. All of the last 14 days are kept, and the first of each of the last 12 months."""
     months: set[tuple[int, int]] = set()
     expired: list[Path] = []
-    for at, file in sorted(_existing(folder)):
+    for at, file in sorted(_list_backups(folder)):
         month = (at.year, at.month)
         first, months = month not in months, months | {month}
         days = timedelta(days=_DAYS_OF_MONTH * _KEEP_MONTHLY_MONTHS if first else _KEEP_ALL_DAYS)
@@ -71,11 +71,11 @@ def expired_backups(folder: Path, now: datetime) -> list[Path]:
     return expired
 
 
-def _existing(folder: Path) -> list[tuple[datetime, Path]]:
+def _list_backups(folder: Path) -> list[tuple[datetime, Path]]:
     found: list[tuple[datetime, Path]] = []
     for file in folder.glob(f"*{SUFFIX}"):
         with suppress(ValueError):
-            at = datetime.strptime(file.name[: -len(SUFFIX)].rpartition("-")[0], _NAMED).replace(tzinfo=UTC)
+            at = datetime.strptime(file.name[: -len(SUFFIX)].rpartition("-")[0], _FILE_NAME_FORMAT).replace(tzinfo=UTC)
             found.append((at, file))
     return found
 
@@ -108,7 +108,7 @@ def _write_file(settings: Settings, database: Database, record: BackupRecord) ->
             [path for path in files_besides_database(settings, database.file) if path.is_relative_to(journals)],
             folder / DATA,
         )
-        anchored = _anchored(settings.effective_audit_anchor)
+        anchored = _count_anchor_lines(settings.effective_audit_anchor)
         schema, tables = copy(database, folder / DATABASE)
         # After the database: the anchor must cover every row of the copy.
         with suppress(FileNotFoundError):
@@ -125,7 +125,7 @@ def _write_file(settings: Settings, database: Database, record: BackupRecord) ->
             id=record.id,
             kind=record.kind,
             made_at=record.at,
-            program=version("kata"),
+            program=__version__,
             bytes=sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()),
             database=kind_of(database),
             schema=schema,
@@ -135,7 +135,7 @@ def _write_file(settings: Settings, database: Database, record: BackupRecord) ->
         return write_archive(Path(record.file), recipients(settings), contents, folder)
 
 
-def _anchored(file: Path) -> int:
+def _count_anchor_lines(file: Path) -> int:
     try:
         return max((line.line for line in anchor.read(file)), default=0)
     except FileNotFoundError:
@@ -157,7 +157,7 @@ def _check_disk_space(settings: Settings, database: Database) -> None:
     size = size_bytes(database)
     for folder in {settings.data, settings.backup_folder}:
         free = shutil.disk_usage(folder).free
-        if free < _COPIES * size:
+        if free < _DISK_SPACE_FACTOR * size:
             raise BackupError(
-                f"a backup needs up to {_COPIES * size / 1e6:.0f} MB on the disk of {folder}, and {free / 1e6:.0f} MB are free; free up space there"
+                f"a backup needs up to {_DISK_SPACE_FACTOR * size / 1e6:.0f} MB on the disk of {folder}, and {free / 1e6:.0f} MB are free; free up space there"
             )

@@ -11,12 +11,13 @@ from kata.backups.key import BackupError, public_key_file
 from kata.device import journal
 from kata.settings import Settings
 
-_WORK: Final = ".backup-"
-_ASIDE: Final = "before-restore-"
-_RESTORING: Final = "restoring"
-_NOTES: Final = "backup-notes"
-_LAST_SERVICE_S: Final = 2.0
-_ENDINGS: Final = ("", "-wal", "-shm", "-journal")
+_WORK_PREFIX: Final = ".backup-"
+_ASIDE_PREFIX: Final = "before-restore-"
+_BEFORE_UPDATE: Final = "before-update"
+_RESTORE_MARKER: Final = "restoring"
+_RECORDS: Final = "backup-notes"
+_PREVIOUS_SERVICE_LIMIT_S: Final = 2.0
+_DATABASE_SUFFIXES: Final = ("", "-wal", "-shm", "-journal")
 
 
 class UnfinishedRestoreError(Exception):
@@ -31,11 +32,11 @@ def claimed_by_service(settings: Settings) -> Iterator[None]:
     :raises UnfinishedRestoreError: when a restore into the folder was interrupted.
     """
     settings.data.mkdir(parents=True, exist_ok=True)
-    with journal.claimed(settings.data, _LAST_SERVICE_S):
+    with journal.claimed(settings.data, _PREVIOUS_SERVICE_LIMIT_S):
         if (marker := restoring_marker(settings)).exists():
             raise UnfinishedRestoreError(
                 f"A restore into {settings.data} was interrupted. Run it again: kata restore FILE. The previous data is in a "
-                f"folder {_ASIDE}... beside it. To start with the present data, delete {marker}."
+                f"folder {_ASIDE_PREFIX}... beside it. To start with the present data, delete {marker}."
             )
         yield
 
@@ -59,7 +60,7 @@ def claimed_by_restore(settings: Settings) -> Iterator[None]:
 
 def restoring_marker(settings: Settings) -> Path:
     """Return the file that exists while a restore replaces the data. A service does not start while it exists."""
-    return settings.data / _RESTORING
+    return settings.data / _RESTORE_MARKER
 
 
 @contextmanager
@@ -71,7 +72,7 @@ def one_at_a_time(settings: Settings) -> Iterator[None]:
     records_folder(settings).mkdir(parents=True, exist_ok=True)
     try:
         with journal.claimed(records_folder(settings), 0.0):
-            for leftover in settings.data.glob(f"{_WORK}*"):
+            for leftover in settings.data.glob(f"{_WORK_PREFIX}*"):
                 # A killed backup left it. It is not encrypted.
                 shutil.rmtree(leftover)
             yield
@@ -82,18 +83,23 @@ def one_at_a_time(settings: Settings) -> Iterator[None]:
 @contextmanager
 def work_folder(settings: Settings) -> Iterator[Path]:
     """Create a temporary folder for unencrypted data, beside the database and readable by its user only."""
-    with TemporaryDirectory(prefix=_WORK, dir=settings.data) as made:
+    with TemporaryDirectory(prefix=_WORK_PREFIX, dir=settings.data) as made:
         yield Path(made)
 
 
 def records_folder(settings: Settings) -> Path:
     """Return the folder of records that the service has not imported yet."""
-    return settings.data / _NOTES
+    return settings.data / _RECORDS
 
 
 def aside_folder(settings: Settings, name: str) -> Path:
     """Return the folder into which a restore moves the previous data."""
-    return settings.data / f"{_ASIDE}{name}"
+    return settings.data / f"{_ASIDE_PREFIX}{name}"
+
+
+def before_update_folder(settings: Settings) -> Path:
+    """Return the folder with the data of before the last update."""
+    return settings.data / _BEFORE_UPDATE
 
 
 def files_besides_database(settings: Settings, database: Path | None) -> list[Path]:
@@ -112,8 +118,8 @@ def files_besides_database(settings: Settings, database: Path | None) -> list[Pa
     left_out |= {settings.effective_audit_anchor, settings.effective_second_factor_key}
     copies = f"{database.name}.version-" if database else None
     if database:
-        left_out |= {database.with_name(database.name + ending) for ending in _ENDINGS}
-    ours = (_WORK, _ASIDE, _RESTORING, _NOTES)
+        left_out |= {database.with_name(database.name + ending) for ending in _DATABASE_SUFFIXES}
+    ours = (_WORK_PREFIX, _ASIDE_PREFIX, _RESTORE_MARKER, _RECORDS, _BEFORE_UPDATE)
     found: list[Path] = []
 
     def walk(folder: Path) -> None:

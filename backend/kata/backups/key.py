@@ -15,7 +15,7 @@ from pyrage.x25519 import Identity, Recipient
 from kata.database.base import utc_now
 from kata.settings import Settings
 
-_TEXT: Final = """\
+_KEY_FILE_TEMPLATE: Final = """\
 # The key of this clinic's backups, made {day}. Without it nobody can read a backup, the makers of Kata included.
 # Keep a copy of this file away from this computer: printed, or on a stick in a safe. Whoever has it can read every backup.
 # public key: {public}
@@ -38,8 +38,8 @@ def make_key(settings: Settings) -> bool:
     key = Identity.generate()
     try:
         secret.parent.mkdir(parents=True, exist_ok=True)
-        _write(secret, _TEXT.format(day=utc_now().date(), public=key.to_public(), secret=key))
-        _write(public, f"{key.to_public()}\n")
+        _write_private(secret, _KEY_FILE_TEMPLATE.format(day=utc_now().date(), public=key.to_public(), secret=key))
+        _write_private(public, f"{key.to_public()}\n")
     except FileExistsError:
         # Another process created the key at the same moment.
         return False
@@ -55,8 +55,8 @@ def adopt_key(settings: Settings, key: Path) -> bool:
         return False
     found = identities(key)
     secret.parent.mkdir(parents=True, exist_ok=True)
-    _write(secret, key.read_text())
-    _write(public, f"{found[0].to_public()}\n")
+    _write_private(secret, key.read_text())
+    _write_private(public, f"{found[0].to_public()}\n")
     return True
 
 
@@ -81,8 +81,8 @@ def recipients(settings: Settings) -> list[Recipient]:
     if settings.backup_key_file.exists():
         ours = [identity.to_public() for identity in identities(settings.backup_key_file)]
     else:
-        ours = [_recipient(line, public_key_file(settings)) for line in _lines(public_key_file(settings))]
-    return [*ours, *(_recipient(key, "KATA_BACKUP_RECIPIENTS") for key in additional)]
+        ours = [_parse_recipient(line, public_key_file(settings)) for line in _read_lines(public_key_file(settings))]
+    return [*ours, *(_parse_recipient(key, "KATA_BACKUP_RECIPIENTS") for key in additional)]
 
 
 def identities(file: Path) -> list[Identity]:
@@ -91,7 +91,7 @@ def identities(file: Path) -> list[Identity]:
     :raises BackupError: when the file cannot be read or contains no key.
     """
     try:
-        found = [Identity.from_str(line) for line in _lines(file)]
+        found = [Identity.from_str(line) for line in _read_lines(file)]
     except IdentityError as error:
         raise BackupError(
             f"{file} is not a backup key: its last line must be a complete key that begins with AGE-SECRET-KEY-1"
@@ -101,7 +101,7 @@ def identities(file: Path) -> list[Identity]:
     return found
 
 
-def _lines(file: Path) -> list[str]:
+def _read_lines(file: Path) -> list[str]:
     try:
         lines = [line.strip() for line in file.read_text(encoding="utf-8").splitlines()]
     except OSError as error:
@@ -111,14 +111,14 @@ def _lines(file: Path) -> list[str]:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def _recipient(text: str, where: Path | str) -> Recipient:
+def _parse_recipient(text: str, where: Path | str) -> Recipient:
     try:
         return Recipient.from_str(text)
     except RecipientError as error:
         raise BackupError(f"{where} contains {text!r}, which is not a public key of age (age1...)") from error
 
 
-def _write(file: Path, text: str) -> None:
+def _write_private(file: Path, text: str) -> None:
     with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as opened:
         opened.write(text)
         opened.flush()

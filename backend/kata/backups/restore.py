@@ -9,21 +9,20 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
 import msgspec
-from alembic.script import ScriptDirectory
 from pyrage.x25519 import Identity
 from sqlalchemy import update
 
+from kata import __version__
 from kata.audit.audit_log import AuditHook
 from kata.audit.restored import note_restored
 from kata.audit.tables import AuditRow
 from kata.audit.verify import verify
-from kata.auth.factor_key import adopt
+from kata.auth.factor_key import add_keys
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.backups.archive import ANCHOR, DATA, DATABASE, FACTOR_KEY, Contents, read_archive
 from kata.backups.catalogue import BackupRecord, write_record
@@ -44,8 +43,8 @@ from kata.database.upgrade import migrations, upgrade
 from kata.settings import Settings
 from kata.system.sync import sync_folder
 
-_NAMES: Final[Mapping[DatabaseKind, str]] = MappingProxyType({"sqlite": "SQLite", "postgresql": "PostgreSQL"})
-_COPIES: Final = 2
+_DATABASE_NAMES: Final[Mapping[DatabaseKind, str]] = MappingProxyType({"sqlite": "SQLite", "postgresql": "PostgreSQL"})
+_DISK_SPACE_FACTOR: Final = 2
 """Required disk space as a multiple of the backup's contents: the contents, and the copy that an upgrade keeps."""
 
 
@@ -88,9 +87,9 @@ def verify_backup(settings: Settings, database: Database, file: Path, keys: list
     :raises DatabaseError: when no scratch database can be created, or the copy cannot be restored.
     """
     with work_folder(settings) as folder:
-        contents = read_archive(file, keys, folder, _check(settings, database))
+        contents = read_archive(file, keys, folder, _contents_check(settings, database))
         with scratch(database, folder / DATABASE) as copy:
-            if problems := _problems(copy, contents):
+            if problems := _find_problems(copy, contents):
                 return VerifiedBackup(contents, problems)
             return _with_audit_result(copy, contents, folder / DATA / ANCHOR)
 
@@ -140,16 +139,16 @@ def restore_backup(settings: Settings, file: Path, key: Path) -> RestoreResult:
     with claimed_by_restore(settings), one_at_a_time(settings), work_folder(settings) as folder:
         database = Database(settings.effective_database_url)
         try:
-            contents = read_archive(file, keys, folder, _check(settings, database))
+            contents = read_archive(file, keys, folder, _contents_check(settings, database))
             previous_files = files_besides_database(settings, database.file)
             marker = restoring_marker(settings)
             marker.touch()
             try:
                 with replaced(database, folder / DATABASE, aside) as copy:
-                    if problems := _problems(copy, contents):
+                    if problems := _find_problems(copy, contents):
                         raise BackupError(f"{file} differs from the backed-up database: {'; '.join(problems)}")
                     upgrade(copy)
-                    _revoke_access(settings, copy, file, folder, now)
+                    revoke_access(settings, copy, file, folder, now)
             except BaseException:
                 # Nothing has been changed yet.
                 marker.unlink()
@@ -165,7 +164,7 @@ def restore_backup(settings: Settings, file: Path, key: Path) -> RestoreResult:
     return RestoreResult(contents, " and ".join(locations) or "nothing")
 
 
-def _check(settings: Settings, database: Database) -> Callable[[Contents], None]:
+def _contents_check(settings: Settings, database: Database) -> Callable[[Contents], None]:
     """Return a function that raises BackupError if a backup with these contents cannot be restored here."""
 
     def check(contents: Contents) -> None:
@@ -177,15 +176,18 @@ def _check(settings: Settings, database: Database) -> Callable[[Contents], None]
                 else "set KATA_DATABASE_URL to an empty PostgreSQL database"
             )
             raise BackupError(
-                f"this is a backup of a {_NAMES[contents.database]} database, not of {_NAMES[here]}: {step}"
+                f"this is a backup of a {_DATABASE_NAMES[contents.database]} database, not of {_DATABASE_NAMES[here]}: {step}"
             )
+        # Imported here: the service imports this module, and would start later.
+        from alembic.script import ScriptDirectory
+
         known = {revision.revision for revision in ScriptDirectory(str(migrations())).walk_revisions()}
         if contents.schema and contents.schema not in known:
             raise BackupError(
                 f"this backup was made by a newer version of Kata ({contents.program}, schema {contents.schema}); this is "
-                f"{version('kata')}. Install the newer version, then restore"
+                f"{__version__}. Install the newer version, then restore"
             )
-        free, wanted = shutil.disk_usage(settings.data).free, _COPIES * contents.bytes
+        free, wanted = shutil.disk_usage(settings.data).free, _DISK_SPACE_FACTOR * contents.bytes
         if free < wanted:
             raise BackupError(
                 f"unpacking needs {wanted / 1e6:.0f} MB on the disk of {settings.data}, and {free / 1e6:.0f} MB are free"
@@ -194,7 +196,7 @@ def _check(settings: Settings, database: Database) -> Callable[[Contents], None]
     return check
 
 
-def _problems(copy: Database, contents: Contents) -> list[str]:
+def _find_problems(copy: Database, contents: Contents) -> list[str]:
     with copy.writer.connect() as connection:
         return found_damaged(connection) or differences(contents.tables, tallies(connection))
 
@@ -208,7 +210,7 @@ def _with_audit_result(copy: Database, contents: Contents, anchor: Path) -> Veri
     return VerifiedBackup(contents, [], verdict.rows, "" if verdict.intact else verdict.findings[0].message)
 
 
-def _revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, now: datetime) -> None:
+def revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, now: datetime) -> None:
     """End all login sessions and one-time codes, which may have been revoked since the backup. Record the restore in the audit trail."""
     AuditHook(copy)
     with copy.write() as session:
@@ -242,7 +244,7 @@ def _replace_files(settings: Settings, previous: list[Path], restored: Path, asi
             shutil.copy(_newest_anchor(settings, anchor), settings.effective_audit_anchor)
         anchor.unlink()
     if key.exists():
-        adopt(settings.effective_second_factor_key, key)
+        add_keys(settings.effective_second_factor_key, key)
         key.unlink()
     for path in previous:
         (aside / path).parent.mkdir(parents=True, exist_ok=True)

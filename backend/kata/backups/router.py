@@ -43,12 +43,12 @@ from kata.types import Moment, Schema
 
 log = logging.getLogger(__name__)
 
-_FIRST_LOOK_S: Final = 300.0
+_FIRST_CHECK_S: Final = 300.0
 """No backup begins right after the start, when the user wants to work."""
-_LOOK_S: Final = 60.0
+_CHECK_PERIOD_S: Final = 60.0
 _RETRY_AFTER: Final = timedelta(hours=1)
 """Pause after a failed backup."""
-_NIGHTLY: Final = 0x6B_61_74_61_62_6B_75_70
+_NIGHTLY_LOCK_KEY: Final = 0x6B_61_74_61_62_6B_75_70
 """The advisory lock that a service holds during the nightly backup: an arbitrary number."""
 
 router = APIRouter(prefix="/api/backups", tags=["backups"])
@@ -93,8 +93,19 @@ class BackupList(Page[Backup]):
 class Backups:
     """Makes backups every night and on request, one at a time."""
 
-    def __init__(self, settings: Settings, database: Database, occupied: Callable[[], bool]) -> None:
-        """``occupied`` returns True while motors have torque. A nightly backup waits until it returns False."""
+    def __init__(
+        self,
+        settings: Settings,
+        database: Database,
+        occupied: Callable[[], bool],
+        time_zone: Callable[[], ZoneInfo | None],
+    ) -> None:
+        """Prepare the backups.
+
+        :param occupied: returns True while motors have torque. A nightly backup waits until it returns False.
+        :param time_zone: returns the clinic's time zone; None: this computer's.
+        """
+        self._time_zone = time_zone
         self._settings = settings
         self._database = database
         self._occupied = occupied
@@ -104,9 +115,11 @@ class Backups:
         """Keeps a request for the list and the end of a backup from importing the same record twice."""
 
     @asynccontextmanager
-    async def each_night(self, first_look_s: float = _FIRST_LOOK_S, look_s: float = _LOOK_S) -> AsyncIterator[None]:
+    async def each_night(
+        self, first_check_s: float = _FIRST_CHECK_S, check_period_s: float = _CHECK_PERIOD_S
+    ) -> AsyncIterator[None]:
         """Make nightly backups while the context lasts."""
-        watching = asyncio.create_task(self._watch(first_look_s, look_s), name="backups")
+        watching = asyncio.create_task(self._run_schedule(first_check_s, check_period_s), name="backups")
         try:
             yield
         finally:
@@ -128,33 +141,34 @@ class Backups:
                 texts.WAIT_FOR_BACKUP(),
             )
         self._begun_at = utc_now()
-        self._running = asyncio.create_task(self._make(kind), name="backup")
+        self._running = asyncio.create_task(self._make_backup(kind), name="backup")
         self._running.add_done_callback(_log_error)
 
     async def state(self, limit: int = DEFAULT_PAGE, after: str | None = None) -> BackupList:
         """Return a page of backups and the time of the next backup."""
-        rows, further, good = await asyncio.to_thread(self._rows, limit, after)
+        rows, further, good = await asyncio.to_thread(self._read_page, limit, after)
+        zone = await asyncio.to_thread(self._time_zone)
         settings = self._settings
         return BackupList(
             items=rows,
             next=further,
             last_good=good,
             running=bool(self._running and not self._running.done()),
-            next_at=next_at(utc_now(), settings.backup_time, _zone(settings)),
+            next_at=next_at(utc_now(), settings.backup_time, zone),
             folder=str(settings.backup_folder),
             same_disk=same_disk(settings),
             key=key_location(settings),
             key_file=str(settings.backup_key_file),
         )
 
-    async def _watch(self, first_look_s: float, look_s: float) -> None:
-        wait_s = first_look_s
+    async def _run_schedule(self, first_check_s: float, check_period_s: float) -> None:
+        wait_s = first_check_s
         while True:
             await asyncio.sleep(wait_s)
-            wait_s = look_s
+            wait_s = check_period_s
             try:
                 await asyncio.to_thread(self._import_records)
-                if await asyncio.to_thread(self._due) and not self._occupied():
+                if await asyncio.to_thread(self._is_due) and not self._occupied():
                     self.begin("nightly")
             except ProblemError:
                 # A requested backup is running. The next look comes after it.
@@ -163,19 +177,19 @@ class Backups:
                 # The next look may succeed.
                 log.exception("the schedule of backups could not be checked")
 
-    def _due(self) -> bool:
+    def _is_due(self) -> bool:
         begun_at = self._begun_at
-        return (begun_at is None or begun_at <= utc_now() - _RETRY_AFTER) and self._due_by_catalogue()
+        return (begun_at is None or begun_at <= utc_now() - _RETRY_AFTER) and self._is_due_by_catalogue()
 
-    def _due_by_catalogue(self) -> bool:
+    def _is_due_by_catalogue(self) -> bool:
         """Return whether a backup is due, counting backups of all services on this database."""
         with self._database.read() as session:
             made = last_made(session)
             attempts = [row.at for row in newest(session, 1)[0]]
         made_at = made.at if made else None
-        return due(utc_now(), self._settings.backup_time, _zone(self._settings), made_at, max(attempts, default=None))
+        return due(utc_now(), self._settings.backup_time, self._time_zone(), made_at, max(attempts, default=None))
 
-    async def _make(self, kind: Kind) -> None:
+    async def _make_backup(self, kind: Kind) -> None:
         if kind == "asked":
             await self._run_process(kind)
             return
@@ -184,13 +198,13 @@ class Backups:
             return
         try:
             # Another service may have made the backup before this one got the lock.
-            if await asyncio.to_thread(self._due_by_catalogue):
+            if await asyncio.to_thread(self._is_due_by_catalogue):
                 await self._run_process(kind)
         finally:
             await asyncio.to_thread(lock.close)
 
     async def _run_process(self, kind: Kind) -> None:
-        before = await asyncio.to_thread(self._count)
+        before = await asyncio.to_thread(self._count_backups)
         command = [sys.executable, "-m", "kata.backups", *(["--nightly"] if kind == "nightly" else [])]
         process = await asyncio.create_subprocess_exec(
             *command,
@@ -212,7 +226,7 @@ class Backups:
     def _import_result(self, kind: Kind, status: int, before: int) -> None:
         """Import the record of a finished process, or write one if it wrote none. ``before``: number of known backups at its beginning."""
         self._import_records()
-        if status and self._count() == before:
+        if status and self._count_backups() == before:
             write_record(
                 self._settings,
                 BackupRecord(
@@ -229,16 +243,16 @@ class Backups:
         with self._importing:
             import_records(self._settings, self._database)
 
-    def _count(self) -> int:
+    def _count_backups(self) -> int:
         with self._database.read() as session:
             return session.scalars(select(func.count()).select_from(BackupRow)).one()
 
-    def _rows(self, limit: int, after: str | None) -> tuple[list[Backup], str | None, Backup | None]:
+    def _read_page(self, limit: int, after: str | None) -> tuple[list[Backup], str | None, Backup | None]:
         self._import_records()
         with self._database.read() as session:
             good = last_good(session)
             rows, further = newest(session, limit, after)
-            return [_shown(row) for row in rows], further, _shown(good) if good else None
+            return [_to_backup(row) for row in rows], further, _to_backup(good) if good else None
 
 
 def _log_error(task: asyncio.Task[None]) -> None:
@@ -256,7 +270,7 @@ def night_lock(database: Database) -> ExitStack | None:
             connection = stack.enter_context(database.writer.connect())
             # The lock ends with its connection, which therefore must leave the pool.
             connection.detach()
-            if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY))).scalar_one():
+            if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY_LOCK_KEY))).scalar_one():
                 return None
             connection.commit()
         return stack.pop_all()
@@ -270,12 +284,12 @@ def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None,
     """
     if at == "never" or (tried_at is not None and tried_at > now - _RETRY_AFTER):
         return False
-    return made_at is None or made_at < _moments(now, at, zone)[0]
+    return made_at is None or made_at < _times_around(now, at, zone)[0]
 
 
 def next_at(now: datetime, at: str, zone: ZoneInfo | None) -> datetime | None:
     """Return the next time of day ``at``; None: never."""
-    return None if at == "never" else _moments(now, at, zone)[1]
+    return None if at == "never" else _times_around(now, at, zone)[1]
 
 
 def same_disk(settings: Settings) -> bool:
@@ -284,16 +298,12 @@ def same_disk(settings: Settings) -> bool:
     return settings.data.exists() and existing.stat().st_dev == settings.data.stat().st_dev
 
 
-def _moments(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, datetime]:
+def _times_around(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, datetime]:
     """Return the last and the next moment with the time of day ``at`` in the clinic."""
     local = now.astimezone(zone)
     days = [local.date() + timedelta(days=days) for days in (-1, 0, 1)]
     moments = [datetime.combine(day, time.fromisoformat(at), tzinfo=zone).astimezone(now.tzinfo) for day in days]
     return max(moment for moment in moments if moment <= now), min(moment for moment in moments if moment > now)
-
-
-def _zone(settings: Settings) -> ZoneInfo | None:
-    return ZoneInfo(settings.clinic_time_zone) if settings.clinic_time_zone else None
 
 
 def _environment(settings: Settings) -> Mapping[str, str]:
@@ -309,7 +319,7 @@ def _environment(settings: Settings) -> Mapping[str, str]:
     return os.environ | {f"KATA_{name.upper()}": str(value) for name, value in values.items()}
 
 
-def _shown(row: BackupRow) -> Backup:
+def _to_backup(row: BackupRow) -> Backup:
     fields = {name: getattr(row, name) for name in Backup.model_fields if name != "there"}
     return Backup(**fields, there=bool(row.file) and Path(row.file).exists())
 
@@ -322,12 +332,12 @@ class BackupServices(Protocol):
         """Return the backups."""
 
 
-def _backups(request: Request) -> Backups:
+def _service_backups(request: Request) -> Backups:
     services: BackupServices = request.app.state.services
     return services.backups
 
 
-TheBackups = Annotated[Backups, Depends(_backups)]
+TheBackups = Annotated[Backups, Depends(_service_backups)]
 
 
 @router.get("", summary="List backups", responses=PROBLEMS.of(422))

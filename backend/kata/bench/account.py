@@ -13,14 +13,14 @@ ACTIVE_HEADER: Final = {"X-Kata-Active": "1"}
 """Sent with every request, so that a long benchmark is never signed out as inactive."""
 
 
-def sign_in_cookie(database: Database, role: Role = "therapist") -> str:
-    """Create an account and return the ``Cookie`` header of a login session of it, second factor included."""
+def sign_in_cookie(database: Database, role: Role = "therapist", name: str = "Benchmark") -> str:
+    """Create an account with this name and return the ``Cookie`` header of a login session of it, second factor included."""
     now, account_id = utc_now(), uuid4()
     with database.write() as session:
         account = AccountRow(
             id=account_id,
             username=f"benchmark-{account_id.hex[:8]}",
-            name="Benchmark",
+            name=name,
             role=role,
             totp_confirmed_at=now,
             created_at=now,

@@ -20,7 +20,9 @@ from kata.bench.report import Report
 from kata.bench.running_service import BenchError
 from kata.device import config
 from kata.device.bus.bandwidth import max_cycle_hz
+from kata.device.bus.dynamixel.registers import LENGTHS, VERIFIED_BLOCKS
 from kata.device.bus.timing import BITS_A_BYTE
+from kata.device.bus.verification import cycles_between_reads
 from kata.device.config import StationConfig
 from kata.simulator.client import SimulatorClient
 from kata.simulator.process import SimulatorProcess
@@ -29,6 +31,8 @@ _FAST: Final = 1_000_000
 _SLOW: Final = 115_200
 _WARM_UP: Final = 20
 """Cycles; enough for a driver to accept a drive that answers again."""
+_WARM_UP_A_SECOND: Final = 500
+"""Cycles before a measurement per second of measuring time, when that time is short. On a slow bus a hundred take seconds."""
 _SILENT_MOTOR: Final = 3
 _DISTURBED_CYCLES: Final = 100
 _CYCLES_A_SECOND: Final = 20
@@ -38,8 +42,8 @@ _GOALS_BYTES: Final = 39
 _SYNC_READ_BYTES: Final = 19 + 5 * 21
 _FAST_READ_BYTES: Final = 19 + 8 + 5 * 14
 _ANSWER_BYTES: Final = 21
-_CYCLE_BYTES: Final = _GOALS_BYTES + (_FAST_READ_BYTES + 2.5) + (14 + 51) + (14 + 17.5)
-"""Mean over all cycles, including a drive's status and the inputs; the length of the answers varies."""
+_VERIFIED_BYTES: Final = 14 + 11 + sum(len(block) for block in VERIFIED_BLOCKS) / len(VERIFIED_BLOCKS)
+"""Request and answer of a read of the rotation that verifies registers; mean of its blocks."""
 _MODBUS_ANSWER_BYTES: Final = 5
 """Without the registers, two bytes each."""
 
@@ -57,16 +61,19 @@ class Contender:
     needs: str | None = None
     """Module that must be installed, for other libraries."""
     bytes: float = 0.0
-    """Bytes on the bus per cycle; for Modbus they are calculated from the configuration."""
+    """Bytes on the bus per cycle; for Modbus and for the whole cycle they are calculated from the configuration."""
     answers: int = 5
     disturbed: bool = True
     """CycleFigures with a silent servo and with noise too."""
 
 
+_WHOLE: Final = Contender("kata_cycle", "kata, whole cycle of the loop", "whole_")
+LATENCIES_MS: Final = ((0.25, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (2.0, 0.0), (4.0, 0.0))
+"""Of the adapter: fixed, and up to how much more."""
 DYNAMIXEL: Final = (
     Contender("kata", "kata, Fast Sync Read", "", None, _GOALS_BYTES + _FAST_READ_BYTES, disturbed=False),
     Contender("kata_plain", "kata, Sync Read", "plain_", None, _GOALS_BYTES + _SYNC_READ_BYTES, disturbed=False),
-    Contender("kata_cycle", "kata, whole cycle of the loop", "whole_", None, _CYCLE_BYTES, 7),
+    _WHOLE,
     Contender(
         "dynamixel_sdk_fast",
         "dynamixel-sdk, Fast Sync Read",
@@ -134,18 +141,33 @@ class BusBench:
         with bus_process("kata_cycle", self._station, real_time=False):
             pass
 
-    def max_cycle_hz(self, contender: Contender) -> float:
-        """Return the cycles per second at which the bus would never be idle."""
+    def max_cycle_hz(self, contender: Contender, latency_ms: float = 0.0) -> float:
+        """Return the cycles per second that bytes, return delays and the adapter's mean latency allow."""
         if self._config.protocol == "modbus":
             return max_cycle_hz(self._config)
-        return 1e6 / (
-            contender.bytes * BITS_A_BYTE * 1e6 / self._config.baud + contender.answers * self._config.return_delay_us
-        )
+        carried, answers, requests = contender.bytes, float(contender.answers), 1.0
+        if contender == _WHOLE:
+            # The rotation's reads come in addition to the read of all drives.
+            reads = 1 / cycles_between_reads(5 * len(VERIFIED_BLOCKS), self._config.cycle_hz)
+            carried = _GOALS_BYTES + 19 + 8 + 5 * (4 + sum(LENGTHS) / len(LENGTHS)) + reads * _VERIFIED_BYTES
+            answers, requests = answers + reads, requests + reads
+        cycle_us = carried * BITS_A_BYTE * 1e6 / self._config.baud + answers * self._config.return_delay_us
+        return 1e6 / (cycle_us + requests * latency_ms * 1000)
 
     def rate(self, contender: Contender, seconds: float, *, real_time: bool) -> tuple[CycleFigures, bool]:
         """Measure cycles without a pause; also return True if SCHED_FIFO was granted."""
         with bus_process(contender.host, self._station, real_time=real_time) as host:
-            return host.measure(CycleOrder(seconds=seconds, before=_WARM_UP)), host.real_time
+            return host.measure(CycleOrder(seconds=seconds, before=_warm_up(seconds))), host.real_time
+
+    def paced(self, seconds: float, *, real_time: bool) -> CycleFigures:
+        """Measure whole cycles at the control loop's pace."""
+        with bus_process(_WHOLE.host, self._station, real_time=real_time) as host:
+            order = CycleOrder(
+                cycles=max(5, round(seconds * self._config.cycle_hz)),
+                before=_warm_up(seconds),
+                hz=self._config.cycle_hz,
+            )
+            return host.measure(order)
 
     def disturb(self, contender: Contender, cycles: int, *, real_time: bool) -> DisturbanceCost:
         """Measure at the control loop's pace: undisturbed, with a silent servo, and with noise before each answer."""
@@ -170,6 +192,11 @@ class BusBench:
         if self._config.protocol == "modbus":
             return _MODBUS_ANSWER_BYTES + 2 * self._config.modbus.block_registers
         return _ANSWER_BYTES
+
+
+def _warm_up(seconds: float) -> int:
+    """Return the number of cycles before a measurement of ``seconds``."""
+    return max(_WARM_UP, min(5 * _WARM_UP, round(seconds * _WARM_UP_A_SECOND)))
 
 
 @contextmanager
@@ -208,7 +235,7 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         for protocol, baud, contenders in buses:
-            simulator = SimulatorProcess(Path(folder), protocol=protocol, baud=baud, spin=True, still=True)
+            simulator = SimulatorProcess(Path(folder), protocol=protocol, baud=baud, plant="none")
             try:
                 bench = BusBench(Path(folder), simulator, protocol, baud, delay_us)
                 name = f"{protocol} {baud}"
@@ -224,8 +251,32 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
                 _compare(report, baud, rates)
             finally:
                 simulator.close()
+        _measure_latencies(Path(folder), seconds, delay_us, report, progress)
     _add_notes(report, seconds, rounds, cycles)
     return report
+
+
+def _measure_latencies(
+    folder: Path, seconds: float, delay_us: int, report: Report, progress: Callable[[str], None]
+) -> None:
+    """Measure the whole cycle behind adapters that deliver answers late, without a pause and at the control loop's pace."""
+    for fixed_ms, jitter_ms in LATENCIES_MS:
+        name = f"{fixed_ms:g} ms" + (f" to {fixed_ms + jitter_ms:g} ms" if jitter_ms else "")
+        progress(f"adapter latency {name}")
+        simulator = SimulatorProcess(folder, baud=_FAST, plant="none", latency_ms=(fixed_ms, jitter_ms))
+        try:
+            bench = BusBench(folder, simulator, "dynamixel", _FAST, delay_us)
+            figures, real_time = bench.rate(_WHOLE, seconds / len(LATENCIES_MS), real_time=report.on.fifo)
+            paced = bench.paced(seconds / len(LATENCIES_MS), real_time=report.on.fifo)
+            rates = _median_rates([figures], bench.max_cycle_hz(_WHOLE, fixed_ms + jitter_ms / 2), real_time=real_time)
+            figure = f"latency_{fixed_ms:g}_{fixed_ms + jitter_ms:g}_"
+            _add_row(report, f"dynamixel {_FAST}, whole cycle, adapter {name} late", figure, _FAST, rates, None)
+            report.figures |= {
+                f"{figure}inputs_lost_{_FAST}": figures.inputs_lost,
+                f"{figure}inputs_lost_100hz_{_FAST}": paced.inputs_lost,
+            }
+        finally:
+            simulator.close()
 
 
 def _select_installed(report: Report, bus: str, contenders: Sequence[Contender]) -> list[Contender]:
@@ -334,7 +385,8 @@ def _add_notes(report: Report, seconds: float, rounds: int, cycles: int) -> None
         report.notes.append(f"Our cycles/s over theirs: {', '.join(ratios)}.")
     report.notes += [
         f"{rounds} rounds of {seconds / rounds:g} s each, in turns; the median counts. CPU: percent of one core, of the library's process.",
-        "ceiling: from the bytes of the row's own requests and answers at 10 bits each, return delays, and Modbus' silences.",
+        "ceiling: from the bytes of the row's own requests and answers at 10 bits each, return delays, Modbus' silences and the "
+        "adapter's mean latency.",
         "Other libraries ran with and without SCHED_FIFO; the row has the faster result. A library that busy-waits with "
         "SCHED_FIFO keeps the kernel worker from moving the pseudo-terminal's bytes.",
         f"silent: mean of {cycles} cycles with motor {_SILENT_MOTOR} of five silent, at the loop's pace, minus the median undisturbed cycle. "

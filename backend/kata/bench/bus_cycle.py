@@ -12,6 +12,9 @@ _SWING_DEG: Final = 1.0
 class CycleRunner(Protocol):
     """One library with its port open."""
 
+    inputs_lost: int
+    """Cycles without an answer of the inputs; 0 for libraries that do not read them."""
+
     def cycle(self) -> int:
         """Run one cycle and return how many of the five drives answered correctly."""
 
@@ -60,3 +63,5 @@ class CycleFigures(msgspec.Struct, frozen=True):
     """Processor time of this process, in percent of one core."""
     lost: int
     """Missing or rejected answers, of five per cycle."""
+    inputs_lost: int
+    """Cycles without an answer of the inputs."""

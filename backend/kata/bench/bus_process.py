@@ -73,7 +73,7 @@ def _measure(host: CycleRunner, order: CycleOrder) -> CycleFigures:
     for _ in range(order.before):
         host.cycle()
     durations_ns: list[int] = []
-    answers = 0
+    answers, inputs_lost = 0, host.inputs_lost
     period_ns = 1_000_000_000 // order.hz if order.hz else 0
     cpu_ns, began_ns = time.process_time_ns(), time.monotonic_ns()
     deadline_ns = now_ns = began_ns
@@ -99,6 +99,7 @@ def _measure(host: CycleRunner, order: CycleOrder) -> CycleFigures:
         spread_us=(sorted_ns[len(sorted_ns) * 99 // 100] - sorted_ns[len(sorted_ns) // 2]) / 1e3,
         cpu_percent=cpu_ns / spent_ns * 100,
         lost=5 * len(durations_ns) - answers,
+        inputs_lost=host.inputs_lost - inputs_lost,
     )
 
 

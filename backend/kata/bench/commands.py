@@ -8,7 +8,9 @@ import typer
 from kata.bench.run import Json, run_benchmark
 from kata.system.console import fail
 
-CHECKOUT_ONLY: Final = ("soak", "pages", "stations", "password-guessing", "stop-under-attack", "history")
+CHECKOUT_ONLY: Final = (
+    "soak", "pages", "stations", "password-guessing", "stop-under-attack", "history", "start", "footprint",
+)  # fmt: skip
 """Benchmarks of the package ``benchmarks``, which the wheel does not contain."""
 
 app = typer.Typer(no_args_is_help=True, help="Measure the timing goals on this computer.")

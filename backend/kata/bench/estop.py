@@ -56,9 +56,7 @@ def run(presses: int, case: LoopCase, plot_s: float, progress: Callable[[str], N
     with TemporaryDirectory(prefix="kata-bench-") as folder, ExitStack() as stack:
         records = prepare_records(Path(folder), play_s=_PLAY_S, plot_s=plot_s)
         service = stack.enter_context(
-            RunningService(
-                Path(folder), records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, real_time=case.real_time
-            )
+            RunningService(Path(folder), records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, settings=case.settings)
         )
         clients = stack.enter_context(page_load(service, records)) if case.loaded else None
         before = service.live().loop

@@ -1,7 +1,7 @@
 """``kata bench loop``: the lateness of the control loop's cycles, idle and under load, with and without privileges."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from kata.bench.page_load import PageLoadFigures, page_load
 from kata.bench.records import BenchRecords
 from kata.bench.reference_thread import ReferenceLateness, reference_thread
 from kata.bench.report import Report
-from kata.bench.running_service import BenchError, RunningService, causes, prepare_records
+from kata.bench.running_service import WITHOUT_REAL_TIME, BenchError, RunningService, causes, prepare_records
 from kata.station.schemas import LoopLive
 
 SLOWEST_CYCLE_HZ: Final = 100
@@ -34,6 +34,11 @@ class LoopCase:
     def cycle_hz(self) -> int:
         """Bus cycles per second."""
         return self.rate_hz if self.rate_hz >= 50 else SLOWEST_CYCLE_HZ
+
+    @property
+    def settings(self) -> Mapping[str, str]:
+        """Settings of the case's service."""
+        return {} if self.real_time else WITHOUT_REAL_TIME
 
 
 @dataclass(frozen=True)
@@ -99,7 +104,7 @@ def measure(
     """Measure one case. ``beside``: a load from before the recording plays until after the measurement."""
     with ExitStack() as stack:
         service = stack.enter_context(
-            RunningService(data, records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, real_time=case.real_time)
+            RunningService(data, records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, settings=case.settings)
         )
         # The load starts first, because the loop's statistics begin with the loop.
         clients = stack.enter_context(page_load(service, records)) if case.loaded else None

@@ -51,6 +51,7 @@ class DynamixelSdk:
         self._fast = fast
         self._success = sdk.COMM_SUCCESS
         self._goals = Goals(config)
+        self.inputs_lost = 0
 
     def cycle(self) -> int:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
@@ -83,6 +84,7 @@ class Rustypot:
         self._controller: Any = rustypot.Xl430PyController(config.port, config.baud, _TIMEOUT_S)
         self._ids = [axis.id for axis in config.axes]
         self._goals = Goals(config)
+        self.inputs_lost = 0
 
     def cycle(self) -> int:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
@@ -116,6 +118,7 @@ class Pymodbus:
         if not self._client.connect():
             raise OSError(f"pymodbus cannot open {config.port}")
         self._goals = Goals(config)
+        self.inputs_lost = 0
 
     def cycle(self) -> int:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""

@@ -21,6 +21,7 @@ class KataDrives:
         self._bus.open()
         self._bus.configure(range(len(config.axes)))
         self._goals = Goals(config)
+        self.inputs_lost = 0
 
     def cycle(self) -> int:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
@@ -41,11 +42,14 @@ class KataCycle:
         self._bus.open()
         self._bus.configure(range(len(config.axes)))
         self._goals = Goals(config)
+        self.inputs_lost = 0
 
     def cycle(self) -> int:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._bus.write_setpoints(self._goals.next_deg())
-        return sum(1 for drive in self._bus.read().drives if drive)
+        sample = self._bus.read()
+        self.inputs_lost += sample.inputs is None
+        return sum(1 for drive in sample.drives if drive)
 
     def close(self) -> None:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""

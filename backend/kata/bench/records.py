@@ -35,6 +35,7 @@ _ROWS_A_FLUSH: Final = 5000
 class BenchRecords:
     """The records of a benchmark in the database."""
 
+    patient_id: UUID
     session_id: UUID
     recording_id: UUID
     """For playback: it begins at the arm's rest pose and moves all five axes."""
@@ -86,7 +87,7 @@ class _Records:
         with self._database.write() as session:
             run_id = runs.begin(session, runs.RunRequest(visit_id, plotted_id)).id
         self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
-        return BenchRecords(visit_id, playback_id, run_id, sign_in_cookie(self._database))
+        return BenchRecords(patient_id, visit_id, playback_id, run_id, sign_in_cookie(self._database))
 
     def _recording(self, patient_id: UUID, duration_s: float) -> UUID:
         row = TeachingRow(

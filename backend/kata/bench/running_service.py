@@ -6,11 +6,11 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Any, Final, Self
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
@@ -19,6 +19,7 @@ from uuid import UUID
 import msgspec
 
 from kata.bench.account import ACTIVE_HEADER
+from kata.bench.commissioned import write_commissioned
 from kata.bench.records import BenchRecords, make_records
 from kata.device import config
 from kata.device.messages import LOAD_LEVELS
@@ -31,6 +32,7 @@ _START_LIMIT_S: Final = 60.0
 _ANSWER_LIMIT_S: Final = 60.0
 _POLL_S: Final = 0.005
 _READY: Final = "Kata is ready: "
+WITHOUT_REAL_TIME: Final[Mapping[str, str]] = {"KATA_REAL_TIME": "0"}
 
 
 class BenchError(Exception):
@@ -65,10 +67,10 @@ class RunningService:
         *,
         cycle_hz: int,
         rate_hz: int,
-        real_time: bool = True,
+        settings: Mapping[str, str] = MappingProxyType({}),
         name: str = "Benchmark",
     ) -> None:
-        """``name`` is the station's."""
+        """``settings`` are environment variables of the service; ``name`` is the station's."""
         self.cookie = records.cookie
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
@@ -76,13 +78,15 @@ class RunningService:
         station_config = msgspec.structs.replace(
             config.simulated(self.simulator.port), name=name, cycle_hz=cycle_hz, rate_hz=rate_hz
         )
-        config.write(station_config, station)
+        # The service takes this apparatus for a real one, which has to be commissioned.
+        write_commissioned(station_config, station)
         self._log_path = data / "service.log"
         self._log_path.write_text("")
         self._log = self._log_path.open("ab")
         # Ignore this user's settings of another clinic.
         environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
-        environment |= {"COLUMNS": "200", "KATA_REAL_TIME": "1" if real_time else "0"}
+        # All clients of a benchmark share one address, which in a clinic they do not.
+        environment |= {"COLUMNS": "200", "KATA_CONNECTIONS_PER_ADDRESS": "1000", **settings}
         if records.database_url:
             environment["KATA_DATABASE_URL"] = records.database_url
         command = [sys.executable, "-m", "kata", "serve", "--port", "0"]
@@ -192,7 +196,9 @@ class RunningService:
             if check == "estop":
                 self._test_estop(path + about)
             else:
-                body = {"checked_by": "Benchmark", "recording_id": str(records.recording_id)}
+                body: dict[str, object] = {"checked_by": "Benchmark", "recording_id": str(records.recording_id)}
+                if check == "identity":
+                    body["identifiers"] = ["name", "clinic_number"]
                 self._request("PUT", f"{path}/{check}", body)
 
     def _test_estop(self, checklist: str) -> None:

@@ -21,14 +21,13 @@ from kata.device.journal import FolderInUseError
 from kata.errors import ProblemError
 from kata.evaluation.service_driver import ServiceDriverError, driving_service
 from kata.motion.taught import Taught, TaughtError, read_csv
-from kata.reporting.letterhead import LetterheadError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
 
 FAILURES: Final = (
     TaughtError, HandRefusedError, ServiceDriverError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
-    LetterheadError, SimulatorError, OSError,
+    SimulatorError, OSError,
 )  # fmt: skip
 """Errors whose message is printed."""
 

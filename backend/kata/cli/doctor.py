@@ -1,6 +1,6 @@
 """``kata doctor``: check whether this computer can run Kata. Each finding is one line with its remedy.
 
-The checks change nothing and send nothing to the drives.
+The checks change nothing. They read the drives' registers to measure how late answers arrive, and write none.
 """
 
 import grp
@@ -24,14 +24,19 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from kata.api.connection_limits import is_listed
 from kata.audit.anchor_copy import is_elsewhere
-from kata.auth.openid import OpenIdError, Provider
+from kata.auth.openid import OpenIdError
+from kata.auth.openid_provider import Provider
 from kata.backups.catalogue import last_good
 from kata.backups.key import key_location
+from kata.commissioning import texts
+from kata.commissioning.latency import LatencyFigures, measure_adapter, measure_bus
+from kata.commissioning.status import commissioning_status
 from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
 from kata.device.bus.bandwidth import max_cycle_hz
+from kata.device.bus.port import BusError
 from kata.errors import ProblemError
 from kata.settings import Settings
 from kata.system.privileges import fifo_granted, kernel_preemption, memory_lock_granted
@@ -44,6 +49,8 @@ _PYTHON: Final = (3, 11)
 _ROOM_WANTED_GB: Final = 5.0
 _ROOM_NEEDED_GB: Final = 0.5
 _LATENCY_MS: Final = 1
+_DAMAGED_SHARE: Final = 0.02
+"""Of the answers. A sound bus has none."""
 _OLDEST: Final = timedelta(days=2)
 _BY_ID: Final = Path("/dev/serial/by-id")
 _TTYS: Final = Path("/sys/class/tty")
@@ -180,6 +187,20 @@ def _station(settings: Settings) -> Iterator[CheckResult]:
         f"{station.protocol} at {station.baud} bit/s allows at most {int(max_cycle_hz(station))} cycles a second"
     )
     yield CheckResult("Bus", "ok", f"{bandwidth}; the station uses {station.cycle_hz}.")
+    status = commissioning_status(settings.station, station)
+    if status.missing:
+        yield CheckResult(
+            "Commissioning", "problem", f"The station is not commissioned: {status.missing}.", texts.RUN_COMMISSION()
+        )
+    elif status.due_at and status.due_at < utc_now():
+        yield CheckResult(
+            "Commissioning",
+            "warning",
+            f"The periodic check was due on {status.due_at:%Y-%m-%d}.",
+            f"Stop the service and run: kata commission {settings.station} --check",
+        )
+    else:
+        yield CheckResult("Commissioning", "ok", f"The next periodic check is due on {status.due_at:%Y-%m-%d}.")
     yield from _port(station)
 
 
@@ -214,6 +235,7 @@ def _port(station: config.StationConfig) -> Iterator[CheckResult]:
     yield CheckResult("Port", "ok", f"{port} opens at {station.baud} baud.")
     yield from _name_of(port)
     yield from _latency_timer(port)
+    yield from _drives(station)
 
 
 def _name_of(port: Path) -> Iterator[CheckResult]:
@@ -244,6 +266,55 @@ def _latency_timer(port: Path) -> Iterator[CheckResult]:
         "port; this is the value without that request.",
         f'setserial {port} low_latency; permanently, a udev rule: ACTION=="add", SUBSYSTEM=="usb-serial", '
         f'DRIVER=="ftdi_sio", ATTR{{latency_timer}}="{_LATENCY_MS}"',
+    )
+
+
+def _drives(station: config.StationConfig) -> Iterator[CheckResult]:
+    """Measure how late the drives answer through this adapter, and compare the rate that it carries with the station's."""
+    dynamixel = station.protocol == "dynamixel"
+    try:
+        found = measure_adapter(station) if dynamixel else measure_bus(station)
+    except BusError as error:
+        yield CheckResult("Drives", "problem", str(error), "Check the adapter and its cable.")
+        return
+    if found.silent:
+        silent = ", ".join(map(str, found.silent))
+        yield CheckResult(
+            "Drives",
+            "problem",
+            f"These motors do not answer at {station.baud} bit/s: {silent}.",
+            "Check power and cables. New drives have another id and baud rate"
+            + (": kata commission sets them." if dynamixel else "."),
+        )
+    else:
+        yield CheckResult("Drives", "ok", f"Five drives answered at {station.baud} bit/s.")
+    if found.damaged > _DAMAGED_SHARE * found.requests:
+        yield CheckResult(
+            "Bus noise",
+            "problem",
+            f"{100 * found.damaged / found.requests:.0f} % of {found.requests} answers were damaged.",
+            "Check shielding, termination and ground of the bus.",
+        )
+    if found.carried_hz:
+        yield _adapter(station, found)
+
+
+def _adapter(station: config.StationConfig, found: LatencyFigures) -> CheckResult:
+    """Return whether the adapter carries the station's rate, and what to change."""
+    measured = (
+        f"{found.measured}: this adapter carries up to {int(found.carried_hz)} cycles a second; the station uses "
+        f"{station.cycle_hz}."
+    )
+    if found.carried_hz >= station.cycle_hz:
+        return CheckResult("Adapter", "ok", measured)
+    lower_hz = int(found.carried_hz // station.rate_hz) * station.rate_hz
+    other = f"cycle_hz = {lower_hz}" if lower_hz else f"rate_hz and cycle_hz of at most {int(found.carried_hz)}"
+    return CheckResult(
+        "Adapter",
+        "problem",
+        measured,
+        f"Set the adapter's latency timer to {_LATENCY_MS} ms (setserial {station.port} low_latency), use an adapter without one, or "
+        f"set in the station's file: {other}.",
     )
 
 

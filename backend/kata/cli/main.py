@@ -3,17 +3,20 @@
 import json
 import logging
 import sys
-from importlib.metadata import version
+from getpass import getuser
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
+from kata import __version__
 from kata.audit.commands import app as audit
 from kata.backups.commands import backup, restore
 from kata.bench.commands import app as bench
+from kata.clinic.questionnaires.commands import app as questionnaires
 from kata.evaluation.commands import evaluate
+from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.settings import Settings
 from kata.system.console import console, fail
 from kata.system.gc_freeze import frozen_imports
@@ -21,6 +24,7 @@ from kata.system.gc_freeze import frozen_imports
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
+app.add_typer(questionnaires, name="questionnaires")
 app.command()(evaluate)
 accounts = typer.Typer(no_args_is_help=True, help="Manage who may sign in.")
 app.add_typer(accounts, name="accounts")
@@ -32,7 +36,7 @@ app.command()(restore)
 def _common(show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """The software of a shoulder-rehabilitation apparatus."""
     if show_version:
-        typer.echo(f"kata {version('kata')}")
+        typer.echo(f"kata {__version__}")
         raise typer.Exit
 
 
@@ -89,16 +93,49 @@ def demo(
 
 
 @app.command()
+def simulate(
+    plant: Annotated[
+        Literal["simple", "mujoco"],
+        typer.Option(help="Simulated mechanics; mujoco is independent of the controller's authors (kata[evaluate])."),
+    ] = "simple",
+    number: Annotated[
+        int | None,
+        typer.Option("--seed", min=0, help="Vary the simulated mechanics by up to 30 %. Default: as designed."),
+    ] = None,
+    protocol: Annotated[Literal["dynamixel", "modbus"], typer.Option(help="Protocol of the drives.")] = "dynamixel",
+    baud: Annotated[int, typer.Option(help="Baud rate of the drives.")] = 1_000_000,
+) -> None:
+    """Serve a simulated apparatus on a pseudo-terminal in real time, for a station's file, until Ctrl-C."""
+    from kata.simulator.process import SimulatorError, SimulatorProcess
+
+    folder = Path(mkdtemp(prefix="kata-simulate-"))
+    try:
+        apparatus = SimulatorProcess(folder, number, protocol, baud, plant=plant)
+    except SimulatorError as error:
+        fail(str(error))
+    typer.echo(f"The simulated apparatus ({plant}) answers at {apparatus.port}.")
+    typer.echo(f"Hand, pedal and emergency stop: {apparatus.control}. Log: {folder / 'simulator.log'}")
+    try:
+        ended = apparatus.wait()
+    except KeyboardInterrupt:
+        return
+    finally:
+        apparatus.close()
+    fail(f"The simulated apparatus has ended with status {ended}; see {folder / 'simulator.log'}.")
+
+
+@app.command()
 def seed(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     number: Annotated[int, typer.Option("--seed", help="The same number on the same day creates the same clinic.")] = 1,
-    patients: Annotated[int, typer.Option(min=1, max=12, help="Number of patients.")] = 12,
+    patients: Annotated[int, typer.Option(min=1, max=60, help="Number of patients.")] = 60,
+    language: Annotated[Literal["en", "ja"], typer.Option(help="Language of names and notes.")] = "en",
 ) -> None:
-    """Fill an empty clinic with up to 12 invented patients and months of their history. Stop the service first."""
+    """Fill an empty clinic with up to 60 invented patients and two years of their history. Stop the service first."""
     from kata.cli.seed import FAILURES, NUMBER, seeded
 
     try:
-        made = seeded(_settings(data=data), number, patients)
+        made = seeded(_settings(data=data), number, patients, language)
     except FAILURES as error:
         fail(str(error))
     typer.echo(
@@ -121,6 +158,26 @@ def messages(out: Annotated[Path | None, typer.Option(help="Write them to this f
     from kata.messages import CATALOGUE
 
     _write_json({code: CATALOGUE[code].english for code in sorted(CATALOGUE)}, out)
+
+
+@app.command()
+def mjcf(
+    side: Annotated[
+        Side, typer.Option(help="The shoulder. The apparatus is turned over for the other one.")
+    ] = CANONICAL_SIDE,
+    seed: Annotated[
+        int | None, typer.Option(help="Another patient and other gears; the nominal ones without it.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write it to this file.")] = None,
+) -> None:
+    """Print the model of apparatus and arm as MJCF, for MuJoCo and its viewers.
+
+    Masses, links, friction and play are in it. The drives, the patient's resistance and the balancer act through its motors.
+    """
+    from kata.simulator.independent import model
+    from kata.simulator.independent.parameters import independent_parameters
+
+    _write_text(model.mjcf(independent_parameters(seed), turned=side != CANONICAL_SIDE) + "\n", out)
 
 
 @accounts.command("link")
@@ -146,7 +203,7 @@ def link(
 @app.command()
 def doctor(
     station: Annotated[
-        Path | None, typer.Option(help="The station's TOML file; the command opens its port for a moment.")
+        Path | None, typer.Option(help="The station's TOML file; the command opens its port and reads its drives.")
     ] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
@@ -168,9 +225,90 @@ def doctor(
         raise typer.Exit(1)
 
 
+@app.command()
+def commission(
+    station: Annotated[Path, typer.Argument(help="The station's TOML file; it is written when every step has passed.")],
+    port: Annotated[str | None, typer.Option(help="The serial port; default: the file's, else /dev/ttyUSB0.")] = None,
+    by: Annotated[str, typer.Option(help="Who commissions the station; default: this user.")] = "",
+    begin: Annotated[str | None, typer.Option("--from", help="Repeat from this step on, e.g. axes.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="The periodic check of a commissioned station.")] = False,
+    simulate: Annotated[
+        int | None, typer.Option(min=0, help="Commission a factory-new simulated apparatus of this seed, for training.")
+    ] = None,
+    lines: Annotated[bool, typer.Option("--lines", hidden=True)] = False,
+) -> None:
+    """Guide a technician from a box of drives to a checked station file and a record. Stop the service first."""
+    from kata.cli.commission import STEP_KEYS, run, run_check
+
+    if begin is not None and begin not in STEP_KEYS:
+        raise typer.BadParameter(f"{begin} is not one of {', '.join(STEP_KEYS)}", param_hint="--from")
+    who = by or getuser()
+    passed = run_check(station, who, lines=lines) if check else run(station, port, who, begin, simulate, lines=lines)
+    if not passed:
+        raise typer.Exit(1)
+
+
+@app.command("support-bundle")
+def support_bundle(
+    out: Annotated[Path, typer.Option(help="The ZIP file to write.")] = Path("kata-support.zip"),
+    station: Annotated[Path | None, typer.Option(help="The station's TOML file.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+) -> None:
+    """Write a ZIP file that describes this installation to its maintainers, without patient data and secrets. The service may run meanwhile."""
+    from kata.cli.support_bundle import write
+
+    logging.basicConfig(level=logging.ERROR)
+    try:
+        write(_settings(station=station, data=data), out)
+    except OSError as error:
+        fail(f"Cannot write {out}: {error.strerror}.")
+    typer.echo(
+        f"{out} contains no patient data. Its README.txt lists the parts; please look through them before you send it."
+    )
+
+
+@app.command()
+def update(
+    bundle: Annotated[
+        Path | None, typer.Option("--from", help="The signed bundle of the new version.", exists=True, dir_okay=False)
+    ] = None,
+    key: Annotated[Path, typer.Option(help="Public key of those who sign bundles (PEM, Ed25519).")] = Path(
+        "/etc/kata/update-key.pem"
+    ),
+    unit: Annotated[
+        list[str] | None, typer.Option(help="systemd unit of a service of this computer; may be repeated.")
+    ] = None,
+    ready_within_s: Annotated[
+        float, typer.Option(min=1.0, help="Time until the new version must be ready, seconds.")
+    ] = 600.0,
+    installed: Annotated[str, typer.Option(help="A version that a package has installed beside this one.")] = "",
+    resume: Annotated[bool, typer.Option("--resume", help="Finish or undo an interrupted update.")] = False,
+) -> None:
+    """Update Kata on this computer without the internet, and go back when the new version does not become ready.
+
+    It is refused while a motor has torque or a session is open.
+    """
+    from kata.cli.update import update
+
+    if sum((bundle is not None, bool(installed), resume)) != 1:
+        raise typer.BadParameter("give one of --from, --installed and --resume", param_hint="--from")
+    update(bundle, installed, key, unit or ["kata"], ready_within_s)
+
+
+@app.command("data-before-update", hidden=True)
+def data_before_update(step: Literal["save", "put-back"]) -> None:
+    """Save the data of before an update, or put it back (a step of kata update)."""
+    from kata.cli.update import data_before_update
+
+    data_before_update(step, _settings())
+
+
 def _write_json(content: object, out: Path | None) -> None:
     """Write a document to a file, or to standard output."""
-    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    _write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", out)
+
+
+def _write_text(text: str, out: Path | None) -> None:
     if out:
         out.write_text(text)
     else:

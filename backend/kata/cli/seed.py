@@ -1,13 +1,14 @@
-"""The demonstration clinic: a dozen invented patients with months of history, which fill every page.
+"""The demonstration clinic: 60 invented patients over two years, five therapists and three stations, which fill every page.
 
 Nothing in it is measured: invented drives play the built-in motions. Every patient is marked as invented. The clinic is created only in a
-database without patients.
+database without patients. The playbacks of the first dozen patients and the last session of each other patient have samples; of older
+playbacks there are figures only, which keeps the command within half a minute.
 """
 
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import UTC, date, datetime, time, timedelta
+from datetime import date, datetime, timedelta
 from typing import Any, Final
 from uuid import UUID
 
@@ -15,22 +16,31 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from kata import __version__
 from kata.actor import by_program
 from kata.backups import folder
+from kata.cli import seed_course, seed_people
+from kata.cli.seed_course import STATIONS, Course
+from kata.cli.seed_people import DETAILED, WORDS, Language, Person
 from kata.clinic.assessments import spadi
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions import runs
-from kata.clinic.sessions.tables import AddendumRow, RunRow, SessionRow
+from kata.clinic.sessions.tables import AddendumRow, RunRow, SessionRow, SessionStopRow
+from kata.clinic.stations import service as stations
+from kata.clinic.statistics.upkeep import StatisticsUpkeep
 from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import upgrade
+from kata.device import texts as device_texts
 from kata.device.config import StationConfig
 from kata.device.journal import FolderInUseError, JournalEnd, JournalHeader, synthetic_journal
+from kata.messages import Text, sent_key
 from kata.motion.axes import Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
@@ -38,16 +48,10 @@ from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
 from kata.settings import Settings
 
-MARK: Final = "Invented for the demonstration: nobody's record."
+MARK: Final = WORDS["en"].mark
 NUMBER: Final = "DEMO-"
-_PEOPLE: Final = (
-    ("Yamada Hanako", "ヤマダ ハナコ", "female"), ("Tanaka Ren", "タナカ レン", "male"), ("Suzuki Aoi", "スズキ アオイ", "female"),
-    ("Kobayashi Ken", "コバヤシ ケン", "male"), ("Mori Yuki", "モリ ユキ", "female"), ("Abe Taro", "アベ タロウ", "male"),
-    ("Ishii Nao", "イシイ ナオ", "female"), ("Kato Haru", "カトウ ハル", "male"), ("Ogawa Emi", "オガワ エミ", "female"),
-    ("Hayashi Jun", "ハヤシ ジュン", "male"), ("Maeda Rin", "マエダ リン", "female"), ("Okada Sho", "オカダ ショウ", "male"),
-)  # fmt: skip
-_THERAPISTS: Final = ("Sato Mai", "Ito Daiki", "Watanabe Yui")
-_STATION: Final = "Station 1"
+_LONGEST_AGO: Final = timedelta(days=800)
+"""Longer than any patient's history."""
 _MOTIONS: Final = (3, 4, 0)
 """Indices of built-in motions: abduction, flexion, and the scapula."""
 _RATE_HZ: Final = 100
@@ -55,11 +59,23 @@ _LAG_S: Final = 0.05
 _COUNT_DEG: Final = 360 / 4096
 _NOISE_DEG: Final = (0.15, 0.15, 0.25, 0.3, 0.6)
 """By motor. Motor 5 has the largest error, as in the paper."""
+_RMSE_DEG: Final = (0.7, 0.12)
+"""Mean and spread of the worst motor's RMSE, as of the playbacks with samples."""
+_PEAK_FACTOR: Final = 1.9
 _ROM: Final = (
     ("flexion", "", 95.0, 165.0), ("abduction", "", 70.0, 160.0), ("external_rotation", "at_side", 12.0, 60.0),
     ("internal_rotation", "at_side", 35.0, 70.0),
 )  # fmt: skip
 """Motion, position of the arm, first angle and the other shoulder's angle in degrees."""
+_STOPPED: Final = 0.06
+_CAUSES: Final = (
+    ("operator_stop", device_texts.OPERATOR_STOP(), 6), ("load_repeated", device_texts.LOAD_REPEATED(motor=3), 3),
+    ("estop_pressed", device_texts.ESTOP_PRESSED(), 2), ("following_error", device_texts.FOLLOWING_ERROR(motor=5), 1),
+)  # fmt: skip
+"""Causes of stops with their weights."""
+_ONCE: Final = PlaybackSettings(100.0, 1, 0.0, 90.0)
+_TEN_TIMES: Final = PlaybackSettings(100.0, 10, 2.0, 90.0)
+"""Settings of the first dozen, whose samples are stored, and of the others."""
 
 
 class SeedError(Exception):
@@ -70,7 +86,7 @@ FAILURES: Final = (SeedError, DatabaseError, FolderInUseError, folder.Unfinished
 """Errors whose message the command prints."""
 
 
-def seeded(settings: Settings, number: int, patients: int) -> int:
+def seeded(settings: Settings, number: int, patients: int, language: Language = "en") -> int:
     """Fill the clinic of these settings and return the number of patients. No service may run on it.
 
     :raises SeedError: and the others of :data:`FAILURES`. Nothing is written then.
@@ -79,24 +95,31 @@ def seeded(settings: Settings, number: int, patients: int) -> int:
         database = Database(settings.effective_database_url)
         try:
             upgrade(database)
-            return fill(database, number, utc_now(), patients)
+            return fill(database, number, utc_now(), patients, language)
         finally:
             database.close()
 
 
-def fill(database: Database, number: int, now: datetime, patients: int = len(_PEOPLE)) -> int:
+def fill(
+    database: Database, number: int, now: datetime, patients: int = seed_people.MOST, language: Language = "en"
+) -> int:
     """Fill a database and return the number of patients. The same ``number`` on the same day gives the same clinic.
 
     :raises SeedError: when the database has a patient, so that real and invented records are never mixed.
     """
-    with by_program("seed", _STATION), database.write() as session:
+    # Computes the clinic's figures with the commit.
+    StatisticsUpkeep(database)
+    with by_program("seed", STATIONS[0]), database.write() as session:
         if session.scalar(select(func.count()).select_from(PatientRow)):
             raise SeedError("This clinic has patients already. Invented patients are only added to an empty clinic.")
+        # Everything that is seeded is invented, so its stations count as simulated apparatus.
+        for name in STATIONS:
+            stations.register(session, StationConfig(name=name), __version__, now - _LONGEST_AGO, simulated=True)
         motions = built_in_motions()
-        for place, (name, kana, sex) in enumerate(_PEOPLE[:patients]):
+        for place in range(patients):
             chance = random.Random(f"{number} {place}")  # noqa: S311 - no secret depends on it
-            _Invented(session, chance, place, now, motions).write(name, kana, sex)
-    return min(patients, len(_PEOPLE))
+            _Invented(session, chance, place, now, motions).write(language)
+    return patients
 
 
 @dataclass(frozen=True)
@@ -106,7 +129,7 @@ class _Taught:
 
 
 class _Invented:
-    """One patient with random duration, stiffness and progress of the treatment."""
+    """One patient with their course of treatment."""
 
     def __init__(
         self, session: Session, chance: random.Random, place: int, now: datetime, motions: tuple[Taught, ...]
@@ -115,51 +138,50 @@ class _Invented:
         self._chance = chance
         self._motions = motions
         self._place = place
+        self._now = now
         self._noise = np.random.default_rng(chance.randrange(2**32))
-        self._weeks = 6 + 2 * (place % 5)
-        last_day = now.date() - timedelta(days=1 + (place % 3) * 2)
-        self._visits = [
-            datetime.combine(last_day - timedelta(days=7 * n), time(1 + place % 7, 30), UTC)
-            for n in reversed(range(self._weeks))
-        ]
-        self._first = self._visits[0]
-        self._therapist = _THERAPISTS[place % len(_THERAPISTS)]
-        self._side: Side = "left" if place % 2 else "right"
+        self._course: Course = seed_course.course(chance, place, now)
+        self._first = self._course.first
+        self._side: Side = self._course.side
+        self._asked = _ONCE if place < DETAILED else _TEN_TIMES
 
-    def write(self, name: str, kana: str, sex: str) -> None:
-        patient = PatientRow(
-            id=self._id(), clinic_number=f"{NUMBER}{self._place + 1:03}", name=name, kana=kana, sex=sex, notes=MARK,
-            birth_date=date(1950 + self._chance.randrange(30), 1 + self._chance.randrange(12), 15), dominant_side="right",
-            created_at=self._first, updated_at=self._first,
-        )  # fmt: skip
-        self._add(patient)
+    def write(self, language: Language) -> None:
+        self._words = WORDS[language]
+        self._therapist = self._words.therapists[self._course.therapist]
+        patient = self._patient(seed_people.person(self._place, language))
         episode = self._episode(patient.id)
         taught = [self._teach(patient.id, motion) for motion in _MOTIONS[:: 1 + self._place % 2][:2]]
         version = self._programme(episode.id, taught)
-        for nth, at in enumerate(self._visits):
-            self._visit(patient.id, episode.id, version, taught, nth, at)
-        for nth in (*range(0, self._weeks - 1, 2), self._weeks - 1):
-            self._assess(episode.id, nth)
+        visits = self._course.visits
+        for nth, at in enumerate(visits):
+            detailed = self._place < DETAILED or nth == len(visits) - 1
+            self._visit(patient.id, episode.id, version, taught, at, detailed)
+        for nth in sorted({*range(0, len(visits), 2 * self._course.sessions_per_week), len(visits) - 1}):
+            self._assess(episode.id, visits[nth])
 
-    def _better(self, week: float) -> float:
-        """Return the improvement by a week, as a fraction of the difference from the other shoulder."""
-        return min(0.85, 0.07 * week)
-
-    def _episode(self, patient_id: UUID) -> EpisodeRow:
-        onset = self._first.date() - timedelta(days=60 + self._chance.randrange(120))
-        row = EpisodeRow(
-            id=self._id(), patient_id=patient_id, side=self._side, diagnosis="Frozen shoulder", onset_on=onset,
-            limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 120.0}], max_load_level=20,
-            limits_by="Dr. Nakamura", opened_at=self._first - timedelta(days=1), updated_at=self._first,
+    def _patient(self, person: Person) -> PatientRow:
+        row = PatientRow(
+            id=self._id(), clinic_number=f"{NUMBER}{self._place + 1:03}", name=person.name, kana=person.kana, sex=person.sex,
+            notes=self._words.mark, birth_date=date(1950 + self._chance.randrange(30), 1 + self._chance.randrange(12), 15),
+            dominant_side="right", created_at=self._first, updated_at=self._first,
         )  # fmt: skip
         self._add(row)
-        for stage, since in (("freezing", onset), ("frozen", self._first.date() - timedelta(days=10))):
-            self._add(StageRow(id=self._id(), episode_id=row.id, stage=stage, since=since, noted_at=self._first))
-        if self._weeks > 8:
-            thawing = self._visits[len(self._visits) // 2]
-            self._add(
-                StageRow(id=self._id(), episode_id=row.id, stage="thawing", since=thawing.date(), noted_at=thawing)
-            )
+        return row
+
+    def _episode(self, patient_id: UUID) -> EpisodeRow:
+        course, last = self._course, self._course.visits[-1]
+        row = EpisodeRow(
+            id=self._id(), patient_id=patient_id, side=self._side, diagnosis=self._words.diagnosis, diagnosis_code="M75.0",
+            verification="confirmed", onset_on=course.stages[0][1],
+            limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 120.0}], max_load_level=20,
+            limits_by=self._words.doctor, opened_at=self._first - timedelta(days=1), updated_at=self._first,
+            closed_at=last + timedelta(days=30 if course.left else 1) if course.closed else None,
+            closing_note=(self._words.left if course.left else self._words.discharged) if course.closed else "",
+        )  # fmt: skip
+        self._add(row)
+        for stage, since in course.stages:
+            noted = max(self._first, datetime.combine(since, self._first.timetz()))
+            self._add(StageRow(id=self._id(), episode_id=row.id, stage=stage, since=since, noted_at=noted))
         return row
 
     def _teach(self, patient_id: UUID, number: int) -> _Taught:
@@ -181,7 +203,7 @@ class _Invented:
                 kind="teaching",
                 id=str(row.id),
                 recording_id=None,
-                station=_STATION,
+                station=self._course.station,
                 rate_hz=_RATE_HZ,
                 started_at=at,
                 started_ns=0,
@@ -199,20 +221,21 @@ class _Invented:
 
     def _programme(self, episode_id: UUID, taught: list[_Taught]) -> ProgrammeVersionRow:
         programme = ProgrammeRow(
-            id=self._id(), episode_id=episode_id, name="Range of motion", created_at=self._first, updated_at=self._first
-        )
+            id=self._id(), episode_id=episode_id, name=self._words.programmes[self._course.first_stage],
+            created_at=self._first, updated_at=self._first,
+        )  # fmt: skip
         self._add(programme)
         version = ProgrammeVersionRow(
             id=self._id(), programme_id=programme.id, number=1, made_at=self._first, made_by=self._therapist,
-            note="", timer_minutes=30.0, sessions_per_week=1,
+            note="", timer_minutes=30.0, sessions_per_week=self._course.sessions_per_week,
         )  # fmt: skip
         self._add(version)
         for position, one in enumerate(taught, start=1):
             self._add(
                 ProgrammeItemRow(
-                    version_id=version.id, position=position, recording_id=one.row.id, speed_percent=100.0, repetitions=1,
-                    pause_s=0.0, range_percent=90.0, load_level=18, method="smooth",
-                    duration_s=with_settings(one.motion, PlaybackSettings(100.0, 1, 0.0, 90.0)).duration_s,
+                    version_id=version.id, position=position, recording_id=one.row.id, speed_percent=100.0,
+                    repetitions=self._asked.repetitions, pause_s=self._asked.pause_s, range_percent=90.0, load_level=18, method="smooth",
+                    duration_s=with_settings(one.motion, self._asked).duration_s,
                 )
             )  # fmt: skip
         return version
@@ -223,66 +246,114 @@ class _Invented:
         episode_id: UUID,
         version: ProgrammeVersionRow,
         taught: list[_Taught],
-        nth: int,
         at: datetime,
+        detailed: bool,
     ) -> None:
-        better = self._better(nth)
-        before = max(1, round(7 - 6 * better + self._chance.uniform(-1, 1)))
+        better = self._course.better(at)
+        before = min(10, max(1, round(7 - 6 * better + self._chance.uniform(-1, 1))))
         ended, signed = at + timedelta(minutes=35), at + timedelta(minutes=40)
-        stopped = self._chance.random() < 0.06
+        stopped = self._cause() if self._chance.random() < _STOPPED else None
+        unsigned = self._course.unsigned and at == self._course.visits[-1]
         row = SessionRow(
             id=self._id(), patient_id=patient_id, episode_id=episode_id, programme_version_id=version.id,
-            therapist=self._therapist, station=_STATION, started_at=at, ended_at=ended, checks=list(self._checks(at)),
+            therapist=self._therapist, station=self._course.station, started_at=at, ended_at=ended, checks=list(self._checks(at)),
             pain_before=before, pain_during=min(10, before + 1), pain_after=max(0, before - 1),
-            end_reason="completed", note=_note(better, stopped), signed_at=signed, signed_by=self._therapist,
-            run_count=len(taught), updated_at=signed,
+            end_reason="completed", note=self._note(better, stopped is not None), signed_at=None if unsigned else signed,
+            signed_by="" if unsigned else self._therapist, run_count=len(taught), updated_at=signed,
         )  # fmt: skip
         self._add(row)
         for position, one in enumerate(taught, start=1):
-            self._run(row.id, position, one, at + timedelta(minutes=6 * position), stopped and position == len(taught))
+            cause = stopped if position == len(taught) else None
+            run = self._new_run(row.id, position, one, at + timedelta(minutes=6 * position))
+            (self._play if detailed else self._figures)(row, run, one, cause)
         if stopped:
+            self._alarm(row, at + timedelta(minutes=20), stopped)
             self._add(
                 AddendumRow(
                     id=self._id(), session_id=row.id, written_at=ended + timedelta(hours=2), written_by=self._therapist,
-                    text="Asked by telephone: no pain since.",
+                    text=self._words.asked,
                 )
             )  # fmt: skip
 
+    def _cause(self) -> tuple[str, Text]:
+        code, message, _ = self._chance.choices(_CAUSES, [weight for *_, weight in _CAUSES])[0]
+        return code, message
+
+    def _note(self, better: float, stopped: bool) -> str:
+        went = self._words.stiff if better < 0.3 else self._words.freer
+        return f"{went} {self._words.stopped}" if stopped else went
+
+    def _alarm(self, visit: SessionRow, at: datetime, cause: tuple[str, Text]) -> None:
+        code, message = cause
+        self._add(
+            DeviceEventRow(
+                id=self._id(), station=visit.station, at=at, kind="alarm", code=code, message=str(message),
+                message_key=sent_key(message), category=1, axis=None, patient_id=visit.patient_id, session_id=visit.id,
+                ended_at=at + timedelta(minutes=1),
+            )
+        )  # fmt: skip
+
     def _checks(self, at: datetime) -> Iterator[dict[str, Any]]:
         for check, subject, by in (
+            ("identity", "birth_date+name", self._therapist),
             ("side", self._side, self._therapist), ("fixtures", "arm_fixer_1", self._therapist),
             ("belt", "", self._therapist), ("pedal", "", ""), ("estop", "", ""),
         ):  # fmt: skip
             yield {"check": check, "subject": subject, "at": (at + timedelta(minutes=2)).isoformat(), "by": by}
 
-    def _run(self, session_id: UUID, position: int, taught: _Taught, at: datetime, stopped: bool) -> None:
-        asked = PlaybackSettings(100.0, 1, 0.0, 90.0)
+    def _new_run(self, session_id: UUID, position: int, taught: _Taught, at: datetime) -> RunRow:
         row = RunRow(
             id=self._id(), session_id=session_id, recording_id=taught.row.id, programme_position=position, started_at=at,
-            outcome="running", load_level=18, speed_percent=asked.speed_percent, repetitions=asked.repetitions,
-            pause_s=asked.pause_s, range_percent=asked.range_percent, method="smooth",
+            outcome="running", load_level=18, speed_percent=self._asked.speed_percent, repetitions=self._asked.repetitions,
+            pause_s=self._asked.pause_s, range_percent=self._asked.range_percent, method="smooth",
         )  # fmt: skip
         self._add(row)
-        wanted = with_settings(taught.motion, asked)
-        count = int(wanted.duration_s * _RATE_HZ * (0.6 if stopped else 1.0))
+        return row
+
+    def _figures(self, visit: SessionRow, row: RunRow, taught: _Taught, cause: tuple[str, Text] | None) -> None:
+        """Complete a run with its figures alone."""
+        mean, spread = _RMSE_DEG
+        rmse = max(0.2, self._chance.gauss(mean, spread)) + seed_course.drift_deg(
+            visit.station, row.started_at, self._now
+        )
+        share = 0.6 if cause else 1.0
+        row.played_s = float(taught.motion.times_s[-1]) * self._asked.repetitions * share
+        row.ended_at = row.started_at + timedelta(seconds=row.played_s)
+        row.outcome = "stopped" if cause else "completed"
+        row.rate_hz, row.repetitions_done, row.reversals = _RATE_HZ, int(self._asked.repetitions * share), 0
+        if cause:
+            row.stop_code, row.stop_message, row.stop_key = cause[0], str(cause[1]), sent_key(cause[1])
+            visit.stop_count += 1
+            copies = {"started_at": visit.started_at, "therapist": visit.therapist, "station": visit.station}
+            self._session.add(SessionStopRow(session_id=visit.id, code=cause[0], **copies))
+        else:
+            row.worst_rmse_deg, row.worst_peak_deg = rmse, _PEAK_FACTOR * rmse
+        self._session.flush()
+
+    def _play(self, visit: SessionRow, row: RunRow, taught: _Taught, cause: tuple[str, Text] | None) -> None:
+        """Complete a run from the samples of invented drives."""
+        wanted = with_settings(taught.motion, self._asked)
+        count = int(wanted.duration_s * _RATE_HZ * (0.6 if cause else 1.0))
         times_s = np.arange(count) / _RATE_HZ
         setpoints = wanted.at(times_s)
         # The motors lag behind the setpoint, and the arm pulls slowly, which shows in the error.
         pull = self._noise.normal(0, 1, 5) * np.sin(2 * np.pi * times_s[:, None] / self._noise.uniform(3, 9, 5))
         shaking = self._noise.normal(0, 0.05, setpoints.shape)
-        measured = _counts(wanted.at(np.maximum(times_s - _LAG_S, 0.0)) + np.array(_NOISE_DEG) * pull + shaking)
+        drift = 1.4 * seed_course.drift_deg(visit.station, row.started_at, self._now)
+        spread = np.array(_NOISE_DEG) + np.array([0, 0, 0, 0, drift])
+        measured = _counts(wanted.at(np.maximum(times_s - _LAG_S, 0.0)) + spread * pull + shaking)
         torque = 0.6 + 0.4 * pull + 4 * shaking
         end = JournalEnd(reason="completed")
-        if stopped:
-            end = JournalEnd(reason="stopped", cause_code="operator_stop", cause_message="Stopped by the operator.")
+        if cause:
+            end = JournalEnd(reason="stopped", cause_code=cause[0], cause_message=str(cause[1]), cause_key=cause[1].key)
         journal = synthetic_journal(
             JournalHeader(
                 kind="run",
                 id=str(row.id),
                 recording_id=None,
-                station=_STATION,
+                station=self._course.station,
                 rate_hz=_RATE_HZ,
-                started_at=at,
+                started_at=row.started_at,
                 started_ns=0,
             ),
             times_s,
@@ -291,13 +362,15 @@ class _Invented:
             torque,
             end,
         )
-        runs.complete(self._session, journal, StationConfig(name=_STATION))
+        runs.complete(self._session, journal, StationConfig(name=visit.station))
 
-    def _assess(self, episode_id: UUID, week: int) -> None:
-        at = self._first + timedelta(days=7 * week, minutes=-20)
-        better = self._better(week)
-        pain = round(7 - 6 * better)
-        answers: list[int | None] = [max(0, round(8 - 7 * better + self._chance.uniform(-1, 1))) for _ in range(13)]
+    def _assess(self, episode_id: UUID, visit: datetime) -> None:
+        at = visit - timedelta(minutes=20)
+        better = self._course.better(visit)
+        pain = min(10, round(7 - 6 * better + (self._chance.uniform(-1, 1) if self._place >= DETAILED else 0)))
+        answers: list[int | None] = [
+            min(10, max(0, round(8 - 7 * better + self._chance.uniform(-1, 1)))) for _ in range(13)
+        ]
         row = AssessmentRow(
             id=self._id(), episode_id=episode_id, assessed_at=at, assessed_by=self._therapist, note="",
             pain_rest=max(0, pain - 4), pain_active=pain, pain_passive=max(0, pain - 1), pain_average=max(0, pain - 2),
@@ -325,11 +398,6 @@ class _Invented:
     def _add(self, row: Any) -> None:
         self._session.add(row)
         self._session.flush()
-
-
-def _note(better: float, stopped: bool) -> str:
-    went = "Still stiff; the shoulder blade helps early." if better < 0.3 else "Moves more freely than last week."
-    return f"{went} The last motion was stopped at the patient's wish." if stopped else went
 
 
 def _counts(angles_deg: Any) -> Any:

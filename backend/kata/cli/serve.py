@@ -16,7 +16,8 @@ import uvicorn
 
 from kata.api import live, logs, tls, watchdog
 from kata.api.app import create_app
-from kata.api.connection_limits import limited_protocol
+from kata.api.connection_limits import LimitedListener, LimitedProtocol, OpenConnections
+from kata.api.message_limits import BYTES_AT_ONCE, LimitedWebSocket
 from kata.api.security_middleware import allowed_hosts
 from kata.api.services import Services
 from kata.audit.anchor import AnchorError
@@ -28,7 +29,6 @@ from kata.backups.key import BackupError
 from kata.database.engine import DatabaseError
 from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
-from kata.reporting.letterhead import LetterheadError
 from kata.settings import Settings
 from kata.simulator.process import SimulatorError
 from kata.system import malloc
@@ -37,8 +37,10 @@ from kata.system.private_files import make_private
 
 log = logging.getLogger(__name__)
 
-_LONGEST_MESSAGE: Final = 64 * 1024
-"""Bytes of a WebSocket message; the page sends only Stop."""
+WAITING_CONNECTIONS: Final = 2048
+"""Connections that wait in the kernel until they are accepted."""
+ACCEPTED_AT_ONCE: Final = 16
+"""Connections accepted in one step of the event loop. A flood would stop everything else for 0.2 s if all waiting ones were."""
 
 
 def serve(settings: Settings, *, reload: bool) -> None:
@@ -81,6 +83,8 @@ class _Server(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
+        for listening in sockets or []:
+            listening.listen(WAITING_CONNECTIONS)
         if self.started:
             host, port = self.servers[0].sockets[0].getsockname()[:2]
             url = _address(host, port, encrypted=self.config.is_ssl)
@@ -92,11 +96,11 @@ class _Server(uvicorn.Server):
 def _print_links(application: Any, url: str) -> None:
     """Print the links to the terminal, never to the log: each link lets its reader in."""
     services: Services = application.state.services
-    access = services.access
-    for role, secret in access.links.secrets.items():
+    auth = services.auth
+    for role, secret in auth.links.secrets.items():
         console.print(f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True)
-    if access.set_up_secret:
-        console.print(set_up.invitation(url, access.set_up_secret), soft_wrap=True)
+    if auth.set_up_secret:
+        console.print(set_up.invitation(url, auth.set_up_secret), soft_wrap=True)
 
 
 def _address(host: str, port: int, *, encrypted: bool) -> str:
@@ -113,7 +117,10 @@ async def _serve(settings: Settings) -> None:
     """Run the lifespan here instead of in uvicorn, so that its errors can be printed as sentences."""
     malloc.return_free_memory()
     application = create_app(settings)
-    listening = _listen(settings)
+    open_connections = OpenConnections(
+        settings.connections_per_address, settings.trusted_proxies, partial(_warn_of_proxy, settings)
+    )
+    listening = LimitedListener(_listen(settings), open_connections)
     try:
         async with AsyncExitStack() as stack:
             certificate = tls.Certificate(settings, allowed_hosts(settings)) if settings.encrypted else None
@@ -122,7 +129,8 @@ async def _serve(settings: Settings) -> None:
                 await stack.enter_async_context(tls.refreshed(certificate))
                 console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
             await stack.enter_async_context(watchdog.watched())
-            await _Server(_configured(application, settings, certificate)).serve([listening])
+            configured = _configured(application, settings, certificate, open_connections)
+            await _Server(configured).serve([listening])
     except (
         AnchorError,
         BackupError,
@@ -130,7 +138,6 @@ async def _serve(settings: Settings) -> None:
         DatabaseError,
         FactorKeyError,
         FolderInUseError,
-        LetterheadError,
         OpenIdError,
         SimulatorError,
         UnfinishedRestoreError,
@@ -139,20 +146,25 @@ async def _serve(settings: Settings) -> None:
         fail(str(error))
 
 
-def _configured(application: Any, settings: Settings, certificate: tls.Certificate | None) -> uvicorn.Config:
+def _configured(
+    application: Any, settings: Settings, certificate: tls.Certificate | None, open_connections: OpenConnections
+) -> uvicorn.Config:
     return uvicorn.Config(
         application,
         lifespan="off",
         log_level="warning",
         timeout_graceful_shutdown=2,
+        # asyncio takes the backlog for both; the server's start sets the kernel's to WAITING_CONNECTIONS.
+        backlog=ACCEPTED_AT_ONCE,
         server_header=False,
-        http=limited_protocol(  # type: ignore[arg-type]
-            settings.connections_per_address, settings.trusted_proxies, partial(_warn_of_proxy, settings)
-        ),
+        http=partial(LimitedProtocol, open_connections),  # type: ignore[arg-type]
         # Uvicorn's default trusts every proxy on this computer.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,
-        ws_max_size=_LONGEST_MESSAGE,
+        ws=LimitedWebSocket,
+        ws_max_size=BYTES_AT_ONCE,
+        # A small compressed message can be a long one, and costs the event loop its length.
+        ws_per_message_deflate=False,
         # A pulled cable closes no socket, so the operator's browser is pinged all the time.
         ws_ping_interval=live.PING_S,
         ws_ping_timeout=live.PONG_S,
@@ -186,8 +198,7 @@ def _serve_reloading(settings: Settings) -> None:
     """Pass the settings through the environment to the processes that the reloader starts."""
     if settings.encrypted or not settings.is_on_loopback:
         fail("--reload works only without encryption and on this computer: leave out --host.")
-    values: dict[str, Any] = settings.model_dump(mode="json", exclude_none=True)
-    os.environ.update({f"KATA_{name.upper()}": str(value) for name, value in values.items()})
+    os.environ.update(settings.as_environment())
     uvicorn.run(
         "kata.cli.serve:development_app",
         factory=True,

@@ -30,7 +30,7 @@ from kata.clinic.sessions.replay import (
     SessionClosed,
     SessionOpened,
 )
-from kata.database.delivery import AGAIN_S, Delivery
+from kata.database.delivery import RETRY_S, Delivery
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool
 
@@ -72,15 +72,15 @@ _DECODER: Final = msgspec.json.Decoder(_SpoolItem)
 class EventSpool:
     """Spool events and deliver them to the database. Every ``put`` but :meth:`put_offline_event` returns at once."""
 
-    def __init__(self, database: Database, station: str, folder: Path, *, again_s: float = AGAIN_S) -> None:
-        """``folder``: of the spool. ``again_s``: the pause before the next attempt to deliver, seconds.
+    def __init__(self, database: Database, station: str, folder: Path, *, retry_s: float = RETRY_S) -> None:
+        """``folder``: of the spool. ``retry_s``: the pause before the next attempt to deliver, seconds.
 
         :raises SpoolError: if the folder holds a record that cannot be read.
         :raises OSError: if the folder cannot be written to.
         """
         self._station = station
         self.spool = Spool(folder)
-        self.delivery = Delivery(self.spool, database, station, self._store_batch, again_s=again_s)
+        self.delivery = Delivery(self.spool, database, station, self._store_batch, retry_s=retry_s)
 
     @property
     def has_room(self) -> bool:
@@ -147,7 +147,11 @@ class EventSpool:
                     add_entry(session, entry("begun_without_database", subject=f"run {item.id}"))
             case CheckAnswered():
                 with by_program("ticked_without_database", self._station):
-                    add_entry(session, entry("ticked_without_database", subject=f"session {item.session_id}"))
+                    detail = {"identity": item.subject} if item.check == "identity" else None
+                    add_entry(
+                        session,
+                        entry("ticked_without_database", subject=f"session {item.session_id}", detail=detail),
+                    )
             case PainRecorded():
                 with by_program("pain_without_database", self._station):
                     add_entry(session, entry("pain_without_database", subject=f"session {item.session_id}"))

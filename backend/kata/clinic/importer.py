@@ -76,6 +76,10 @@ class Importer:
         self._due: dict[Path, None] = {}
         self._ended_at: datetime | None = None
 
+    def use(self, config: StationConfig) -> None:
+        """Use another configuration of the station from now on."""
+        self._config = config
+
     def run(self, finished: Path | None = None) -> None:
         """Import one finished journal, or all journals while no device process writes one.
 

@@ -4,14 +4,20 @@ from kata.audit.tables import AuditRow
 from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow, RecoveryCodeRow
 from kata.backups.tables import BackupRow
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.commissionings.tables import CommissioningRow
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patient_mode.tables import PatientModeRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.profile.tables import ClinicProfileRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.clinic.sessions.tables import (
     AddendumRow,
+    GoniometerReadingRow,
     MotionTrackingRow,
     MotorTrackingRow,
     RunCorrectionRow,
@@ -21,6 +27,7 @@ from kata.clinic.sessions.tables import (
     SessionStopRow,
 )
 from kata.clinic.stations.tables import StationRow, StationVersionRow
+from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
 from kata.database.delivery import SpoolRow
 from kata.database.upgrade import SchemaRow
 
@@ -33,16 +40,23 @@ __all__ = [
     "BackupRow",
     "BreakGlassAccessRow",
     "CareTeamRow",
+    "ClinicProfileRow",
+    "CommissioningRow",
+    "ContraindicationRow",
     "DeviceEventRow",
+    "EpisodeOutcomeRow",
     "EpisodeRow",
     "ErasureRow",
+    "GoniometerReadingRow",
     "LoginSessionRow",
     "MotionTrackingRow",
     "MotorTrackingRow",
+    "PatientModeRow",
     "PatientRow",
     "ProgrammeItemRow",
     "ProgrammeRow",
     "ProgrammeVersionRow",
+    "QuestionnaireTextsRow",
     "RecordingRow",
     "RecordingSamplesRow",
     "RecoveryCodeRow",
@@ -55,6 +69,7 @@ __all__ = [
     "SessionStopRow",
     "SpoolRow",
     "StageRow",
+    "StationHourRow",
     "StationRow",
     "StationVersionRow",
     "TeachingRow",

@@ -4,6 +4,7 @@ from typing import Final
 
 from kata.messages import message
 
+COMMISSIONING_NOT_FOUND: Final = message("commissioning_not_found", "There is no commissioning with this id.")
 PATIENT_ARCHIVED: Final = message("patient_archived", "{patient:name} is archived.")
 PROGRAMME_ARCHIVED: Final = message("programme_archived", "{programme:name} is archived.")
 RESTORE_PATIENT_FIRST: Final = message("restore_patient_first", "Restore the patient's record first.")
@@ -29,6 +30,14 @@ MOTION_BELOW_LOWEST: Final = message(
     "motion_below_lowest",
     "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:g} deg.",
 )
+ARM_BEYOND_HIGHEST: Final = message(
+    "arm_beyond_highest",
+    "The {quantity:text} would be {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:.1f} deg in this pose.",
+)
+ARM_BELOW_LOWEST: Final = message(
+    "arm_below_lowest",
+    "The {quantity:text} would be {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:.1f} deg in this pose.",
+)
 MOTOR_FASTER_THAN_ALLOWED: Final = message(
     "motor_faster_than_allowed",
     "Motor {motor:d} would move at {speed_deg_s:.1f} deg/s at {at_s:.1f} s; {doctor:name} allows no more than {limit_deg_s:g} deg/s.",
@@ -46,8 +55,12 @@ STAGE_NOTED: Final = message("stage_noted", "A stage is already recorded for tha
 REMOVE_STAGE_OR_OTHER_DAY: Final = message("remove_stage_or_other_day", "Remove that one first, or give another day.")
 EPISODE_OPEN: Final = message("episode_open", "An episode of care for the {side:text} shoulder is already open.")
 CONTINUE_OR_CLOSE_EPISODE: Final = message("continue_or_close_episode", "Continue that episode, or close it first.")
+TIME_ENDS_BEFORE_IT_BEGINS: Final = message("time_ends_before_it_begins", "The time ends before it begins.")
+CHOOSE_LATER_END: Final = message("choose_later_end", "Choose a later end.")
 EPISODE_CLOSED: Final = message("episode_closed", "This episode is closed.")
 REOPEN_FIRST: Final = message("reopen_first", "Reopen it first.")
+CERTAINTY_WITHOUT_DIAGNOSIS: Final = message("certainty_without_diagnosis", "A certainty needs a diagnosis.")
+WRITE_DIAGNOSIS: Final = message("write_diagnosis", "Choose or write the diagnosis, or clear the certainty.")
 LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "The name of the doctor who set the limits is missing.")
 WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Enter the doctor's name.")
 ONSET_BEFORE_BIRTH: Final = message(
@@ -147,11 +160,37 @@ RECORDING_OF_OTHER_PATIENT: Final = message(
 RECORDING_ARCHIVED: Final = message("recording_archived", "This recording is archived.")
 NOTHING_PLAYED: Final = message("nothing_played", "Nothing was played in this run.")
 NOTHING_TO_COMPARE: Final = message("nothing_to_compare", "There is nothing to compare.")
+RHYTHM_NO_POSE: Final = message("rhythm_no_pose", "The rhythm cannot be calculated: {reason:text}.")
+RHYTHM_CHECK_APPARATUS: Final = message(
+    "rhythm_check_apparatus", "The angles of motors 1 and 2 are of no position of the scapula. Teach the motion again."
+)
 RUN_NOT_PLAYABLE: Final = message(
     "run_not_playable", "This recording cannot be played with these settings: {reason:text}."
 )
 CHOOSE_OTHER_SETTINGS: Final = message("choose_other_settings", "Choose other settings.")
 SESSION_SIGNED: Final = message("session_signed", "This session is signed and cannot be changed.")
+LEARNING_FELL_BACK: Final = message(
+    "learning_fell_back",
+    "the error of motor {motors:name} had grown by more than a tenth: its earlier correction is used, and it learns half as fast",
+)
+LEARNING_DISTURBED: Final = message(
+    "learning_disturbed",
+    "motor {motors:name} was not compared with the playback before: too much of it was paused, taken back, resisted or at a limit",
+)
+NOT_LEARNED_NOT_COMPLETED: Final = message(
+    "not_learned_not_completed", "nothing was learned: the playback did not reach its end"
+)
+NOT_LEARNED_OTHER_STATION: Final = message(
+    "not_learned_other_station", "nothing was learned: it was played on another station"
+)
+NOT_LEARNED_NO_FIT: Final = message(
+    "not_learned_no_fit", "nothing was learned: the correction before does not fit this recording"
+)
+NO_APPARATUS_ANGLE: Final = message(
+    "no_apparatus_angle", "The apparatus does not measure this angle in this session now."
+)
+ENTER_APPARATUS_ANGLE: Final = message("enter_apparatus_angle", "Enter the apparatus angle as well.")
+READING_NOT_FOUND: Final = message("reading_not_found", "There is no goniometer reading with this id in this session.")
 WRITE_ADDENDUM: Final = message("write_addendum", "Write an addendum.")
 RUN_NOT_ENDED: Final = message("run_not_ended", "A playback in this session has not ended.")
 END_OR_STOP_FIRST: Final = message("end_or_stop_first", "End it first, or stop it.")
@@ -160,6 +199,19 @@ SIGN_AGAIN_SOON: Final = message("sign_again_soon", "Wait a moment and sign agai
 SESSION_NOT_ENDED: Final = message("session_not_ended", "This session has not ended.")
 NOTE_NOT_SIGNED: Final = message("note_not_signed", "This note has not been signed.")
 CHANGE_NOTE_ITSELF: Final = message("change_note_itself", "Change the note itself.")
+CHECK_IDENTITY: Final = message(
+    "check_identity", "The patient has stated two identifiers, and they agree with the record."
+)
+IDENTITY_NOT_CONFIRMED: Final = message(
+    "identity_not_confirmed", "The patient's identity has not been confirmed by two identifiers in this session today."
+)
+BIRTH_DATE_NOT_RECORDED: Final = message("birth_date_not_recorded", "This record has no birth date.")
+COMPARE_OTHER_IDENTIFIERS: Final = message("compare_other_identifiers", "Compare name and clinic number.")
+TWO_IDENTIFIERS_NEEDED: Final = message("two_identifiers_needed", "Two identifiers are needed to confirm the identity.")
+COMPARE_TWO_IDENTIFIERS: Final = message(
+    "compare_two_identifiers",
+    "Let the patient state name, birth date or clinic number, and confirm two that agree with the record.",
+)
 CHECK_LEFT_SIDE: Final = message("check_left_side", "The apparatus is set to the left shoulder, and its pin is in.")
 CHECK_RIGHT_SIDE: Final = message("check_right_side", "The apparatus is set to the right shoulder, and its pin is in.")
 CHECK_BELT: Final = message("check_belt", "The belt holds the patient in the seat.")
@@ -219,6 +271,17 @@ PAIN_AFTER_DIFFERS: Final = message(
 )
 DONE_MIRRORED_LEFT: Final = message("done_mirrored_left", "mirrored for the left shoulder")
 DONE_MIRRORED_RIGHT: Final = message("done_mirrored_right", "mirrored for the right shoulder")
+NO_LICENSED_TEXTS: Final = message(
+    "no_licensed_texts", "The clinic has not imported the licensed texts of this questionnaire."
+)
+IMPORT_LICENSED_TEXTS: Final = message(
+    "import_licensed_texts", "An administrator imports them with “kata questionnaires import”."
+)
+QUESTIONNAIRE_FINISHED: Final = message("questionnaire_finished", "This questionnaire is finished already.")
+GIVE_TABLET_BACK: Final = message("give_tablet_back", "Please give the tablet back.")
+ANSWERS_DO_NOT_FIT: Final = message("answers_do_not_fit", "The answers do not fit the questions.")
+RELOAD_QUESTIONNAIRE: Final = message("reload_questionnaire", "Reload the page.")
+NO_PATIENT_MODE: Final = message("no_patient_mode", "No questionnaire is open on this browser.")
 FIGURE_NO: Final = message("figure_no", "no")
 FIGURE_NAMED_ANGLE_HOVER: Final = message("figure_named_angle_hover", "%{{customdata}}: %{{y:.2f}} deg")
 FIGURE_REFERENCE: Final = message("figure_reference", "Reference")
@@ -232,10 +295,17 @@ FIGURE_PASSIVE: Final = message("figure_passive", "Passive")
 FIGURE_MEASURE_DEG: Final = message("figure_measure_deg", "{measure:text}, deg")
 FIGURE_PAIN: Final = message("figure_pain", "Pain")
 FIGURE_PAIN_SCALE: Final = message("figure_pain_scale", "Pain, 0 to 10")
+FIGURE_OF_10: Final = message("figure_of_10", "{score:text}, 0 to 10")
+FIGURE_OF_100: Final = message("figure_of_100", "{score:text}, 0 to 100")
+FIGURE_SPADI: Final = message("figure_spadi", "SPADI")
 FIGURE_DISABILITY: Final = message("figure_disability", "Disability")
 FIGURE_SPADI_SCALE: Final = message("figure_spadi_scale", "SPADI, 0 (none) to 100 (worst)")
-FIGURE_BETTER_PERHAPS: Final = message("figure_better_perhaps", "{points:g} better: perhaps important")
-FIGURE_BETTER_IMPORTANT: Final = message("figure_better_important", "{points:g} better: important")
+FIGURE_BETTER_PERHAPS: Final = message(
+    "figure_better_perhaps", "{points:g} points better: perhaps important, or chance"
+)
+FIGURE_BETTER_IMPORTANT: Final = message(
+    "figure_better_important", "Over {points:g} points better: important, not chance"
+)
 FIGURE_MEAN_RMSE: Final = message("figure_mean_rmse", "Mean RMSE, deg")
 FIGURE_LARGEST_ERROR: Final = message("figure_largest_error", "Largest error, deg")
 FIGURE_CORRECTION: Final = message("figure_correction", "Learned correction (RMS), deg")
@@ -259,14 +329,14 @@ FIGURE_CHANGE_DEG: Final = message("figure_change_deg", "Change from baseline, d
 FIGURE_OTHER_SIDE_DEG: Final = message("figure_other_side_deg", "Other side (newest), deg")
 FIGURE_REFERENCE_DEG: Final = message("figure_reference_deg", "Reference, deg")
 FIGURE_WHEN: Final = message("figure_when", "When")
-FIGURE_CHANGE: Final = message("figure_change", "Change from baseline")
+FIGURE_CHANGE_POINTS: Final = message("figure_change_points", "Change from baseline, points")
 FIGURE_IMPORTANT_CHANGE: Final = message("figure_important_change", "Important change")
 FIGURE_SESSION: Final = message("figure_session", "Session")
 FIGURE_RECORDING: Final = message("figure_recording", "Recording")
 FIGURE_METHOD: Final = message("figure_method", "Method")
 FIGURE_PLAYBACKS: Final = message("figure_playbacks", "Playbacks")
 FIGURE_REPETITIONS_PLANNED: Final = message("figure_repetitions_planned", "Repetitions planned")
-FIGURE_REPETITIONS_DONE: Final = message("figure_repetitions_done", "done")
+FIGURE_REPETITIONS_DONE: Final = message("figure_repetitions_done", "Repetitions done")
 FIGURE_SMOOTH: Final = message("figure_smooth", "smooth")
 FIGURE_LEARNED: Final = message("figure_learned", "learned")
 FIGURE_PAPER: Final = message("figure_paper", "paper")
@@ -316,3 +386,83 @@ FIXTURE_ARM_FIXER_2: Final = message("fixture_arm_fixer_2", "arm fixer 2")
 FIXTURE_ELBOW_FIXER_1: Final = message("fixture_elbow_fixer_1", "elbow fixer 1")
 FIXTURE_ELBOW_FIXER_2: Final = message("fixture_elbow_fixer_2", "elbow fixer 2")
 FIGURE_NAMED_WHOLE_ANGLE_HOVER: Final = message("figure_named_whole_angle_hover", "%{{customdata}}: %{{y:.0f}} deg")
+
+CONTRAINDICATION_FRACTURE: Final = message("contraindication_fracture", "Fracture that has not united")
+CONTRAINDICATION_DISLOCATION: Final = message("contraindication_dislocation", "Dislocation, unreduced or recent")
+CONTRAINDICATION_INFECTION: Final = message(
+    "contraindication_infection", "Infection or acute inflammation of joint or arm"
+)
+CONTRAINDICATION_TUMOUR: Final = message("contraindication_tumour", "Tumour of shoulder or arm")
+CONTRAINDICATION_THROMBOSIS: Final = message("contraindication_thrombosis", "Thrombosis of the arm")
+CONTRAINDICATION_RECENT_REPAIR: Final = message(
+    "contraindication_recent_repair", "Recent repair of tendon, ligament or capsule"
+)
+CONTRAINDICATION_JOINT_REPLACEMENT: Final = message(
+    "contraindication_joint_replacement", "Joint replacement of the shoulder"
+)
+CONTRAINDICATION_NERVE_INJURY: Final = message("contraindication_nerve_injury", "Nerve injury of the arm")
+CONTRAINDICATION_CRPS: Final = message("contraindication_crps", "Complex regional pain syndrome (CRPS)")
+CONTRAINDICATION_OSTEOPOROSIS: Final = message("contraindication_osteoporosis", "Osteoporosis")
+CONTRAINDICATION_HYPERMOBILITY: Final = message("contraindication_hypermobility", "Hypermobility or instability")
+CONTRAINDICATION_ANTICOAGULATION: Final = message("contraindication_anticoagulation", "Anticoagulation")
+CONTRAINDICATION_PACEMAKER: Final = message("contraindication_pacemaker", "Pacemaker or other active implant")
+CONTRAINDICATION_PREGNANCY: Final = message("contraindication_pregnancy", "Pregnancy")
+CONTRAINDICATION_OTHER: Final = message("contraindication_other", "Other contraindication")
+SOURCE_KISNER: Final = message(
+    "source_kisner",
+    "Kisner and Colby, Therapeutic Exercise, 2012",
+)
+SOURCE_ASSET: Final = message(
+    "source_asset",
+    "Thigpen et al., J Shoulder Elbow Surg 2016; 25: 521-535",
+)
+SOURCE_CLINIC: Final = message(
+    "source_clinic",
+    "The clinic's decision: no publication says so for this apparatus",
+)
+SOURCE_STAGE: Final = message(
+    "source_stage",
+    "Kelley et al., JOSPT 2013; 43(5): A1-A31 and Diercks and Stevens, JSES 2004; 13: 499-502: the more painful, the gentler. The numbers are the clinic's decision.",
+)
+MOTION_CONTRAINDICATED: Final = message(
+    "motion_contraindicated",
+    "No motion is taught or played with this condition: {conditions:texts}.",
+)
+RESOLVE_CONTRAINDICATION: Final = message(
+    "resolve_contraindication",
+    "When it no longer applies, resolve it on the patient's page.",
+)
+SIGN_OFF_NEEDED: Final = message(
+    "sign_off_needed",
+    "A doctor's permission is missing: {conditions:texts}.",
+)
+ASK_DOCTOR_TO_SIGN_OFF: Final = message(
+    "ask_doctor_to_sign_off",
+    "Ask the doctor, and record the permission on the patient's page.",
+)
+CONTRAINDICATION_RECORDED: Final = message(
+    "contraindication_recorded",
+    "This contraindication is recorded already.",
+)
+CHECK_LIST_OF_CONTRAINDICATIONS: Final = message(
+    "check_list_of_contraindications",
+    "Reload the list of contraindications.",
+)
+NO_SIGN_OFF_FOR_THIS: Final = message(
+    "no_sign_off_for_this",
+    "This contraindication needs no permission, or no permission suffices.",
+)
+CONTRAINDICATION_NOT_FOUND: Final = message(
+    "contraindication_not_found",
+    "This contraindication does not exist.",
+)
+CONTRAINDICATION_RESOLVED: Final = message(
+    "contraindication_resolved",
+    "This contraindication has been resolved already.",
+)
+PLAYED_CONTRAINDICATED: Final = message(
+    "played_contraindicated",
+    "Played while the database was unavailable; a contraindication had been recorded elsewhere.",
+)
+TIME_ZONE_UNKNOWN: Final = message("time_zone_unknown", "This time zone does not exist.")
+CHOOSE_TIME_ZONE: Final = message("choose_time_zone", "Choose a time zone of the list, such as Asia/Tokyo.")

@@ -19,16 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 _FORMAT: Final = "kata-samples/2"
-_BEFORE: Final = "kata-samples/1"
-_MISSING_BEFORE: Final = np.iinfo(np.int64).min
+_FORMER_FORMAT: Final = "kata-samples/1"
+_FORMER_MISSING: Final = np.iinfo(np.int64).min
 _HIGHEST_ORDER: Final = 3
 """Third differences of a smooth setpoint are smallest; a torque is mostly noise."""
-_AXIS: Final = struct.Struct("<ddBBB")
+_AXIS_HEADER: Final = struct.Struct("<ddBBB")
 """Step, offset, order, bytes per value, 1 if values are missing."""
 _CRC: Final = struct.Struct("<I")
 # The differences are noise: no context of neighbouring bytes predicts them, so lc and pb are 0.
 _FILTERS: Final = [{"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 0, "pb": 0, "dict_size": 1 << 18}]
-_DAMAGE: Final = (ValueError, KeyError, TypeError, IndexError, struct.error, zlib.error, lzma.LZMAError)
+_DAMAGE_ERRORS: Final = (ValueError, KeyError, TypeError, IndexError, struct.error, zlib.error, lzma.LZMAError)
 
 Floats = NDArray[np.float64]
 _Steps = NDArray[np.int64]
@@ -54,7 +54,10 @@ class SampleColumn:
 def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]) -> bytes:
     """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``. NaN is a missing value."""
     values = {column.name: np.asarray(arrays[column.name], dtype=np.float64) for column in columns}
-    parts = [_packed(values[column.name], column, values[column.along] if column.along else None) for column in columns]
+    parts = [
+        _compress_column(values[column.name], column, values[column.along] if column.along else None)
+        for column in columns
+    ]
     header = {
         "format": _FORMAT,
         "columns": [
@@ -80,8 +83,8 @@ def decode(blob: bytes) -> dict[str, Floats]:
     line, _, body = blob.partition(b"\n")
     try:
         header = json.loads(line)
-        if header["format"] == _BEFORE:
-            return _decode_before(header, body)
+        if header["format"] == _FORMER_FORMAT:
+            return _decode_former_format(header, body)
         if header["format"] != _FORMAT:
             raise UnreadableError(f"samples of format {header['format']} cannot be read by this version")
         body = without_checksum(blob)[len(line) + 1 :]
@@ -91,8 +94,8 @@ def decode(blob: bytes) -> dict[str, Floats]:
             part = body[start : start + column["bytes"]]
             start += column["bytes"]
             along = arrays[column["along"]] if column["along"] else None
-            arrays[column["name"]] = _unpacked(part, column["shape"], column["resolution"], along)
-    except _DAMAGE as error:
+            arrays[column["name"]] = _decompress_column(part, column["shape"], column["resolution"], along)
+    except _DAMAGE_ERRORS as error:
         raise UnreadableError(f"the samples cannot be read: {error}") from error
     return arrays
 
@@ -118,19 +121,19 @@ def without_checksum(data: bytes) -> bytes:
     return content
 
 
-def _packed(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
+def _compress_column(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     table = values if values.ndim > 1 else values[:, None]
-    axes = [_axis(table[:, axis], column, along) for axis in range(table.shape[1])]
+    axes = [_encode_axis(table[:, axis], column, along) for axis in range(table.shape[1])]
     return lzma.compress(b"".join(axes), lzma.FORMAT_RAW, filters=_FILTERS)
 
 
-def _axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
+def _encode_axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     missing = np.isnan(values)
     known = values[~missing]
-    step, offset = _counts(known, column.resolution) if column.counted else (column.resolution, 0.0)
+    step, offset = _detect_grid(known, column.resolution) if column.counted else (column.resolution, 0.0)
     steps = np.rint((known - offset) / step).astype(np.int64)
     if along is not None:
-        steps = steps - _in_steps(along, step)[~missing]
+        steps = steps - _to_steps(along, step)[~missing]
     order, starts, differences = _smallest_differences(steps)
     # Zigzag encoding: the sign is the lowest bit, so small negative numbers stay small.
     folded = ((differences << 1) ^ (differences >> 63)).astype("<u8")
@@ -138,7 +141,7 @@ def _axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     planes = folded.view(np.uint8).reshape(-1, 8)[:, :width].T
     return b"".join(
         (
-            _AXIS.pack(step, offset, order, width, int(missing.any())),
+            _AXIS_HEADER.pack(step, offset, order, width, int(missing.any())),
             np.packbits(missing).tobytes() if missing.any() else b"",
             starts.astype("<i8").tobytes(),
             planes.tobytes(),
@@ -146,7 +149,7 @@ def _axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     )
 
 
-def _counts(values: Floats, resolution: float) -> tuple[float, float]:
+def _detect_grid(values: Floats, resolution: float) -> tuple[float, float]:
     """Return step and offset of the drive's counts if all values fit such a grid, else the resolution and 0."""
     distances = np.diff(np.unique(values))
     if len(distances) and (finest := float(distances.min())) > resolution:
@@ -159,7 +162,7 @@ def _counts(values: Floats, resolution: float) -> tuple[float, float]:
     return resolution, 0.0
 
 
-def _in_steps(values: Floats, step: float) -> _Steps:
+def _to_steps(values: Floats, step: float) -> _Steps:
     return np.rint(values / step).astype(np.int64)
 
 
@@ -174,14 +177,14 @@ def _smallest_differences(steps: _Steps) -> tuple[int, _Steps, _Steps]:
     return order, starts, differences[order]
 
 
-def _unpacked(part: bytes, shape: list[int], resolution: float, along: Floats | None) -> Floats:
+def _decompress_column(part: bytes, shape: list[int], resolution: float, along: Floats | None) -> Floats:
     data = lzma.decompress(part, lzma.FORMAT_RAW, filters=_FILTERS)
     count = shape[0]
     values = np.empty((count, shape[1] if len(shape) > 1 else 1))
     position = 0
     for axis in range(values.shape[1]):
-        step, offset, order, width, some_missing = _AXIS.unpack_from(data, position)
-        position += _AXIS.size
+        step, offset, order, width, some_missing = _AXIS_HEADER.unpack_from(data, position)
+        position += _AXIS_HEADER.size
         known = np.ones(count, dtype=bool)
         if some_missing:
             bits = np.frombuffer(data, np.uint8, -(-count // 8), position)
@@ -193,22 +196,22 @@ def _unpacked(part: bytes, shape: list[int], resolution: float, along: Floats | 
         folded = np.zeros((stored, 8), dtype=np.uint8)
         folded[:, :width] = np.frombuffer(data, np.uint8, stored * width, position).reshape(width, stored).T
         position += stored * width
-        steps = _summed(folded.view("<u8").ravel(), starts)
+        steps = _integrate(folded.view("<u8").ravel(), starts)
         if along is not None:
-            steps = steps + _in_steps(along, step)[known]
+            steps = steps + _to_steps(along, step)[known]
         values[:, axis] = np.nan
         values[known, axis] = steps * step + offset
     return values.reshape(shape)
 
 
-def _summed(folded: NDArray[np.uint64], starts: _Steps) -> _Steps:
+def _integrate(folded: NDArray[np.uint64], starts: _Steps) -> _Steps:
     steps = (folded >> 1).astype(np.int64) ^ -(folded & 1).astype(np.int64)
     for start in starts[::-1]:
         steps = np.cumsum(np.concatenate([[start], steps]), dtype=np.int64)
     return steps
 
 
-def _decode_before(header: dict[str, Any], body: bytes) -> dict[str, Floats]:
+def _decode_former_format(header: dict[str, Any], body: bytes) -> dict[str, Floats]:
     if header["crc32"] != zlib.crc32(body):
         raise UnreadableError("the samples are damaged")
     arrays: dict[str, Floats] = {}
@@ -219,5 +222,5 @@ def _decode_before(header: dict[str, Any], body: bytes) -> dict[str, Floats]:
         grouped = np.frombuffer(part, dtype=np.uint8).reshape(8, -1)
         differences = np.ascontiguousarray(grouped.T).view("<i8").reshape(column["shape"])
         steps = np.cumsum(differences, axis=0, dtype=np.int64)
-        arrays[column["name"]] = np.where(steps == _MISSING_BEFORE, np.nan, steps * column["resolution"])
+        arrays[column["name"]] = np.where(steps == _FORMER_MISSING, np.nan, steps * column["resolution"])
     return arrays

@@ -19,8 +19,8 @@ from kata.database.base import utc_now
 
 log = logging.getLogger(__name__)
 
-_AGAIN_S: Final = 1.0
-_SQLITE_LOST: Final = frozenset(
+_RETRY_S: Final = 1.0
+_SQLITE_LOST_CODES: Final = frozenset(
     {
         sqlite3.SQLITE_BUSY,
         sqlite3.SQLITE_LOCKED,
@@ -30,11 +30,11 @@ _SQLITE_LOST: Final = frozenset(
         sqlite3.SQLITE_CANTOPEN,
     }
 )
-_SLOW: Final = frozenset({"55P03", "57014", "40P01", "40001"})
+_FAILED_ACCESS_CODES: Final = frozenset({"55P03", "57014", "40P01", "40001"})
 """PostgreSQL's codes of a slow lock or statement, a deadlock or a conflict. The server answers, but this access failed."""
-_LOST: Final = ("08", "53", "57P", "58")
+_LOST_CODE_PREFIXES: Final = ("08", "53", "57P", "58")
 """Prefixes of PostgreSQL's codes when it shuts down, starts up, or lacks memory, connections or disk."""
-_STANDBY: Final = "25006"
+_READ_ONLY_CODE: Final = "25006"
 """The server is read-only, because another server has become the primary."""
 
 
@@ -54,11 +54,11 @@ class AvailabilityMonitor:
     """Knows for each engine since when it is lost. A SQLite file may be readable but not writable."""
 
     def __init__(
-        self, writer: Engine, *, again_s: float = _AGAIN_S, on_back: Callable[[datetime], None] = lambda since: None
+        self, writer: Engine, *, retry_s: float = _RETRY_S, on_back: Callable[[datetime], None] = lambda since: None
     ) -> None:
-        """``again_s``: pause between retries; ``on_back``: called from a thread with the start of an outage that has ended."""
+        """``retry_s``: pause between retries; ``on_back``: called from a thread with the start of an outage that has ended."""
         self._writer = writer
-        self._again_s = again_s
+        self._retry_s = retry_s
         self.on_back = on_back
         self._lost: dict[Engine, datetime] = {}
         self._changed = threading.Condition()
@@ -83,8 +83,8 @@ class AvailabilityMonitor:
             yield
         except (DBAPIError, NoConnectionError) as error:
             if _is_lost(error):
-                raise DatabaseUnavailableError(self._lose(engine, error)) from error
-            if isinstance(error, NoConnectionError) or _code(error) in _SLOW:
+                raise DatabaseUnavailableError(self._mark_lost(engine, error)) from error
+            if isinstance(error, NoConnectionError) or _sqlstate(error) in _FAILED_ACCESS_CODES:
                 raise DatabaseUnavailableError(utc_now()) from error
             raise
 
@@ -98,16 +98,16 @@ class AvailabilityMonitor:
         with self._changed:
             self._closing = True
             self._changed.notify_all()
-        self._thread.join(self._again_s)
+        self._thread.join(self._retry_s)
 
-    def _lose(self, engine: Engine, error: SQLAlchemyError) -> datetime:
+    def _mark_lost(self, engine: Engine, error: SQLAlchemyError) -> datetime:
         with self._changed:
             if engine not in self._lost:
                 log.error("the database does not answer: %s", getattr(error, "orig", None) or error)
                 self._lost[engine] = utc_now()
                 self._changed.notify_all()
             since = self._lost[engine]
-        if _code(error) == _STANDBY:
+        if _sqlstate(error) == _READ_ONLY_CODE:
             # Open connections lead to the wrong server.
             engine.dispose()
         return since
@@ -116,11 +116,11 @@ class AvailabilityMonitor:
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._closing or self._lost)
-                if self._changed.wait_for(lambda: self._closing, self._again_s):
+                if self._changed.wait_for(lambda: self._closing, self._retry_s):
                     return
                 lost = dict(self._lost)
             for engine, since in lost.items():
-                if self._answers(engine):
+                if self._is_answering(engine):
                     with self._changed:
                         del self._lost[engine]
                         self._changed.notify_all()
@@ -130,7 +130,7 @@ class AvailabilityMonitor:
                     if engine is self._writer:
                         self.on_back(since)
 
-    def _answers(self, engine: Engine) -> bool:
+    def _is_answering(self, engine: Engine) -> bool:
         try:
             with engine.begin() as connection:
                 connection.execute(text("SELECT 1"))
@@ -146,14 +146,19 @@ def _is_lost(error: SQLAlchemyError) -> bool:
     if not isinstance(error, DBAPIError):
         return False
     if isinstance(error.orig, sqlite3.OperationalError):
-        return (getattr(error.orig, "sqlite_errorcode", 0) & 0xFF) in _SQLITE_LOST
-    code = _code(error)
+        return (getattr(error.orig, "sqlite_errorcode", 0) & 0xFF) in _SQLITE_LOST_CODES
+    code = _sqlstate(error)
     # Without a code the error is the client's: there was no connection, or it was abandoned.
     no_word = code is None and type(error).__name__ in ("OperationalError", "InterfaceError")
-    return error.connection_invalidated or no_word or code == _STANDBY or (code or "").startswith(_LOST)
+    return (
+        error.connection_invalidated
+        or no_word
+        or code == _READ_ONLY_CODE
+        or (code or "").startswith(_LOST_CODE_PREFIXES)
+    )
 
 
-def _code(error: SQLAlchemyError) -> str | None:
+def _sqlstate(error: SQLAlchemyError) -> str | None:
     """Return PostgreSQL's error code, or None."""
     code: str | None = getattr(getattr(error, "orig", None), "sqlstate", None)
     return code

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Final, Literal
 from uuid import uuid4
 
-from alembic.migration import MigrationContext
 from sqlalchemy import Connection, inspect, text
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import DBAPIError
@@ -23,13 +22,14 @@ from sqlalchemy.exc import DBAPIError
 from kata.database.engine import Database, DatabaseError
 from kata.database.programs import postgresql_program
 from kata.database.table_checksums import Tally, tallies
+from kata.database.upgrade import schema_of
 
 DatabaseKind = Literal["sqlite", "postgresql"]
 
-_ASIDE: Final = "before_restore_"
-_SCRATCH: Final = "kata_try_"
+_ASIDE_PREFIX: Final = "before_restore_"
+_SCRATCH_PREFIX: Final = "kata_try_"
 _LEFTOVER_AFTER_S: Final = 86_400
-_PARTS: Final = ("", "-wal", "-shm", "-journal")
+_FILE_SUFFIXES: Final = ("", "-wal", "-shm", "-journal")
 
 
 def kind_of(database: Database) -> DatabaseKind:
@@ -37,15 +37,10 @@ def kind_of(database: Database) -> DatabaseKind:
     return "sqlite" if database.file else "postgresql"
 
 
-def schema_of(connection: Connection) -> str:
-    """Return the revision of the schema; empty if there is none."""
-    return MigrationContext.configure(connection).get_current_revision() or ""
-
-
 def size_bytes(database: Database) -> int:
     """Return the largest size of a copy."""
     if database.file:
-        return sum(part.stat().st_size for part in _parts(database.file))
+        return sum(part.stat().st_size for part in _existing_files(database.file))
     with database.reader.connect() as connection:
         size: int = connection.exec_driver_sql("SELECT pg_database_size(current_database())").scalar_one()
     return size
@@ -61,7 +56,7 @@ def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
     try:
         with database.reader.connect() as connection:
             if database.file:
-                with connection.begin(), closing(_new_sqlite(file)) as target:
+                with connection.begin(), closing(_create_sqlite_file(file)) as target:
                     # This first read begins the transaction. The copy contains what the transaction sees.
                     schema = schema_of(connection)
                     raw = connection.connection.driver_connection
@@ -72,10 +67,10 @@ def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
             with connection.begin():
                 snapshot = connection.exec_driver_sql("SELECT pg_export_snapshot()").scalar_one()
                 dump = ["--format=custom", "--compress=0", "--no-owner", "--no-privileges", f"--snapshot={snapshot}"]
-                _run("pg_dump", database.url, *dump, f"--exclude-schema={_ASIDE}*", f"--file={file}")
+                _run_program("pg_dump", database.url, *dump, f"--exclude-schema={_ASIDE_PREFIX}*", f"--file={file}")
                 return schema_of(connection), tallies(connection)
     except DBAPIError as error:
-        raise DatabaseError(f"the database {_shown(database)} cannot be read: {error.orig}") from error
+        raise DatabaseError(f"the database {_url_text(database)} cannot be read: {error.orig}") from error
 
 
 @contextmanager
@@ -85,14 +80,14 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
     :raises DatabaseError: when PostgreSQL refuses to create the database, or cannot restore everything.
     """
     if database.file:
-        with closing(_at(file)) as made:
+        with closing(_open_sqlite(file)) as made:
             yield made
         return
-    name = f"{_SCRATCH}{int(time.time())}_{uuid4().hex[:8]}"
+    name = f"{_SCRATCH_PREFIX}{int(time.time())}_{uuid4().hex[:8]}"
     server = database.writer.execution_options(isolation_level="AUTOCOMMIT")
     try:
         with server.connect() as connection:
-            for leftover in _leftovers(connection):
+            for leftover in _leftover_databases(connection):
                 connection.exec_driver_sql(f'DROP DATABASE IF EXISTS "{leftover}"')
             connection.exec_driver_sql(f'CREATE DATABASE "{name}" TEMPLATE template0')
     except DBAPIError as error:
@@ -102,7 +97,7 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
         ) from error
     try:
         url = database.url.set(database=name)
-        _restore(url, file)
+        _run_pg_restore(url, file)
         with closing(Database(url.render_as_string(hide_password=False))) as made:
             yield made
     finally:
@@ -119,15 +114,15 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
     :raises DatabaseError: when other clients are connected to PostgreSQL, or it cannot restore everything.
     """
     if database.file:
-        with closing(_at(file)) as made:
+        with closing(_open_sqlite(file)) as made:
             yield made
-        _swap(database.file, file, aside)
+        _replace_files(database.file, file, aside)
         return
-    schema = _schema(aside)
+    schema = _aside_schema(aside)
     with database.writer.begin() as connection:
-        if others := _others(connection):
+        if others := _other_clients(connection):
             raise DatabaseError(
-                f"other clients are connected to {_shown(database)} ({', '.join(others)}); stop every Kata that uses it, then restore"
+                f"other clients are connected to {_url_text(database)} ({', '.join(others)}); stop every Kata that uses it, then restore"
             )
         try:
             connection.exec_driver_sql(f'ALTER SCHEMA public RENAME TO "{schema}"')
@@ -138,7 +133,7 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
                 f"ALTER SCHEMA public OWNER TO {database.url.username}"
             ) from error
     try:
-        _restore(database.url, file)
+        _run_pg_restore(database.url, file)
         yield database
     except BaseException:
         with database.writer.begin() as connection:
@@ -155,7 +150,7 @@ def schema_aside(database: Database, aside: Path) -> str | None:
     if database.file:
         return None
     with database.reader.connect() as connection:
-        schema = _schema(aside)
+        schema = _aside_schema(aside)
         return schema if schema in inspect(connection).get_schema_names() else None
 
 
@@ -171,29 +166,29 @@ def found_damaged(connection: Connection) -> list[str]:
     return damages
 
 
-def _schema(aside: Path) -> str:
-    return _ASIDE + "".join(letter for letter in aside.name if letter.isdigit())
+def _aside_schema(aside: Path) -> str:
+    return _ASIDE_PREFIX + "".join(letter for letter in aside.name if letter.isdigit())
 
 
-def _at(file: Path) -> Database:
+def _open_sqlite(file: Path) -> Database:
     return Database(URL.create("sqlite", database=str(file)).render_as_string())
 
 
-def _new_sqlite(file: Path) -> sqlite3.Connection:
+def _create_sqlite_file(file: Path) -> sqlite3.Connection:
     os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
     return sqlite3.connect(file)
 
 
-def _parts(file: Path) -> list[Path]:
-    return [part for ending in _PARTS if (part := file.with_name(file.name + ending)).exists()]
+def _existing_files(file: Path) -> list[Path]:
+    return [part for ending in _FILE_SUFFIXES if (part := file.with_name(file.name + ending)).exists()]
 
 
-def _swap(file: Path, made: Path, aside: Path) -> None:
+def _replace_files(file: Path, made: Path, aside: Path) -> None:
     """Move all files, or none: after an error, move them back."""
     file.parent.mkdir(parents=True, exist_ok=True)
     moved: list[Path] = []
     try:
-        for part in _parts(file):
+        for part in _existing_files(file):
             aside.mkdir(parents=True, exist_ok=True)
             shutil.move(part, aside / part.name)
             moved.append(part)
@@ -204,12 +199,12 @@ def _swap(file: Path, made: Path, aside: Path) -> None:
         raise
 
 
-def _restore(url: URL, file: Path) -> None:
+def _run_pg_restore(url: URL, file: Path) -> None:
     options = ("--exit-on-error", "--single-transaction", "--no-owner", "--no-privileges")
-    _run("pg_restore", url, *options, str(file))
+    _run_program("pg_restore", url, *options, str(file))
 
 
-def _run(program: str, url: URL, *arguments: str) -> None:
+def _run_program(program: str, url: URL, *arguments: str) -> None:
     """Run one of PostgreSQL's programs. The password is an environment variable, which process lists do not show."""
     path = postgresql_program(program)
     if path is None:
@@ -225,7 +220,7 @@ def _run(program: str, url: URL, *arguments: str) -> None:
         raise DatabaseError(f"{program} failed: {done.stderr.strip() or done.returncode}")
 
 
-def _others(connection: Connection) -> list[str]:
+def _other_clients(connection: Connection) -> list[str]:
     rows = connection.exec_driver_sql(
         "SELECT DISTINCT coalesce(nullif(application_name, ''), usename::text) || ' at ' || coalesce(host(client_addr), 'this computer')"
         " FROM pg_stat_activity WHERE datname = current_database() AND pid <> pg_backend_pid()"
@@ -234,12 +229,12 @@ def _others(connection: Connection) -> list[str]:
     return [row[0] for row in rows]
 
 
-def _leftovers(connection: Connection) -> list[str]:
+def _leftover_databases(connection: Connection) -> list[str]:
     """Return the scratch databases of killed trial restores."""
     query = text("SELECT datname FROM pg_database WHERE starts_with(datname, :prefix)")
-    names = connection.scalars(query, {"prefix": _SCRATCH})
+    names = connection.scalars(query, {"prefix": _SCRATCH_PREFIX})
     return [name for name in names if int(name.split("_")[2]) < time.time() - _LEFTOVER_AFTER_S]
 
 
-def _shown(database: Database) -> str:
+def _url_text(database: Database) -> str:
     return database.url.render_as_string()

@@ -21,9 +21,9 @@ from kata.database.spool import Record, Spool
 log = logging.getLogger(__name__)
 
 _BATCH_RECORDS: Final = 500
-AGAIN_S: Final = 1.0
+RETRY_S: Final = 1.0
 _LONGEST_PAUSE_S: Final = 10.0
-_REFUSED: Final = "refused.jsonl"
+_REFUSED_FILE: Final = "refused.jsonl"
 
 
 class SpoolRow(Base):
@@ -52,19 +52,19 @@ class Delivery:
         station: str,
         take: Callable[[Session, Sequence[Record]], int],
         *,
-        again_s: float = AGAIN_S,
+        retry_s: float = RETRY_S,
         each_round: Callable[[], None] = lambda: None,
     ) -> None:
         """Start the thread.
 
         :param take: stores the first of the given records without committing, and returns how many.
-        :param again_s: first pause before a retry; each following pause is twice as long.
-        :param each_round: called between two deliveries, at least every ``again_s`` seconds.
+        :param retry_s: first pause before a retry; each following pause is twice as long.
+        :param each_round: called between two deliveries, at least every ``retry_s`` seconds.
         """
         self._spool, self._database, self._station, self._take = spool, database, station, take
-        self._refused, self._again_s, self.each_round = spool.folder / _REFUSED, again_s, each_round
+        self._refused, self._retry_s, self.each_round = spool.folder / _REFUSED_FILE, retry_s, each_round
         self._changed = threading.Condition()
-        self._taken: int | None = None
+        self._delivered: int | None = None
         self._closing = False
         self._gives_up_s = float("inf")
         self._thread = threading.Thread(target=self._run, name="delivery", daemon=True)
@@ -73,7 +73,7 @@ class Delivery:
     @property
     def waiting(self) -> int:
         """Return the number of records that are not known to be in the database."""
-        return self._spool.unwritten + self._spool.last - (self._taken or 0)
+        return self._spool.unwritten + self._spool.last - (self._delivered or 0)
 
     def until_taken(self, limit_s: float) -> bool:
         """Wait until the database has all records put so far. Return False if that takes longer than ``limit_s`` seconds."""
@@ -83,7 +83,7 @@ class Delivery:
         last = self._spool.last
         with self._changed:
             return self._changed.wait_for(
-                lambda: self._taken is not None and self._taken >= last, max(0.0, until - time.monotonic())
+                lambda: self._delivered is not None and self._delivered >= last, max(0.0, until - time.monotonic())
             )
 
     def close(self, limit_s: float) -> None:
@@ -97,18 +97,18 @@ class Delivery:
             log.warning("%d records of the spool are not delivered; the next start delivers them", undelivered)
 
     def _run(self) -> None:
-        pause_s = self._again_s
+        pause_s = self._retry_s
         while True:
             try:
-                if self._taken is None:
-                    self._find_position()
-                while self._spool.last > (self._taken or 0):
+                if self._delivered is None:
+                    self._load_position()
+                while self._spool.last > (self._delivered or 0):
                     self._deliver(_BATCH_RECORDS)
-                pause_s = self._again_s
+                pause_s = self._retry_s
                 self.each_round()
                 if self._closing and not self._spool.unwritten:
                     return
-                self._spool.until_more(self._taken or 0, 0.0 if self._closing else self._again_s)
+                self._spool.until_more(self._delivered or 0, 0.0 if self._closing else self._retry_s)
                 continue
             except (OperationalError, NoConnectionError, DatabaseUnavailableError) as error:
                 log.info("the spool waits for the database: %s", error)
@@ -122,7 +122,7 @@ class Delivery:
             if monitor := self._database.monitor:
                 monitor.until_back(pause_s)
 
-    def _find_position(self) -> None:
+    def _load_position(self) -> None:
         """Read the position from the spool's row, or create that row."""
         with self._database.write() as session:
             row = session.get(SpoolRow, self._spool.id)
@@ -131,7 +131,7 @@ class Delivery:
                 session.add(row)
             # A folder restored to an older state reuses numbers of delivered records.
             taken = row.taken = min(row.taken, self._spool.found)
-        self._now_taken(taken)
+        self._set_delivered(taken)
 
     def _deliver(self, at_once: int) -> None:
         try:
@@ -151,11 +151,11 @@ class Delivery:
             if at_once > 1:
                 # The database refuses one record. Deliver the others one by one.
                 for _ in range(at_once):
-                    if self._spool.last > (self._taken or 0):
+                    if self._spool.last > (self._delivered or 0):
                         self._deliver(1)
                 return
             taken = self._set_aside(error)
-        self._now_taken(taken)
+        self._set_delivered(taken)
 
     def _set_aside(self, error: Exception) -> int:
         """Append a record that the database refuses to a file, and skip it."""
@@ -170,8 +170,8 @@ class Delivery:
             row.taken, row.at = record.number, utc_now()
             return record.number
 
-    def _now_taken(self, number: int) -> None:
+    def _set_delivered(self, number: int) -> None:
         with self._changed:
-            self._taken = number
+            self._delivered = number
             self._changed.notify_all()
         self._spool.taken(number)

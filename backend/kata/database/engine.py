@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, Literal, Protocol
 from urllib.parse import quote
 
-from sqlalchemy import Engine, create_engine, event
+from sqlalchemy import Engine, create_engine, event, func, select
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session
@@ -21,17 +21,17 @@ from sqlalchemy.pool import QueuePool
 
 from kata.database.availability import AvailabilityMonitor
 
-_BUSY_MS: Final = 5000
+_BUSY_TIMEOUT_MS: Final = 5000
 _WRITERS_CACHE_KIB: Final = 512
 """SQLite's page cache of the writer. The writer rarely reads what it has written; the default would keep 2 MB of it."""
-_STATEMENTS: Final = 32
+_CACHED_STATEMENTS: Final = 32
 """Prepared statements that a SQLite connection caches. Each length of a list of ids is another statement of some ten kilobytes;
 preparing one takes a fraction of a millisecond."""
-_CONNECT_S: Final = 2
+_CONNECT_TIMEOUT_S: Final = 2
 """The shortest limit that PostgreSQL's client accepts; it applies to each host in the URL."""
 SERVICE_ANSWER_S: Final = 4.0
 """A request waits this long for the database; then the page shows it as unavailable."""
-_OF_A_SERVICE: Final = {
+_SERVICE_PARAMETERS: Final = {
     # Ends the transaction of a service that hangs, so that its locks are released.
     "idle_in_transaction_session_timeout": "60s",
     # Detects a service whose computer or network has gone.
@@ -42,7 +42,7 @@ _OF_A_SERVICE: Final = {
     "max_parallel_workers_per_gather": "0",
     "jit": "off",
 }
-_SERVERS_SHARE: Final = 0.8
+_SERVER_TIMEOUT_SHARE: Final = 0.8
 """Share of the answer time after which the server itself ends a slow statement."""
 
 
@@ -74,6 +74,8 @@ class Database:
         """
         self.session_hook: SessionHook | None = None
         """Adds the audit trail's rows to every write: :class:`kata.audit.audit_log.AuditHook` sets itself here."""
+        self.derived_hook: SessionHook | None = None
+        """Refreshes derived rows in every write: :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep` sets itself here."""
         self.monitor: AvailabilityMonitor | None = None
         """Knows whether the database answers. Only a service has one; without it every failure reaches the caller."""
         self.on_waited: Callable[[float], None] = lambda waited_s: None
@@ -81,10 +83,10 @@ class Database:
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
-                self.writer = _sqlite(self.url, writes=True, answer_s=answer_s)
-                self.reader = _sqlite(self.url, writes=False, answer_s=answer_s)
+                self.writer = _create_sqlite_engine(self.url, writes=True, answer_s=answer_s)
+                self.reader = _create_sqlite_engine(self.url, writes=False, answer_s=answer_s)
             else:
-                self.writer = self.reader = _server(self.url, answer_s)
+                self.writer = self.reader = _create_server_engine(self.url, answer_s)
         except ArgumentError as error:
             raise DatabaseError(f"KATA_DATABASE_URL is not a database URL that Kata supports: {error}") from error
         except ModuleNotFoundError as error:
@@ -98,6 +100,19 @@ class Database:
         """Return the SQLite file; None on a server."""
         is_file = self.url.get_backend_name() == "sqlite" and self.url.database
         return Path(str(self.url.database)) if is_file else None
+
+    @property
+    def kind(self) -> Literal["sqlite", "postgresql"]:
+        """Return which database it is."""
+        return "sqlite" if self.url.get_backend_name() == "sqlite" else "postgresql"
+
+    def size_bytes(self) -> int:
+        """Return the size of the database, of a SQLite file with its write-ahead log."""
+        if self.file:
+            parts = (self.file, self.file.with_name(f"{self.file.name}-wal"))
+            return sum(part.stat().st_size for part in parts if part.exists())
+        with self.read() as session:
+            return int(session.scalars(select(func.pg_database_size(func.current_database()))).one())
 
     @property
     def unavailable_since(self) -> datetime | None:
@@ -117,12 +132,15 @@ class Database:
     def write(self) -> Iterator[Session]:
         """Open a session that is committed when its block ends, and rolled back when the block raises.
 
-        The audit trail is written here: in a service, ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`. It collects the
-        session's changes and adds their audit rows just before the commit, in the same transaction. Rows stay readable after the commit.
+        The clinic's figures and the audit trail are written here. In a service, ``derived_hook`` is
+        :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep`, and ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`. Each
+        collects the session's changes and adds its rows just before the commit, in the same transaction; the audit trail comes last. Rows
+        stay readable after the commit.
 
         :raises DatabaseUnavailableError: as :meth:`read`. When the connection is lost during the commit, the commit may have succeeded.
         """
-        hook = self.session_hook
+        # StatisticsUpkeep and AuditHook.
+        hooks = [hook for hook in (self.derived_hook, self.session_hook) if hook]
         asked_s = time.monotonic()
         asking = self.monitor.asking(self.writer) if self.monitor else nullcontext()
         with asking, Session(self.writer, expire_on_commit=False) as session:
@@ -130,14 +148,14 @@ class Database:
                 # Waits for the single writer, a pooled connection or a slow server.
                 session.connection()
                 self.on_waited(time.monotonic() - asked_s)
-                if hook:
+                for hook in hooks:
                     hook.began(session)
                 yield session
-                if hook:
+                for hook in hooks:
                     session.flush()
-                    # AuditHook appends the audit rows of this transaction.
+                    # Each adds its rows to this transaction.
                     hook.about_to_commit(session)
-            if hook:
+            for hook in hooks:
                 hook.committed(session)
 
     def close(self) -> None:
@@ -148,21 +166,21 @@ class Database:
         self.writer.dispose()
 
 
-def _server(url: URL, answer_s: float | None) -> Engine:
+def _create_server_engine(url: URL, answer_s: float | None) -> Engine:
     if url.drivername != "postgresql+psycopg":
         return create_engine(url, pool_pre_ping=True, hide_parameters=True)
-    limited: dict[str, Any] = {"connect_timeout": _CONNECT_S}
+    limited: dict[str, Any] = {"connect_timeout": _CONNECT_TIMEOUT_S}
     if answer_s:
         limited["tcp_user_timeout"] = int(answer_s * 1000)
     engine = create_engine(
         url, pool_pre_ping=True, hide_parameters=True, connect_args=limited, pool_timeout=answer_s or 30.0
     )
     if answer_s:
-        _limit(engine, answer_s)
+        _limit_answer_time(engine, answer_s)
     return engine
 
 
-def _limit(engine: Engine, answer_s: float) -> None:
+def _limit_answer_time(engine: Engine, answer_s: float) -> None:
     """Limit statements on the server, and also on this side, because a stopped server ends nothing."""
     import psycopg
     from psycopg.abc import PQGen
@@ -177,8 +195,8 @@ def _limit(engine: Engine, answer_s: float) -> None:
                     self.pgconn.finish()
                 raise
 
-    server_ms = int(answer_s * _SERVERS_SHARE * 1000)
-    limits = _OF_A_SERVICE | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
+    server_ms = int(answer_s * _SERVER_TIMEOUT_SHARE * 1000)
+    limits = _SERVICE_PARAMETERS | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
     set_limits = "SELECT " + ", ".join(f"set_config('{name}', '{value}', false)" for name, value in limits.items())
 
     def connect(_: Any, __: Any, arguments: list[Any], named: dict[str, Any]) -> Any:
@@ -192,7 +210,7 @@ def _limit(engine: Engine, answer_s: float) -> None:
     event.listen(engine, "connect", connected)
 
 
-def _sqlite(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
+def _create_sqlite_engine(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
     if not writes:
         # `query_only` is not enough: such a connection checkpoints when it is the last one to close.
         file = Path(str(url.database)).absolute()
@@ -205,7 +223,7 @@ def _sqlite(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
         max_overflow=0 if writes else 10,
         pool_timeout=answer_s or 30.0,
         hide_parameters=True,
-        connect_args={"cached_statements": _STATEMENTS},
+        connect_args={"cached_statements": _CACHED_STATEMENTS},
     )
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
@@ -216,7 +234,7 @@ def _sqlite(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
             *(of_writer if writes else ("wal_autocheckpoint = 0",)),
             "synchronous = FULL",
             "foreign_keys = ON",
-            f"busy_timeout = {_BUSY_MS}",
+            f"busy_timeout = {_BUSY_TIMEOUT_MS}",
         ):
             connection.execute(f"PRAGMA {pragma}")
 

@@ -4,17 +4,17 @@ import shutil
 from pathlib import Path
 from typing import Final
 
-_DEBIAN: Final = Path("/usr/lib/postgresql")
+_DEBIAN_FOLDER: Final = Path("/usr/lib/postgresql")
 
 
 def postgresql_program(name: str) -> Path | None:
     """Return the path of a program such as ``pg_dump``: from PATH, else Debian's newest version; None if it is not installed."""
     found = shutil.which(name)
-    candidates = [Path(found)] if found else sorted(_DEBIAN.glob(f"*/bin/{name}"), key=_newest, reverse=True)
+    candidates = [Path(found)] if found else sorted(_DEBIAN_FOLDER.glob(f"*/bin/{name}"), key=_version, reverse=True)
     return next(iter(candidates), None)
 
 
-def _newest(program: Path) -> float:
+def _version(program: Path) -> float:
     try:
         return float(program.parents[1].name)
     except ValueError:

@@ -44,19 +44,19 @@ class SampleTables:
 
     def read(self, session: Session, key: UUID) -> Series:
         """Return the whole series; empty if there is none."""
-        return self._with_blocks(session, key, self._head(session, key), None)
+        return self._read_blocks(session, key, self._read_head(session, key), None)
 
     def read_within(self, session: Session, key: UUID, clock: str, start_s: float, end_s: float) -> Series:
         """Return the head and the blocks that overlap a window; no blocks if the head is damaged.
 
         :param clock: the column of seconds that the window refers to.
         """
-        head = self._head(session, key)
+        head = self._read_head(session, key)
         try:
             numbers = numbers_within(head, clock, start_s, end_s)
         except UnreadableError:
             numbers = []
-        return self._with_blocks(session, key, head, numbers)
+        return self._read_blocks(session, key, head, numbers)
 
     def read_overview(self, session: Session, key: UUID) -> bytes | None:
         """Return the overview of a series, None if it has none."""
@@ -64,11 +64,11 @@ class SampleTables:
         overview: bytes | None = session.scalar(select(self.heads.overview).where(is_series))
         return overview
 
-    def _head(self, session: Session, key: UUID) -> bytes:
+    def _read_head(self, session: Session, key: UUID) -> bytes:
         row = session.get(self.heads, key)
         return row.data if row else b""
 
-    def _with_blocks(self, session: Session, key: UUID, head: bytes, numbers: list[int] | None) -> Series:
+    def _read_blocks(self, session: Session, key: UUID, head: bytes, numbers: list[int] | None) -> Series:
         query = select(self.blocks.number, self.blocks.data).where(getattr(self.blocks, self.key) == key)
         if numbers is not None:
             query = query.where(self.blocks.number.in_(numbers))

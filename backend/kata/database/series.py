@@ -26,7 +26,7 @@ from kata.database.arrays import (
 BLOCK_SAMPLES: Final = 6000
 """A minute at 100 Hz."""
 _FORMAT: Final = "kata-series/1"
-_CLOCK: Final = "seconds since the first sample, by the monotonic clock of the device"
+_CLOCK_DESCRIPTION: Final = "seconds since the first sample, by the monotonic clock of the device"
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,13 @@ def pack(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]) 
             {
                 "samples": len(part[columns[0].name]),
                 "seal": checksum_of(blocks[-1]),
-                "covers": {column.name: _covers(part[column.name]) for column in columns if column.unit == "s"},
+                "covers": {column.name: _value_range(part[column.name]) for column in columns if column.unit == "s"},
             }
         )
     head = {
         "format": _FORMAT,
         "samples": count,
-        "clock": _CLOCK,
+        "clock": _CLOCK_DESCRIPTION,
         "rate_hz": _rate_hz(np.asarray(arrays[columns[0].name])),
         "columns": [
             {
@@ -80,7 +80,7 @@ def unpack(series: Series) -> dict[str, Floats]:
     """
     if _is_one_blob(series.head):
         return decode(series.head)
-    return _joined(series, range(len(_head(series.head)["blocks"])))
+    return _join_blocks(series, range(len(_parse_head(series.head)["blocks"])))
 
 
 def numbers_within(head: bytes, clock: str, start_s: float, end_s: float) -> list[int]:
@@ -91,7 +91,7 @@ def numbers_within(head: bytes, clock: str, start_s: float, end_s: float) -> lis
     """
     if _is_one_blob(head):
         return []
-    return _within(_head(head), clock, start_s, end_s)
+    return _blocks_within(_parse_head(head), clock, start_s, end_s)
 
 
 def unpack_within(series: Series, clock: str, start_s: float, end_s: float) -> dict[str, Floats]:
@@ -102,14 +102,14 @@ def unpack_within(series: Series, clock: str, start_s: float, end_s: float) -> d
     if _is_one_blob(series.head):
         arrays = decode(series.head)
     else:
-        arrays = _joined(series, _within(_head(series.head), clock, start_s, end_s))
+        arrays = _join_blocks(series, _blocks_within(_parse_head(series.head), clock, start_s, end_s))
     within = (arrays[clock] >= start_s) & (arrays[clock] <= end_s)
     return {name: values[within] for name, values in arrays.items()}
 
 
-def _joined(series: Series, numbers: range | list[int]) -> dict[str, Floats]:
-    head = _head(series.head)
-    parts = [_block(series, head, number) for number in numbers]
+def _join_blocks(series: Series, numbers: range | list[int]) -> dict[str, Floats]:
+    head = _parse_head(series.head)
+    parts = [_decode_block(series, head, number) for number in numbers]
     if not parts:
         return {
             column["name"]: np.empty((0, len(column["axes"])) if column["axes"] else 0) for column in head["columns"]
@@ -117,7 +117,7 @@ def _joined(series: Series, numbers: range | list[int]) -> dict[str, Floats]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _block(series: Series, head: dict[str, Any], number: int) -> dict[str, Floats]:
+def _decode_block(series: Series, head: dict[str, Any], number: int) -> dict[str, Floats]:
     blob = series.blocks.get(number, b"")
     if checksum_of(blob) != head["blocks"][number]["seal"]:
         raise UnreadableError(f"block {number} of the samples is damaged")
@@ -128,7 +128,7 @@ def _is_one_blob(head: bytes) -> bool:
     return f'"{_FORMAT}"'.encode() not in head[:40]
 
 
-def _head(data: bytes) -> dict[str, Any]:
+def _parse_head(data: bytes) -> dict[str, Any]:
     try:
         head: dict[str, Any] = json.loads(without_checksum(data))
     except ValueError as error:
@@ -136,12 +136,12 @@ def _head(data: bytes) -> dict[str, Any]:
     return head
 
 
-def _within(head: dict[str, Any], clock: str, start_s: float, end_s: float) -> list[int]:
+def _blocks_within(head: dict[str, Any], clock: str, start_s: float, end_s: float) -> list[int]:
     covered = [block["covers"][clock] for block in head["blocks"]]
     return [number for number, of in enumerate(covered) if of and of[0] <= end_s and of[1] >= start_s]
 
 
-def _covers(values: Floats) -> list[float] | None:
+def _value_range(values: Floats) -> list[float] | None:
     """Return the range of the values, slightly widened because stored values are rounded; None if all are missing."""
     known = values[~np.isnan(values)]
     return [float(known.min()) - 1e-5, float(known.max()) + 1e-5] if len(known) else None

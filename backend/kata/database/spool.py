@@ -30,11 +30,11 @@ SUFFIX: Final = ".spool"
 _FRAME: Final = struct.Struct("<II")
 _MAX_PAYLOAD_BYTES: Final = 1 << 20
 """A larger length is damage."""
-_FULL_BYTES: Final = 256 << 10
+_MAX_FILE_BYTES: Final = 256 << 10
 """The next file begins after this size. Each read for new records reads a whole file."""
 _MAX_WAITING: Final = 10_000
 """Records that may wait in memory while the disk is full: a few megabytes."""
-_AGAIN_S: Final = 1.0
+_RETRY_S: Final = 1.0
 
 
 class SpoolError(Exception):
@@ -99,16 +99,16 @@ def read(path: Path) -> Part | None:
 class Spool:
     """The spool of one folder. :meth:`put` never waits; a thread writes and syncs the records."""
 
-    def __init__(self, folder: Path, *, full_bytes: int = _FULL_BYTES, again_s: float = _AGAIN_S) -> None:
+    def __init__(self, folder: Path, *, max_file_bytes: int = _MAX_FILE_BYTES, retry_s: float = _RETRY_S) -> None:
         """Continue after the last valid record.
 
-        :param full_bytes: size of a file after which the next one begins.
-        :param again_s: pause before a retry when the disk refuses.
+        :param max_file_bytes: size of a file after which the next one begins.
+        :param retry_s: pause before a retry when the disk refuses.
         :raises SpoolError: when a file of the folder cannot be read.
         :raises OSError: when the folder cannot be written to.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        self.folder, self._full_bytes, self._again_s = folder, full_bytes, again_s
+        self.folder, self._max_file_bytes, self._retry_s = folder, max_file_bytes, retry_s
         self._changed = threading.Condition()
         self._waiting: deque[bytes] = deque()
         self._full_since: datetime | None = None
@@ -116,10 +116,10 @@ class Spool:
         self._closing = False
         self._woken = False
         self._file = -1
-        self.id, self.last = self._found()
+        self.id, self.last = self._find_last()
         self.found = self.last
         """Number of the last record at the start."""
-        self._open(self.last + 1)
+        self._open_file(self.last + 1)
         self._thread = threading.Thread(target=self._run, name="spool", daemon=True)
         self._thread.start()
 
@@ -164,19 +164,19 @@ class Spool:
         """Return at most ``most`` records after this number, in order."""
         found: list[Record] = []
         last = self.last
-        files = self._files()
+        files = self._list_files()
         for path, following in zip(files, [*files[1:], None], strict=True):
             # Records beyond the first number of the next file were written again there.
-            end = min(last, _first(following) - 1) if following else last
+            end = min(last, _first_number(following) - 1) if following else last
             if len(found) < most and end > number and (part := read(path)):
                 found += [record for record in part.records if number < record.number <= end]
         return found[:most]
 
     def taken(self, number: int) -> None:
         """Delete the files whose records up to this number are all in the database."""
-        files = self._files()
+        files = self._list_files()
         for path, following in pairwise(files):
-            if _first(following) <= number + 1:
+            if _first_number(following) <= number + 1:
                 path.unlink()
 
     def close(self) -> None:
@@ -187,9 +187,9 @@ class Spool:
         self._thread.join()
         os.close(self._file)
 
-    def _found(self) -> tuple[UUID, int]:
+    def _find_last(self) -> tuple[UUID, int]:
         id_, last = uuid4(), 0
-        for path in self._files():
+        for path in self._list_files():
             part = read(path)
             if part is None:
                 # The computer failed while the header was being written. The file has no records.
@@ -198,7 +198,7 @@ class Spool:
             id_, last = part.header.id, part.header.first + len(part.records) - 1
         return id_, last
 
-    def _open(self, first: int) -> None:
+    def _open_file(self, first: int) -> None:
         """Open a new file that begins with this number. An older file is never written to again, because its end may be damaged."""
         path = self.folder / f"{first:012d}{SUFFIX}"
         line = msgspec.json.encode(Header(self.id, first))
@@ -214,7 +214,7 @@ class Spool:
             os.close(self._file)
         self._file, self._size, self._crc = file, len(line) + 1, zlib.crc32(line)
 
-    def _files(self) -> list[Path]:
+    def _list_files(self) -> list[Path]:
         return sorted(self.folder.glob(f"*{SUFFIX}"))
 
     def _run(self) -> None:
@@ -225,7 +225,7 @@ class Spool:
                 if not batch:
                     return
             try:
-                self._write(batch)
+                self._write_batch(batch)
             except OSError as error:
                 if self._full_since is None:
                     log.critical("the disk refuses the station's records: %s", error)
@@ -234,7 +234,7 @@ class Spool:
                     if self._closing:
                         log.critical("the disk refuses records; these records are lost: %s", batch)
                         return
-                    self._changed.wait_for(lambda: self._closing, self._again_s)
+                    self._changed.wait_for(lambda: self._closing, self._retry_s)
                 continue
             if self._full_since:
                 log.error("the disk accepts the station's records again; %d records are lost", self._dropped)
@@ -245,9 +245,9 @@ class Spool:
                 self.last += len(batch)
                 self._changed.notify_all()
 
-    def _write(self, batch: Sequence[bytes]) -> None:
-        if self._size >= self._full_bytes:
-            self._open(self.last + 1)
+    def _write_batch(self, batch: Sequence[bytes]) -> None:
+        if self._size >= self._max_file_bytes:
+            self._open_file(self.last + 1)
         framed, crc = bytearray(), self._crc
         for payload in batch:
             crc = zlib.crc32(payload, crc)
@@ -259,11 +259,11 @@ class Spool:
             os.fdatasync(self._file)
         except OSError:
             # Remove the partial write, so that the retry does not store records twice. The retry uses another file.
-            size, self._size = self._size, self._full_bytes
+            size, self._size = self._size, self._max_file_bytes
             os.ftruncate(self._file, size)
             raise
         self._size, self._crc = self._size + len(framed), crc
 
 
-def _first(path: Path) -> int:
+def _first_number(path: Path) -> int:
     return int(path.stem)

@@ -24,7 +24,7 @@ def tallies(connection: Connection) -> dict[str, Tally]:
     """Return the tally of every table, by name. This reads the whole database: seconds for each gigabyte."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql("SET LOCAL TIME ZONE 'UTC'")
-    return {name: _tally(connection, name) for name in sorted(inspect(connection).get_table_names())}
+    return {name: _tally_table(connection, name) for name in sorted(inspect(connection).get_table_names())}
 
 
 def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str]:
@@ -40,7 +40,7 @@ def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str
     return sorted(sentences)
 
 
-def _tally(connection: Connection, name: str) -> Tally:
+def _tally_table(connection: Connection, name: str) -> Tally:
     inspector = inspect(connection)
     # The driver's values: SQLAlchemy's column types could hide a difference.
     columns: list[ColumnClause[Any]] = [column(described["name"]) for described in inspector.get_columns(name)]
@@ -49,10 +49,10 @@ def _tally(connection: Connection, name: str) -> Tally:
     rows, checksum = 0, sha256()
     for row in connection.execute(query.execution_options(stream_results=True, yield_per=_BATCH_ROWS)):
         rows += 1
-        checksum.update(repr([_short(value) for value in row]).encode())
+        checksum.update(repr([_hash_if_binary(value) for value in row]).encode())
     return Tally(rows, checksum.hexdigest())
 
 
-def _short(value: Any) -> Any:
+def _hash_if_binary(value: Any) -> Any:
     """Return the hash of a binary value, whose text form would be long and slow."""
     return sha256(value).digest() if isinstance(value, bytes | memoryview) else value

@@ -12,12 +12,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final
 
-from alembic import command
-from alembic.config import Config
-from alembic.migration import MigrationContext
-from alembic.script import ScriptDirectory
-from alembic.util import CommandError
-from sqlalchemy import Connection, String, select, text
+from sqlalchemy import Connection, String, inspect, select, text
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Mapped, mapped_column
 
@@ -28,11 +23,12 @@ log = logging.getLogger(__name__)
 
 _IN_PACKAGE: Final = Path(__file__).parent / "migrations"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "migrations"
-_COPIES: Final = 2
+_REVISION_TABLE: Final = "alembic_version"
+_COPIES_KEPT: Final = 2
 """The copies of the last two upgrades are kept."""
-_LOCK: Final = 0x6B617462
+_LOCK_KEY: Final = 0x6B617462
 """Key of PostgreSQL's advisory lock for upgrades."""
-_ROOM: Final = 3
+_DISK_SPACE_FACTOR: Final = 3
 """Required disk space as a multiple of the database: the copy, and old and new versions of rewritten tables."""
 
 
@@ -51,63 +47,85 @@ class SchemaRow(Base):
     """The oldest revision whose program can use this schema, because later migrations only add to it."""
 
 
+def newest_revision() -> str:
+    """Return the revision of this program's schema. The names of the migrations' files begin with their revisions, in order."""
+    return max(file.stem.partition("_")[0] for file in (migrations() / "versions").glob("*.py"))
+
+
+def schema_of(connection: Connection) -> str:
+    """Return the revision of the schema; empty if there is none."""
+    if not inspect(connection).has_table(_REVISION_TABLE):
+        return ""
+    return connection.scalar(text(f"SELECT version_num FROM {_REVISION_TABLE}")) or ""  # noqa: S608 - a constant
+
+
 def upgrade(database: Database) -> None:
     """Apply the missing migrations. A newer database that this program can use is not changed.
 
     :raises DatabaseError: when the database cannot be opened, the disk has too little space, or only a newer program can use the database.
     """
-    config = Config()
-    config.set_main_option("script_location", str(migrations()))
-    script = ScriptDirectory.from_config(config)
     try:
         if database.file:
             database.file.parent.mkdir(parents=True, exist_ok=True)
-        with database.writer.connect() as connection, _one_at_a_time(connection):
-            present = MigrationContext.configure(connection).get_current_revision()
+        with database.writer.connect() as connection, _upgrade_lock(connection):
+            present = schema_of(connection)
             connection.rollback()
-            if present == script.get_current_head():
-                return
-            if present and _serves(connection, present, script):
-                log.warning(
-                    "the database is newer (%s) than this program, which can use it: upgrade this station too", present
-                )
-                return
-            if present:
-                script.get_revision(present)
-                if database.file:
-                    _copy(database.file, present)
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
-            log.info("the database was upgraded from %s to %s", present or "nothing", script.get_current_head())
-    except CommandError as error:
-        raise DatabaseError(
-            f"the database {database.url.render_as_string()} was written by a newer version of Kata ({error}); "
-            "start that version, or restore a backup"
-        ) from error
+            if present != newest_revision():
+                _migrate(database, connection, present)
     except (SQLAlchemyError, sqlite3.Error, OSError) as error:
         cause = getattr(error, "orig", None) or error
         raise DatabaseError(f"the database {database.url.render_as_string()} cannot be opened: {cause}") from error
 
 
+def _migrate(database: Database, connection: Connection, present: str) -> None:
+    """Apply the migrations after ``present``, unless a newer program has applied its own."""
+    # Imported here: most starts find the newest schema, and Alembic would delay them by a fifth of a second.
+    from alembic import command
+    from alembic.config import Config
+    from alembic.script import ScriptDirectory
+    from alembic.util import CommandError
+
+    config = Config()
+    config.set_main_option("script_location", str(migrations()))
+    script = ScriptDirectory.from_config(config)
+    try:
+        if present and _is_usable(connection, present, [one.revision for one in script.walk_revisions()]):
+            log.warning(
+                "the database is newer (%s) than this program, which can use it: upgrade this station too", present
+            )
+            return
+        if present:
+            script.get_revision(present)
+            if database.file:
+                _copy_before_upgrade(database.file, present)
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+        log.info("the database was upgraded from %s to %s", present or "nothing", script.get_current_head())
+    except CommandError as error:
+        raise DatabaseError(
+            f"the database {database.url.render_as_string()} was written by a newer version of Kata ({error}); "
+            "start that version, or restore a backup"
+        ) from error
+
+
 @contextmanager
-def _one_at_a_time(connection: Connection) -> Iterator[None]:
+def _upgrade_lock(connection: Connection) -> Iterator[None]:
     """Let services that start at the same time on one server upgrade one after another."""
     on_server = connection.dialect.name == "postgresql"
     if on_server:
-        connection.execute(text("SELECT pg_advisory_lock(:key)"), {"key": _LOCK})
+        connection.execute(text("SELECT pg_advisory_lock(:key)"), {"key": _LOCK_KEY})
         connection.commit()
     try:
         yield
     finally:
         if on_server and not connection.invalidated:
             connection.rollback()
-            connection.execute(text("SELECT pg_advisory_unlock(:key)"), {"key": _LOCK})
+            connection.execute(text("SELECT pg_advisory_unlock(:key)"), {"key": _LOCK_KEY})
             connection.commit()
 
 
-def _serves(connection: Connection, present: str, script: ScriptDirectory) -> bool:
-    """Return whether this program can use a database of a newer revision."""
-    known = [revision.revision for revision in script.walk_revisions()]
+def _is_usable(connection: Connection, present: str, known: list[str]) -> bool:
+    """Return whether this program, which knows these revisions, can use a database of a newer one."""
     if present in known:
         return False
     try:
@@ -118,25 +136,33 @@ def _serves(connection: Connection, present: str, script: ScriptDirectory) -> bo
     return oldest in known
 
 
-def _copy(file: Path, version: str) -> None:
+def _copy_before_upgrade(file: Path, version: str) -> None:
     """Copy the file beside itself, named by its version. The copy gets its name when it is complete."""
-    size = sum(part.stat().st_size for part in (file, _beside(file, "-wal")) if part.exists())
+    size = sum(part.stat().st_size for part in (file, _with_suffix(file, "-wal")) if part.exists())
     free = shutil.disk_usage(file.parent).free
-    if free < _ROOM * size:
+    if free < _DISK_SPACE_FACTOR * size:
         raise DatabaseError(
-            f"the database {file} cannot be upgraded: the upgrade needs {_ROOM * size / 1e6:.0f} MB on its disk, and "
+            f"the database {file} cannot be upgraded: the upgrade needs {_DISK_SPACE_FACTOR * size / 1e6:.0f} MB on its disk, and "
             f"{free / 1e6:.0f} MB are free; free up space, then start again"
         )
-    part = _beside(file, ".part")
+    part = _with_suffix(file, ".part")
     part.unlink(missing_ok=True)
-    with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as target:
-        source.backup(target)
-    copy = part.rename(_beside(file, f".version-{version}"))
+    copy_sqlite_file(file, part)
+    copy = part.rename(_with_suffix(file, f".version-{version}"))
     log.info("the database of version %s was copied to %s before the upgrade", version, copy)
     copies = sorted(file.parent.glob(f"{file.name}.version-*"), key=lambda path: path.stat().st_mtime_ns)
-    for old in copies[:-_COPIES]:
+    for old in copies[:-_COPIES_KEPT]:
         old.unlink()
 
 
-def _beside(file: Path, ending: str) -> Path:
+def copy_sqlite_file(source: Path, target: Path) -> None:
+    """Copy an SQLite database into a new file, with the changes that are in its write-ahead log.
+
+    :raises sqlite3.Error: when a file cannot be read or written.
+    """
+    with closing(sqlite3.connect(source)) as opened, closing(sqlite3.connect(target)) as copy:
+        opened.backup(copy)
+
+
+def _with_suffix(file: Path, ending: str) -> Path:
     return file.with_name(file.name + ending)

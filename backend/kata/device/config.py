@@ -6,16 +6,18 @@ values are in :mod:`kata.device.config_rules`; docs/reference/configuration.md l
 
 import re
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import msgspec
 import numpy as np
 
 from kata.device import texts
+from kata.device.bus.registry import find_driver
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
-from kata.motion.method import Method, ServoModel
+from kata.motion.method import LoadModel, Method, ServoModel
+from kata.motion.reach import check_poses_of, reachable_set
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 REFERENCE_SHARE: Final = 0.5
@@ -38,8 +40,8 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     id: int
     model: int = 1120
-    """Model number that a Dynamixel drive reports in registers 0 and 1 (1120: XH540-W270). Another model is refused:
-    torque constant and gains belong to the model.
+    """Model number that a Dynamixel drive reports in registers 0 and 1 (1120: XM540-W270). Another model is refused:
+    torque constant and gains belong to the model (:mod:`kata.device.bus.dynamixel.models`).
     """
     zero_count: int | None = None
     """Position that the drive reports at motor angle 0, in its own counts. Default: 2048 for Dynamixel (4096 a turn), 0
@@ -67,6 +69,20 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """a2 of the same model, in s^2: the effect of inertia."""
     friction_deg: float = 0.0
     """How far the setpoint must be ahead before the drive moves."""
+    integral_s: float = 0.0
+    """Time constant with which the drive's integral takes up its lag; 0: it does not."""
+    droop_deg_nm: float = 0.0
+    """Lag for each Nm of weight until the integral has taken it up."""
+    damping_nm_s_deg: float = 0.0
+    """Torque for each deg/s."""
+    inertia_nm_s2_deg: float = 0.0
+    """Torque for each deg/s2."""
+    coulomb_nm: float = 0.0
+    """Torque of friction against any movement."""
+    weight_nm: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Weight and springs by posture, as identified on the canonical side (:mod:`kata.motion.weight`). Only zeros: they have not been
+    identified, and no motion is refused for its torque.
+    """
     position_p_gain: int = 1600
     position_i_gain: int = 800
     position_d_gain: int = 720
@@ -113,7 +129,8 @@ _CLOSE_REGISTERS: Final = 16
 class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Registers of Modbus RTU drives: addresses of holding registers, counted from 0; 32-bit values high word first.
 
-    -1 (NO_REGISTER) where the drive has none of clear, watchdog, limits or delay. ``status`` to ``torque`` are read as one block.
+    -1 (NO_REGISTER) where the drive has none of clear, watchdog, limits, delay, voltage or temperature. ``status`` to ``torque``,
+    voltage and temperature are read as one block.
     """
 
     function_23: bool = True
@@ -139,6 +156,15 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Two registers."""
     speed: int = 0x0024
     torque: int = 0x0025
+    supply_voltage: int = NO_REGISTER
+    temperature: int = NO_REGISTER
+    """Of the drive."""
+    voltage_limits: int = NO_REGISTER
+    """Lowest and highest supply voltage at which the drive works, one register each."""
+    temperature_limit: int = NO_REGISTER
+    """Above it the drive switches its torque off."""
+    voltage_per_v: float = 10.0
+    temperature_per_c: float = 1.0
     position_per_deg: float = 100.0
     speed_per_deg_s: float = 10.0
     torque_per_nm: float = 100.0
@@ -150,6 +176,10 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         spans = [range(first, first + 1) for first in singles if first != NO_REGISTER]
         if self.position_limits != NO_REGISTER:
             spans.append(range(self.position_limits, self.position_limits + 4))
+        if self.voltage_limits != NO_REGISTER:
+            spans.append(range(self.voltage_limits, self.voltage_limits + 2))
+        if self.temperature_limit != NO_REGISTER:
+            spans.append(range(self.temperature_limit, self.temperature_limit + 1))
         if not spans:
             return ()
         whole = range(min(span.start for span in spans), max(span.stop for span in spans))
@@ -158,12 +188,17 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     @property
     def block_start(self) -> int:
         """First register of the block that is read every cycle."""
-        return min(self.status, self.error, self.position, self.speed, self.torque)
+        return min(self._block)
 
     @property
     def block_registers(self) -> int:
         """Number of registers in that block."""
-        return max(self.status, self.error, self.position + 1, self.speed, self.torque) - self.block_start + 1
+        return max(*self._block, self.position + 1) - self.block_start + 1
+
+    @property
+    def _block(self) -> list[int]:
+        health = [register for register in (self.supply_voltage, self.temperature) if register != NO_REGISTER]
+        return [self.status, self.error, self.position, self.speed, self.torque, *health]
 
 
 _MOTOR_5: Final[dict[str, Any]] = {
@@ -193,7 +228,10 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """
     port: str = "/dev/ttyUSB0"
     """Prefer /dev/serial/by-id/...: ttyUSB0 becomes ttyUSB1 when an adapter is replugged."""
-    protocol: Literal["dynamixel", "modbus"] = "dynamixel"
+    protocol: str = "dynamixel"
+    """Name of the driver: ``dynamixel``, ``modbus``, or an entry point of another package
+    (:mod:`kata.device.bus.registry`).
+    """
     baud: int = 1_000_000
     return_delay_us: int = 0
     """Delay before a drive answers; written to the drive (Dynamixel: register 9, steps of 2 us)."""
@@ -204,6 +242,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     axes: tuple[Axis, ...] = msgspec.field(default_factory=_default_axes)
     inputs: Inputs = Inputs()
     modbus: ModbusMap = ModbusMap()
+    driver: dict[str, Any] = {}
+    """Settings of a driver of another package."""
     limit_tolerance_deg: float = 4.0
     """How far beyond an axis' range a measured angle may be before it is a fault."""
     approach_speed_deg_s: float = 15.0
@@ -242,8 +282,24 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
     @property
     def servo_model(self) -> ServoModel:
-        """The identified lag of the drives behind their setpoints."""
-        return ServoModel(*np.array([(axis.lag_s, axis.lag2_s2, axis.friction_deg) for axis in self.axes]).T)
+        """The identified lag of the drives behind their setpoints, and their load."""
+        first_s, second_s2, friction_deg, integral_s, droop_deg_nm, damping, inertia, coulomb = np.array(
+            [
+                (
+                    axis.lag_s,
+                    axis.lag2_s2,
+                    axis.friction_deg,
+                    axis.integral_s,
+                    axis.droop_deg_nm,
+                    axis.damping_nm_s_deg,
+                    axis.inertia_nm_s2_deg,
+                    axis.coulomb_nm,
+                )
+                for axis in self.axes
+            ]
+        ).T
+        load = LoadModel(damping, inertia, coulomb, np.array([axis.weight_nm for axis in self.axes]), self.side)
+        return ServoModel(first_s, second_s2, friction_deg, integral_s, droop_deg_nm, load)
 
     def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
         """Return this configuration with no axis, and no approach, faster than ``max_speed_deg_s``; None: as it is."""
@@ -256,10 +312,11 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         approach_deg_s = min(self.approach_speed_deg_s, max_speed_deg_s)
         return msgspec.structs.replace(self, axes=axes, approach_speed_deg_s=approach_deg_s)
 
-    def check_reference(self, method: Method, reference: Trajectory) -> None:
+    def check_reference(self, method: Method, reference: Trajectory, side: Side) -> None:
         """Refuse what this station may not play. Used for a recording before it is loaded, and before a recording is
         derived from another.
 
+        :param side: the shoulder that is moved: it decides which pose motors 1 and 2 make.
         :raises TrajectoryError: naming motor, time, value and limit.
         """
         if reference.duration_s < SHORTEST_REFERENCE_S:
@@ -275,14 +332,18 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
             for axis in self.axes
         ]
         # Half of the tolerance of a measured angle: a motion taught at the end of the range must be playable.
-        reference.check(limits, self.limit_tolerance_deg / 2)
+        reference.check(limits, self.pose_tolerance_deg)
+        check_poses_of(reference, lambda motors_deg: reachable_set(motors_deg, side), self.pose_tolerance_deg)
+
+    @property
+    def pose_tolerance_deg(self) -> float:
+        """How far references and setpoints may leave the reachable set: as far as an axis' range."""
+        return self.limit_tolerance_deg / 2
 
     @property
     def setpoint_delay_s(self) -> float:
-        """Delay between computing a setpoint and its arrival at the drive: with function 23 the next cycle's request
-        carries it.
-        """
-        return 1.0 / self.cycle_hz if self.protocol == "modbus" and self.modbus.function_23 else 0.0
+        """Delay between computing a setpoint and its arrival at the drive."""
+        return find_driver(self.protocol).setpoint_delay_s(self)
 
     def __post_init__(self) -> None:
         found = problems(self)
@@ -294,7 +355,7 @@ _SIMULATED_LAGS: Final = (
     *[{"lag_s": 0.054, "lag2_s2": 0.0015, "friction_deg": 0.08}] * 4,
     {"lag_s": 0.127, "lag2_s2": 0.0043, "friction_deg": 0.28},
 )
-"""Result of :mod:`kata.evaluation.identify` for the simulated drives with their nominal parameters; a test compares
+"""Result of :mod:`kata.motion.identify_load` for the simulated drives with their nominal parameters; a test compares
 them.
 """
 
@@ -327,11 +388,22 @@ def read(path: Path) -> StationConfig:
     :raises ConfigError: when the file cannot be read, is not TOML, or a value is out of range.
     """
     try:
-        return msgspec.toml.decode(path.read_bytes(), type=StationConfig)
+        return decode(path.read_bytes())
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from error
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+def decode(toml: bytes) -> StationConfig:
+    """Return the configuration of a TOML text, checked.
+
+    :raises ConfigError: when it is not TOML, or a value is out of range.
+    """
+    try:
+        return msgspec.toml.decode(toml, type=StationConfig)
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
-        raise ConfigError(f"{path}: {_field_first(str(error))}") from error
+        raise ConfigError(_field_first(str(error))) from error
 
 
 def _field_first(message: str) -> str:

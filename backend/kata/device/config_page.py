@@ -42,9 +42,14 @@ lost port mode, a short circuit or a welded contact is noticed only when the two
 | `name` | `Station 1` | 1 to 100 printable characters |
 | `side` | `right` | `left`, `right`: the shoulder that the apparatus stands for |
 | `port` | `/dev/ttyUSB0` | the path of the serial port; prefer `/dev/serial/by-id/...` |
-| `protocol` | `dynamixel` | `dynamixel`, `modbus` |
+| `protocol` | `dynamixel` | `dynamixel`, `modbus`, or the name of an installed driver ([write a driver](../how-to/write-a-driver.md)) |
 | `inputs.usb_pedal` | none | an absolute path, as `/dev/input/by-id/...-event-kbd` |
 | `modbus.function_23` | `true` | `true`, `false`: the drives know function 23 |
+
+## Other drivers
+
+A driver of another package brings its own ranges and rules, and may have settings of its own in the table `[driver]`. The rows above that
+name a protocol do not apply to it. An unknown name is refused with a list of the installed drivers.
 
 ## Rules between fields
 

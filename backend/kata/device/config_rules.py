@@ -7,9 +7,11 @@ configuration keeps the supervisor effective: ``tests/device/test_config_effecti
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 from kata.device.bus.bandwidth import max_cycle_hz
+from kata.device.bus.dynamixel.models import MODELS, known_models
+from kata.device.bus.registry import DriverError, driver_settings, find_driver
 from kata.motion.axes import N_AXES, POSE_RANGE_DEG
 
 if TYPE_CHECKING:
@@ -28,6 +30,13 @@ mounting."""
 LARGEST_LAG_S: Final = 0.3
 LARGEST_LAG2_S2: Final = 0.02
 LARGEST_FRICTION_DEG: Final = 5.0
+LARGEST_INTEGRAL_S: Final = 60.0
+LARGEST_DROOP_DEG_NM: Final = 10.0
+LARGEST_DAMPING_NM_S_DEG: Final = 0.1
+LARGEST_INERTIA_NM_S2_DEG: Final = 0.05
+LARGEST_COULOMB_NM: Final = 4.0
+LARGEST_WEIGHT_NM: Final = 40.0
+"""An arm of 8 kg at half a metre."""
 
 _LOST_CYCLES: Final = 2
 """One lost answer is noise. Two in a row are what a timeout measures, so no timeout may be shorter."""
@@ -51,8 +60,6 @@ _MODBUS_BLOCK: Final = 125
 _INPUTS_BYTE: Final = 8
 """Inputs in one byte of a Modbus answer: the cycle's length is calculated with one."""
 
-Protocol = Literal["dynamixel", "modbus"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
@@ -64,8 +71,8 @@ class Range:
     high: float
     unit: str = ""
     reason: str
-    protocol: Protocol | None = None
-    """None: with either protocol."""
+    protocol: str | None = None
+    """Name of the driver that it belongs to; None: with every driver."""
     step: int | None = None
     choices: tuple[float, ...] = ()
     """Where only some values are possible."""
@@ -79,6 +86,11 @@ class Range:
         if self.choices:
             return value in self.choices
         return self.low <= value <= self.high and (self.step is None or value % self.step == 0)
+
+    @property
+    def none(self) -> int | None:
+        """The value that stands for none, if it is accepted."""
+        return NO_REGISTER if self.or_none else None
 
     @property
     def shown(self) -> str:
@@ -276,7 +288,15 @@ RANGES: Final[tuple[Range, ...]] = (
         protocol="modbus",
         reason="0 addresses every drive, 248 to 255 are reserved (Modbus over serial line, 2.2)",
     ),
-    Range(field="axes.model", low=1, high=65_535, reason="a drive reports its model in two bytes, and none has 0"),
+    Range(
+        field="axes.model",
+        low=min(MODELS),
+        high=max(MODELS),
+        choices=tuple(MODELS),
+        protocol="dynamixel",
+        reason=f"current and torque are converted with the model's torque constant; known are {known_models()}",
+    ),
+    Range(field="axes.model", low=1, high=65_535, protocol="modbus", reason="it is not used"),
     Range(
         field="axes.zero_count",
         low=0,
@@ -349,6 +369,41 @@ RANGES: Final[tuple[Range, ...]] = (
         unit="deg",
         reason="a drive with more friction is out of order; do not compensate it",
     ),
+    Range(
+        field="axes.integral_s",
+        low=0.0,
+        high=LARGEST_INTEGRAL_S,
+        unit="s",
+        reason="an integral that is slower than a minute takes up nothing of a motion; write 0",
+    ),
+    Range(
+        field="axes.droop_deg_nm",
+        low=0.0,
+        high=LARGEST_DROOP_DEG_NM,
+        unit="deg/Nm",
+        reason="a drive that gives way by more under a Nm is out of order; do not compensate it",
+    ),
+    Range(
+        field="axes.damping_nm_s_deg",
+        low=0.0,
+        high=LARGEST_DAMPING_NM_S_DEG,
+        unit="Nm s/deg",
+        reason="6 Nm at 60 deg/s are more than a drive's rated torque",
+    ),
+    Range(
+        field="axes.inertia_nm_s2_deg",
+        low=0.0,
+        high=LARGEST_INERTIA_NM_S2_DEG,
+        unit="Nm s2/deg",
+        reason="an arm of 8 kg at half a metre has less",
+    ),
+    Range(
+        field="axes.coulomb_nm",
+        low=0.0,
+        high=LARGEST_COULOMB_NM,
+        unit="Nm",
+        reason="a drive that needs its rated torque for friction is out of order",
+    ),
     *(Range(field=f"axes.position_{gain}_gain", low=0, high=16_383, reason=_GAIN) for gain in ("p", "i", "d")),
     Range(
         field="modbus.silence_characters",
@@ -360,7 +415,7 @@ RANGES: Final[tuple[Range, ...]] = (
     Range(field="modbus.torque_enable", low=0, high=65_535, reason=_REGISTER),
     *(
         Range(field=f"modbus.{name}", low=0, high=65_535, or_none=True, reason=_REGISTER)
-        for name in ("clear", "watchdog_ms", "torque_limit")
+        for name in ("clear", "watchdog_ms", "torque_limit", "supply_voltage", "temperature", "temperature_limit")
     ),
     Range(
         field="modbus.position_limits",
@@ -368,6 +423,13 @@ RANGES: Final[tuple[Range, ...]] = (
         high=65_532,
         or_none=True,
         reason="Modbus addresses have 16 bits, and the two limits take four registers",
+    ),
+    Range(
+        field="modbus.voltage_limits",
+        low=0,
+        high=65_534,
+        or_none=True,
+        reason="Modbus addresses have 16 bits, and the two limits take two registers",
     ),
     Range(field="modbus.response_delay_us", low=0, high=65_535, or_none=True, reason=_REGISTER),
     Range(field="modbus.goal_position", low=0, high=65_534, reason=_PAIR),
@@ -399,6 +461,20 @@ RANGES: Final[tuple[Range, ...]] = (
         unit="counts a Nm",
         reason="the lowest resistance level of the weakest motor is 0.02 Nm; a rule below bounds it further",
     ),
+    Range(
+        field="modbus.voltage_per_v",
+        low=1.0,
+        high=1_000.0,
+        unit="counts a V",
+        reason="coarser than 1 V shows no sagging supply; finer than 1 mV does not fit 16 bits",
+    ),
+    Range(
+        field="modbus.temperature_per_c",
+        low=0.5,
+        high=100.0,
+        unit="counts a degC",
+        reason="coarser than 2 degC hides the margin of the warning; no sensor is finer than 0.01 degC",
+    ),
 )
 """Every number of a configuration. A test compares it with the fields of :mod:`kata.device.config`."""
 
@@ -427,6 +503,13 @@ def _ids_differ(config: "StationConfig") -> Iterator[str]:
 def _inputs_at_an_axis(config: "StationConfig") -> Iterator[str]:
     if config.inputs.drive_id not in [axis.id for axis in config.axes]:
         yield f"inputs.drive_id: {config.inputs.drive_id} must be the id of one of the axes"
+
+
+def _weight_is_an_arms(config: "StationConfig") -> Iterator[str]:
+    for motor, axis in enumerate(config.axes, start=1):
+        for factor in axis.weight_nm:
+            if not abs(factor) <= LARGEST_WEIGHT_NM:
+                yield f"axes[{motor}].weight_nm: {factor:g} is beyond {LARGEST_WEIGHT_NM:g} Nm"
 
 
 def _ends_in_order(config: "StationConfig") -> Iterator[str]:
@@ -525,6 +608,10 @@ def _modbus_registers_apart(config: "StationConfig") -> Iterator[str]:
         ("position", registers.position, 2),
         ("speed", registers.speed, 1),
         ("torque", registers.torque, 1),
+        ("supply_voltage", registers.supply_voltage, 1),
+        ("temperature", registers.temperature, 1),
+        ("voltage_limits", registers.voltage_limits, 2),
+        ("temperature_limit", registers.temperature_limit, 1),
     ]
     there = [place for place in places if place[1] != NO_REGISTER]
     for (name, start, length), (other, other_start, other_length) in combinations(there, 2):
@@ -556,6 +643,15 @@ def _modbus_measures_faults(config: "StationConfig") -> Iterator[str]:
             )
 
 
+def _models_are_strong_enough(config: "StationConfig") -> Iterator[str]:
+    if config.protocol != "dynamixel":
+        return
+    for motor, axis in enumerate(config.axes, start=1):
+        model = MODELS[axis.model]
+        if axis.max_torque_nm > model.stall_nm:
+            yield f"axes[{motor}].max_torque_nm: {axis.max_torque_nm:g} is more than a {model.name} has ({model.stall_nm:g})"
+
+
 RULES: Final[tuple[FieldRule, ...]] = (
     FieldRule("There are five axes.", "The apparatus has five motors.", _five_axes),
     FieldRule(
@@ -572,6 +668,11 @@ RULES: Final[tuple[FieldRule, ...]] = (
         _ports_differ,
     ),
     FieldRule("`axes.min_deg` is below `axes.max_deg`.", "Otherwise no angle is allowed.", _ends_in_order),
+    FieldRule(
+        "The six numbers of `axes.weight_nm` are at most 40 Nm.",
+        "An arm of 8 kg at half a metre has less; a larger number was not measured.",
+        _weight_is_an_arms,
+    ),
     FieldRule("`rate_hz` divides `cycle_hz`.", "Setpoints are sent every so many cycles.", _rates_divide),
     FieldRule(
         "The bus carries `cycle_hz`.", "The bytes of a cycle take longer than the cycle otherwise.", _bus_carries_it
@@ -611,6 +712,11 @@ RULES: Final[tuple[FieldRule, ...]] = (
         "Otherwise the register overflows before overspeed or overtorque can be noticed.",
         _modbus_measures_faults,
     ),
+    FieldRule(
+        "Dynamixel: `axes.max_torque_nm` is at most the stall torque of `axes.model`.",
+        "A drive cannot give more (ROBOTIS e-Manual, page of each model).",
+        _models_are_strong_enough,
+    ),
 )
 
 _LONGEST_NAME: Final = 100
@@ -619,9 +725,37 @@ _LONGEST_NAME: Final = 100
 
 def problems(config: "StationConfig") -> list[str]:
     """Return the errors of a configuration as texts: field, value, range, reason. Empty: it is accepted."""
-    found = [*_texts(config), *_outside(config)]
+    found = [*_driver(config)] or [*_texts(config), *_outside(config)]
     # Rules may divide by any number, so they are asked only when all numbers are in range.
-    return found or [message for rule in RULES for message in rule.broken(config)]
+    return found or [message for rule in rules_of(config.protocol) for message in rule.broken(config)]
+
+
+def ranges_of(protocol: str) -> tuple[Range, ...]:
+    """Return the ranges of a station with this driver.
+
+    :raises DriverError: when the driver cannot be used.
+    """
+    return (*(row for row in RANGES if row.protocol in (None, protocol)), *find_driver(protocol).ranges)
+
+
+def rules_of(protocol: str) -> tuple[FieldRule, ...]:
+    """Return the rules between the fields of a station with this driver.
+
+    :raises DriverError: when the driver cannot be used.
+    """
+    return (*RULES, *find_driver(protocol).rules)
+
+
+def _driver(config: "StationConfig") -> Iterator[str]:
+    try:
+        find_driver(config.protocol)
+    except DriverError as error:
+        yield f"protocol: {error}"
+        return
+    try:
+        driver_settings(config)
+    except DriverError as error:
+        yield f"driver: {error}"
 
 
 def _texts(config: "StationConfig") -> Iterator[str]:
@@ -635,9 +769,7 @@ def _texts(config: "StationConfig") -> Iterator[str]:
 
 
 def _outside(config: "StationConfig") -> Iterator[str]:
-    for accepted in RANGES:
-        if accepted.protocol not in (None, config.protocol):
-            continue
+    for accepted in ranges_of(config.protocol):
         for field, value in _values(config, accepted.field):
             if value is not None and not accepted.accepts(value):
                 yield f"{field}: {value:.10g} is not within {accepted.shown} ({accepted.reason})"
@@ -646,7 +778,9 @@ def _outside(config: "StationConfig") -> Iterator[str]:
 def _values(config: "StationConfig", field: str) -> Iterator[tuple[str, float | None]]:
     """Yield each place that a row of the table speaks of, and the value there."""
     holder, _, name = field.rpartition(".")
-    if holder.startswith("axes"):
+    if holder == "driver":
+        yield field, getattr(driver_settings(config), name)
+    elif holder.startswith("axes"):
         for motor, axis in enumerate(config.axes, start=1):
             if holder in ("axes", f"axes[{motor}]"):
                 yield f"axes[{motor}].{name}", getattr(axis, name)

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from kata.device.cycle_state import Limits
+from kata.motion.pose_gate import PoseGate
+from kata.motion.reach import POSE_ROUNDING_DEG
 
 SETTLE_S: Final = 1.0
 """Time for the arm to come within the patient's limits after the approach's path has ended. After that the limits count
@@ -16,12 +18,17 @@ that a drive's lag and noise are not a fault when the limits tighten.
 
 
 class RunLimits:
-    """The tighter of mechanism and patient. During the approach they extend to the arm and then only move inwards."""
+    """The tighter of mechanism and patient, for each motor and for the pose of the arm. During the approach they extend
+    to the arm and then only move inwards.
+    """
 
-    def __init__(self, mechanism_deg: Limits, patients_deg: Limits, tolerance_deg: float) -> None:
+    def __init__(self, mechanism_deg: Limits, patients_deg: Limits, tolerance_deg: float, gate: PoseGate) -> None:
         """``patients_deg``: empty for none. ``tolerance_deg``: how far beyond the mechanism's range a measured angle
         may be.
         """
+        self._gate = gate
+        self.beyond_deg = 0.0
+        """How far a setpoint may be beyond the limits of the pose: above 0 only while the limits are widened."""
         self.tight_deg = mechanism_deg
         if patients_deg:
             self.tight_deg = tuple(
@@ -42,6 +49,7 @@ class RunLimits:
         self.now_deg = tuple(
             (min(low, angle), max(high, angle)) for (low, high), angle in zip(self.tight_deg, here_deg, strict=True)
         )
+        self.beyond_deg = max(0.0, self._gate.beyond_deg(here_deg))
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
         """Move widened limits inwards, to the setpoint or the measured angle, whichever is further out. They never
@@ -52,6 +60,9 @@ class RunLimits:
             (max(low, min(tight_low, setpoint, angle)), min(high, max(tight_high, setpoint, angle)))
             for (low, high), (tight_low, tight_high), setpoint, angle in places
         )
+        if self.beyond_deg > 0.0:
+            further_deg = max(self._gate.beyond_deg(setpoint_deg), self._gate.beyond_deg(measured_deg))
+            self.beyond_deg = max(0.0, min(self.beyond_deg, further_deg))
 
     def settle(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float], dt_s: float) -> bool:
         """Let ``dt_s`` pass at the end of the approach. Return True once the tight limits count.
@@ -62,9 +73,10 @@ class RunLimits:
         settled = self._settling_s >= SETTLE_S or self._inside(measured_deg, self._near_deg)
         if not (settled and self._inside(setpoint_deg, 0.0)):
             return False
-        self.now_deg = self.tight_deg
+        self.now_deg, self.beyond_deg = self.tight_deg, 0.0
         return True
 
     def _inside(self, angles_deg: Sequence[float], tolerance_deg: float) -> bool:
         places = zip(angles_deg, self.tight_deg, strict=True)
-        return all(low - tolerance_deg <= angle <= high + tolerance_deg for angle, (low, high) in places)
+        within = all(low - tolerance_deg <= angle <= high + tolerance_deg for angle, (low, high) in places)
+        return within and self._gate.beyond_deg(angles_deg) <= tolerance_deg + POSE_ROUNDING_DEG

@@ -169,8 +169,9 @@ class ControlLoop(LoopTelemetry):
             self._sent_deg.clear()
         elif machine.setpoint_due or not self._sent_deg:
             before = self._sent_deg or [state.measured_deg]
-            refused = refused_setpoints(
-                before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz
+            refused = (
+                refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz)
+                or machine.refused_pose()
             )
             if refused:
                 machine.abort(state, refused)
@@ -240,6 +241,9 @@ class ControlLoop(LoopTelemetry):
             sample = self._bus.read()
             for axis in sample.corrupt | sample.timed_out:
                 self._drive_errors[axis] += 1
+            if sample.health:
+                for warning in self._health.take(sample.health):
+                    self._machine.emit("drive_warning", warning)
             return self._with_pedal(sample)
         except BusError as error:
             self._connection_lost(error)

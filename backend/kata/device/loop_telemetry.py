@@ -7,6 +7,7 @@ from kata.device import texts
 from kata.device.bus.port import Bus
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
+from kata.device.drive_health import HealthMonitor
 from kata.device.ipc import ServiceLink
 from kata.device.latency_histogram import LatencyHistogram
 from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Snapshot, TorqueState
@@ -38,6 +39,7 @@ class LoopTelemetry:
         self._overruns = 0
         self._latency = LatencyHistogram()
         self._drive_errors = [0] * len(config.axes)
+        self._health = HealthMonitor(len(config.axes))
         self._published: tuple[object, ...] = ()
         self._published_at_ns = 0
 
@@ -116,6 +118,7 @@ class LoopTelemetry:
                 real_time=self._granted.scheduling,
                 memory_locked=self._granted.memory_lock,
             ),
+            warnings=self._health.warnings(state.t_ns),
         )
 
     def _offline_problem(self, state: CycleState) -> str:
@@ -127,6 +130,7 @@ class LoopTelemetry:
 
     def _axis(self, n: int, state: CycleState, torque: TorqueState) -> AxisState:
         known = math.isfinite(state.drive_age_ms[n])
+        health = self._health.newest(n, state.t_ns)
         return AxisState(
             motor=n + 1,
             setpoint_deg=self._machine.setpoint_deg[n] if known else None,
@@ -135,4 +139,6 @@ class LoopTelemetry:
             torque_nm=state.torque_nm[n],
             torque=torque,
             age_ms=state.drive_age_ms[n] if known else None,
+            voltage_v=health.voltage_v if health else None,
+            temperature_c=health.temperature_c if health else None,
         )

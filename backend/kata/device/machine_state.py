@@ -20,6 +20,7 @@ from kata.device.run import Run
 from kata.device.teaching import Teaching
 from kata.messages import key_of
 from kata.motion import approach
+from kata.motion.pose_gate import PoseGate
 
 log = logging.getLogger(__name__)
 
@@ -56,6 +57,12 @@ _PHASES: Final[dict[Mode, int]] = {
     "returning": journal.PHASE_RETURNING,
     "stopped": journal.PHASE_STOPPING,
 }
+
+
+_POSE_TOLERANCE_DEG: Final = 0.1
+"""A setpoint that is held inside of the pose's limits may be so far beyond: where several of them meet."""
+_MOTOR_4: Final = 3
+"""The axis that a fault of the pose names."""
 
 
 class IllegalTransitionError(Exception):
@@ -101,6 +108,8 @@ class MachineState:
         self._cycles_on_path: int
         """Cycles since torque was switched on, or since play began with the zero-order hold."""
         self._mechanism_deg = config.mechanism_deg
+        # The gate's polynomials are made before the loop runs.
+        PoseGate(config.side, None, config.pose_tolerance_deg).beyond_deg((0.0,) * len(config.axes))
 
     def pedal(self, state: CycleState) -> PedalState:
         """Return the debounced pedal state."""
@@ -130,6 +139,11 @@ class MachineState:
     def limits_deg(self) -> Limits:
         """The tightest of the mechanism's and the run's limits, for each axis."""
         return self._run.limits_deg if self._run else self._mechanism_deg
+
+    def refused_pose(self) -> list[Key]:
+        """Return the fault if the setpoint's pose is beyond the run's limits: the last check before it is sent."""
+        beyond_deg = self._run.pose_beyond_deg(self.setpoint_deg) if self._run else 0.0
+        return [] if beyond_deg <= _POSE_TOLERANCE_DEG else [("setpoint_limit", _MOTOR_4)]
 
     @property
     def config(self) -> StationConfig:

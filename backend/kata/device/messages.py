@@ -15,6 +15,7 @@ import msgspec
 from kata.messages import MessageKey, key_of
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.method import Method
+from kata.motion.reach import ArmLimits
 
 Mode = Literal["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"]
 """offline: no bus, or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records. ready:
@@ -143,6 +144,8 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """The patient's level: from 1 (the lightest touch takes the arm back) to 25 (the motors' rated torque)."""
     limits_deg: tuple[tuple[float, float], ...] = ()
     """Limits of the patient and the session: lowest and highest angle of each axis, or empty."""
+    arm_limits: ArmLimits | None = None
+    """A doctor's limits that belong to the pose and not to one motor; every setpoint is checked against them."""
     method: Method = "smooth"
     """How the recording is played. Setpoints and samples have the station's ``rate_hz``; 10 Hz with ``paper``."""
     correction_deg: bytes = b""
@@ -174,7 +177,7 @@ class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
 
 
 class Less(_Message, frozen=True, kw_only=True, tag="less"):
-    """Reduce the range by one step, towards the middle; it recovers slowly. From playing, and from paused for the next
+    """Reduce the range by one step, towards rest; it recovers slowly. From playing, and from paused for the next
     play.
     """
 
@@ -279,6 +282,21 @@ class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
     torque: TorqueState
     age_ms: float | None
     """Time since the drive last answered; None if it never has."""
+    voltage_v: float | None = None
+    """Supply voltage; None: unknown, or not reported."""
+    temperature_c: float | None = None
+    """Of the drive, in degrees Celsius; None: unknown, or not reported."""
+
+
+class DriveWarning(_Message, frozen=True, kw_only=True, tag="drive_warning"):
+    """A drive is near one of its own limits. It is not a stop."""
+
+    code: str
+    motor: int
+    message: str
+    next_step: str
+    message_key: MessageKey | None = None
+    next_step_key: MessageKey | None = None
 
 
 class StopCause(_Message, frozen=True, kw_only=True, tag="cause"):
@@ -378,6 +396,8 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
     refusals: dict[CommandName, Refusal]
     """The reason for each command that is refused now; a command that is absent is allowed."""
     loop: LoopState
+    warnings: tuple[DriveWarning, ...] = ()
+    """In axis order."""
 
 
 class Event(_Message, frozen=True, kw_only=True, tag="event"):
@@ -386,7 +406,7 @@ class Event(_Message, frozen=True, kw_only=True, tag="event"):
     number: int
     t_ns: int
     code: str
-    """mode, take_started, take_ended, fault, load_reversal, less, torque."""
+    """mode, take_started, take_ended, fault, load_reversal, less, torque, drive_warning."""
     message: str
     message_key: MessageKey | None = None
 

@@ -19,15 +19,19 @@ RECOVERY_DEG: Final = 2.5
 warm-up.
 """
 _MAX_RATE_S: Final = 0.25
-"""Limits the change of range, in shares a second. One step takes under 1 s; at 60 deg from the middle this is 15 deg/s.
-"""
+"""Limits the change of range, in shares a second. One step takes under 1 s; at 60 deg from rest this is 15 deg/s."""
+_MAX_RATE_DEG_S: Final = 15.0
+"""Limits what the change of range adds to a motor's speed: that of an approach."""
 _MAX_ACCELERATION_S2: Final = 1.0
-"""Limits the acceleration of the range, in shares a second squared. At 60 deg from the middle this is 60 deg/s^2."""
+"""Limits the acceleration of the range, in shares a second squared. At 60 deg from rest this is 60 deg/s^2."""
 
 
 @dataclass
 class RangeOverride:
-    """The share of a recording's range that is played, around the middle of each motor's range.
+    """The share of a recording's range that is played, counted from the recording's rest posture.
+
+    A smaller share brings every motor nearer to that posture and none further from it: pressed near rest, it does not
+    raise the arm. The far end, which hurts, is reduced most.
 
     The share changes with the movement along the path: an arm that is held stays where it is. The range recovers after
     a whole repetition without another request, and only during forward movement.
@@ -80,16 +84,16 @@ class RangeOverride:
         self._wanted = min(1.0, self._wanted + self._recovery_s * back_s)
         if self.is_full and self._wanted == 1.0:
             return motion
-        from_middle_deg = motion.angles_deg - self.trajectory.middle_deg
+        from_rest_deg = motion.angles_deg - self.trajectory.rest_deg
         before_s = self._rate_s
-        self._approach(passed_s, self._max_rate_s(motion, from_middle_deg))
+        self._approach(passed_s, self._max_rate_s(motion, from_rest_deg))
         override_rate = (self._rate_s - before_s) / dt_s
         return PathPoint(
-            self.trajectory.middle_deg + self.share * from_middle_deg,
-            self.share * motion.speed_deg_s + abs(speed_override) * self._rate_s * from_middle_deg,
+            self.trajectory.rest_deg + self.share * from_rest_deg,
+            self.share * motion.speed_deg_s + abs(speed_override) * self._rate_s * from_rest_deg,
             self.share * motion.acceleration_deg_s2
             + 2 * abs(speed_override) * self._rate_s * motion.speed_deg_s
-            + abs(speed_override) * override_rate * from_middle_deg,
+            + abs(speed_override) * override_rate * from_rest_deg,
         )
 
     def _approach(self, passed_s: float, fastest_s: float) -> None:
@@ -104,9 +108,9 @@ class RangeOverride:
         self.share += change
         self._rate_s = change / passed_s
 
-    def _max_rate_s(self, motion: PathPoint, from_middle_deg: Floats) -> float:
+    def _max_rate_s(self, motion: PathPoint, from_rest_deg: Floats) -> float:
         """Return how fast the range may change without any motor exceeding its speed limit."""
-        room = np.maximum(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0)
-        away = np.abs(from_middle_deg)
+        room = np.clip(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0, _MAX_RATE_DEG_S)
+        away = np.abs(from_rest_deg)
         fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_S), where=away > 0)
         return min(_MAX_RATE_S, float(np.min(fastest)))

@@ -19,12 +19,15 @@ import numpy as np
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
 from kata.device.messages import LOAD_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
-from kata.messages import text_of
+from kata.device.resistance import RESISTS_NS, resistance_nm
+from kata.messages import Text, text_of
+from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
 from kata.motion.ilc import MAX_CORRECTION_DEG, Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz, reference
-from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
+from kata.motion.reach import POSE_ROUNDING_DEG, check_poses_of, doctors_set
+from kata.motion.trajectory import AxisLimits, OverloadError, Trajectory, TrajectoryError, ZeroOrderHold
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +35,9 @@ LARGEST_MESSAGE: Final = 1 << 18
 """Limits a message between device process and builder, in bytes: more than a part of a Load or a station's
 configuration needs.
 """
+_TORQUE_STEP_S: Final = 0.02
+_CARRIED_SHARE: Final = 0.95
+"""Share of the torque that counts as resistance which a motion may need; the rest is for muscle tone and what the model leaves out."""
 _CORRECTION: Final = "correction"
 """Name of the correction among the trajectory's arrays."""
 _READ_ONLY, _SHARED = 1, 1
@@ -67,7 +73,10 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
     """
     try:
         trajectory = _trajectory(load, config)
+        _check_torque(load, config, trajectory)
         return Reference(trajectory, _correction(load, trajectory))
+    except OverloadError as error:
+        return unplayable(text_of(error), texts.MAKE_ARM_LIGHTER())
     except TrajectoryError as error:
         return unplayable(text_of(error))
     except _UnusableError as error:
@@ -78,12 +87,12 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
         )
 
 
-def unplayable(why: str) -> Refusal:
+def unplayable(why: str, next_step: Text | None = None) -> Refusal:
     """Return the refusal of a recording that must not be played. ``why``: a clause without a full stop."""
     return Refusal.of(
         code="unplayable",
         message=texts.RECORDING_NOT_PLAYABLE(reason=why),
-        next_step=texts.TEACH_AGAIN_MORE_SLOWLY(),
+        next_step=next_step or texts.TEACH_AGAIN_MORE_SLOWLY(),
     )
 
 
@@ -100,7 +109,7 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
         raise TrajectoryError(texts.NOT_PLAYABLE_LOAD_LEVEL(levels=LOAD_LEVELS))
     if not 0 <= load.repetition_s < math.inf:
         raise TrajectoryError(texts.NOT_PLAYABLE_REPETITION())
-    config.check_reference(load.method, trajectory)
+    config.check_reference(load.method, trajectory, load.side)
     _check_patients_limits(load, config, trajectory)
     return trajectory
 
@@ -127,6 +136,39 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
         for axis, (low, high) in zip(config.axes, ranges, strict=True)
     ]
     trajectory.check(limits, 0.0)
+    if arm := load.arm_limits:
+        check_poses_of(trajectory, lambda motors_deg: doctors_set(motors_deg, load.side, arm), POSE_ROUNDING_DEG)
+
+
+def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> None:
+    """Refuse a motion that the identified drives and load cannot carry at the patient's level.
+
+    The torque is averaged over the time for which resistance must last. Without an identified load nothing is refused.
+
+    :raises OverloadError: naming the motor with the largest excess, time, torque and limit.
+    """
+    load_model = config.servo_model.load
+    if not load_model.known:
+        return
+    limits_nm = _CARRIED_SHARE * np.array(resistance_nm(config, load.load_level))
+    times = np.arange(0.0, trajectory.duration_s, _TORQUE_STEP_S)
+    torque = np.cumsum(load_model.torque_nm(trajectory.motions(times)), axis=0)
+    rows = min(round(RESISTS_NS / 1e9 / _TORQUE_STEP_S), len(times) - 1)
+    mean = (torque[rows:] - torque[:-rows]) / rows
+    excess = np.abs(mean) / limits_nm
+    row, axis = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    if excess[row, axis] > 1.0:
+        at_s = float(times[row])
+        raise OverloadError(
+            motion_texts.MOTOR_OVERLOADED(
+                motor=int(axis) + 1,
+                torque_nm=abs(float(mean[row, axis])),
+                at_s=at_s,
+                limit_nm=float(limits_nm[axis]),
+            ),
+            int(axis) + 1,
+            at_s,
+        )
 
 
 def _correction(load: Load, trajectory: Trajectory) -> Correction | None:

@@ -8,7 +8,9 @@ from typing import Final
 
 import numpy as np
 
+from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
+from kata.device.messages import LOAD_LEVELS
 from kata.motion.linkage import Floats
 
 RESISTS_NS: Final = 100_000_000
@@ -30,6 +32,15 @@ FARTHEST_DEG: Final = 15.0
 behind its setpoint at its rated torque."""
 _RESUME_DEG_S: Final = 5.0
 """Speed at which a yielded setpoint comes back to the path once the recording plays on."""
+
+_FULL_TORQUE_SHARE: Final = 0.98
+"""The highest level is the drive's own torque limit. The drive reports slightly less than that limit."""
+
+
+def resistance_nm(config: StationConfig, load_level: int) -> list[float]:
+    """Return the torque of each axis that counts as resistance at a patient's level."""
+    share = load_level / LOAD_LEVELS * _FULL_TORQUE_SHARE
+    return [axis.max_torque_nm * share for axis in config.axes]
 
 
 class ResistanceMonitor:

@@ -12,14 +12,15 @@ from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.journal import JournalWriter, Sample
 from kata.device.limits import RunLimits
-from kata.device.messages import LOAD_LEVELS, Load, RunState
+from kata.device.messages import Load, RunState
 from kata.device.movement import CREEP, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
-from kata.device.resistance import ResistanceMonitor, YieldOffset
+from kata.device.resistance import ResistanceMonitor, YieldOffset, resistance_nm
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
-from kata.motion.method import rate_hz
+from kata.motion.method import FeedForward, rate_hz
+from kata.motion.pose_gate import PoseGate
 from kata.motion.trajectory import Trajectory
 
 _USED_SHARE: Final = 0.98
@@ -34,8 +35,6 @@ _STEP_SHARE: Final = 0.8
 """
 _SAME_PLACE_S: Final = 1.0
 """Two places of resistance closer than this on the recording's clock count as the same place."""
-_FULL_TORQUE_SHARE: Final = 0.98
-"""The highest level is the drive's own torque limit. The drive reports slightly less than that limit."""
 
 
 @dataclass
@@ -76,7 +75,7 @@ class Run:
         """Cycles for each setpoint."""
         # A setpoint holds until the next one: it aims at the middle of that time.
         self._lead_s = 0.0 if self.zero_order_hold else 0.5 / self.rate_hz + self.config.setpoint_delay_s
-        self._servo_model = self.config.servo_model
+        self._feed_forward = FeedForward(self.config.servo_model, 1.0 / self.rate_hz)
         acceleration = np.array([axis.max_acceleration_deg_s2 for axis in self.config.axes])
         self._feed_forward_second_difference_deg = FEED_FORWARD_SHARE * acceleration / self.rate_hz**2
         steps = [
@@ -94,12 +93,14 @@ class Run:
             self.load.repetition_s or self.trajectory.duration_s,
             np.array([axis.max_speed_deg_s for axis in self.config.axes]),
         )
-        level = self.load.load_level / LOAD_LEVELS * _FULL_TORQUE_SHARE
-        thresholds_nm = [axis.max_torque_nm * level for axis in self.config.axes]
+        thresholds_nm = resistance_nm(self.config, self.load.load_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
         self._yield_offset = YieldOffset(thresholds_nm, self.rate_hz, slowest_deg_s)
-        self._limits = RunLimits(self.config.mechanism_deg, self.load.limits_deg, self.config.limit_tolerance_deg)
+        self._gate = PoseGate(self.load.side, self.load.arm_limits, self.config.pose_tolerance_deg)
+        self._limits = RunLimits(
+            self.config.mechanism_deg, self.load.limits_deg, self.config.limit_tolerance_deg, self._gate
+        )
         self._update_bounds()
 
     @property
@@ -121,7 +122,8 @@ class Run:
         limits.
         """
         self.start_path(here_deg)
-        self.return_to_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)
+        inside_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)
+        self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         self._limits.widen(here_deg.tolist())
         self._update_bounds()
 
@@ -136,6 +138,14 @@ class Run:
         settled = self._limits.settle(setpoint_deg, measured_deg, dt_s)
         self._update_bounds()
         return settled
+
+    def pose_beyond_deg(self, setpoint_deg: Sequence[float]) -> float:
+        """Return how far a setpoint is beyond the limits of the pose that count now; 0 or less inside."""
+        return self._gate.beyond_deg(setpoint_deg) - self._limits.beyond_deg
+
+    def _held(self, angles_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> list[float]:
+        """Return the nearest pose within the limits; unchanged inside them."""
+        return self._gate.held(angles_deg.tolist(), self._limits.beyond_deg, lowest_deg.tolist(), highest_deg.tolist())
 
     def _update_bounds(self) -> None:
         self._lowest_deg, self._highest_deg = np.array(self.limits_deg).T
@@ -180,6 +190,7 @@ class Run:
         wanted = _clip(
             wanted + self._yield_offset.offset_deg, lowest - self.reference_deg, highest - self.reference_deg
         )
+        wanted = np.array(self._held(self.reference_deg + wanted, lowest, highest)) - self.reference_deg
         self._update_feed_forward(
             wanted,
             _clip(
@@ -188,7 +199,9 @@ class Run:
                 self._feed_forward_second_difference_deg,
             ),
         )
-        return tuple(_clip(self.reference_deg + self._feed_forward_deg, lowest, highest).tolist())
+        # The reference itself may leave the pose's limits on a straight way between two poses, or with a reduced range.
+        setpoint = _clip(self.reference_deg + self._feed_forward_deg, lowest, highest)
+        return tuple(self._held(setpoint, lowest, highest))
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""
@@ -198,7 +211,7 @@ class Run:
         self.reference_deg = motion.angles_deg
         if self.zero_order_hold:
             return np.zeros(len(motion.angles_deg))
-        wanted = self._servo_model.feed_forward(motion)
+        wanted = self._feed_forward.at(motion)
         if self.correction and movement.path is self.trajectory:
             # The correction was learned at the path's own speed and range. It does not fit an arm that is at rest or is
             # taken back.

@@ -14,6 +14,15 @@ DRIVE_SILENT: Final = message("drive_silent", "Motor {motor:d} does not answer."
 DRIVE_GARBLED: Final = message("drive_garbled", "Motor {motor:d} sends damaged answers.")
 DRIVE_ERROR: Final = message("drive_error", "Motor {motor:d} reports a hardware error.")
 DRIVE_WATCHDOG: Final = message("drive_watchdog", "Motor {motor:d} stopped because it received no messages.")
+DRIVE_HOT: Final = message(
+    "drive_hot", "Motor {motor:d} is {temperature_c:.0f} °C warm. It switches off above {limit_c:.0f} °C."
+)
+SUPPLY_LOW: Final = message(
+    "supply_low", "The supply of motor {motor:d} has {voltage_v:.1f} V. The motor switches off below {limit_v:.1f} V."
+)
+SUPPLY_HIGH: Final = message(
+    "supply_high", "The supply of motor {motor:d} has {voltage_v:.1f} V. The motor switches off above {limit_v:.1f} V."
+)
 TORQUE_LOST: Final = message("torque_lost", "Motor {motor:d} has switched its torque off.")
 TORQUE_REMAINS: Final = message("torque_remains", "Motor {motor:d} still has torque although it was switched off.")
 POSITION_JUMP: Final = message("position_jump", "Motor {motor:d} reported a position that it cannot have reached.")
@@ -39,9 +48,11 @@ LOAD_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resista
 OPERATOR_STOP: Final = message("operator_stop", "Stopped by the operator.")
 BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was gone for too long.")
 UNEXPECTED_ERROR: Final = message("unexpected_error", "The control program had an internal error.")
-RELEASE_SWITCH: Final = message("release_switch", "Look after the patient, release the switch, then acknowledge.")
+RELEASE_SWITCH: Final = message(
+    "release_switch", "Support the arm and look after the patient. Release the switch, then acknowledge."
+)
 CHECK_SWITCH_CABLE: Final = message(
-    "check_switch_cable", "Check the switch's cable and its drive's power, then acknowledge."
+    "check_switch_cable", "Support the arm. Check the switch's cable and its drive's power, then acknowledge."
 )
 HAVE_SWITCH_CHECKED: Final = message(
     "have_switch_checked",
@@ -62,35 +73,55 @@ CHECK_MOTOR_CABLE: Final = message(
 )
 CHECK_BUS_CABLE: Final = message(
     "check_bus_cable",
-    "Check the bus cable's shield and terminators, and that no two motors share an address; then acknowledge.",
+    "Support the arm. Check the bus cable's shield and terminators, and that no two motors share an address; then acknowledge.",
 )
 LET_MOTOR_COOL: Final = message(
     "let_motor_cool", "Support the arm. Let the motor cool down, switch its power supply off and on, then acknowledge."
 )
-CHECK_PATIENT_AND_ARM: Final = message("check_patient_and_arm", "Look after the patient and the arm, then acknowledge.")
+END_AND_LET_COOL: Final = message(
+    "end_and_let_cool",
+    "End the motion and let the motor cool down. If it stays warm, check what the arm pushes against.",
+)
+HAVE_SUPPLY_CHECKED: Final = message(
+    "have_supply_checked", "End the motion. Have the power supply and its cables checked before the next patient."
+)
+CHECK_PATIENT_AND_ARM: Final = message(
+    "check_patient_and_arm", "Support the arm and look after the patient, then acknowledge."
+)
 CHECK_MOTOR_POWER: Final = message(
     "check_motor_power", "Support the arm. Check the motor's power supply, then acknowledge."
 )
 SUPPORT_AND_SWITCH_OFF: Final = message(
     "support_and_switch_off", "Support the arm, then switch the power supplies off."
 )
-HAVE_ENCODER_CHECKED: Final = message("have_encoder_checked", "Have its encoder checked, then acknowledge.")
+HAVE_ENCODER_CHECKED: Final = message(
+    "have_encoder_checked", "Support the arm. Have the motor's encoder checked, then acknowledge."
+)
 LOOK_WHETHER_ARM_IS_HELD: Final = message(
     "look_whether_arm_is_held",
-    "Check whether something holds the arm. If not, have the encoder checked. Then acknowledge.",
+    "Support the arm. Check whether something holds it. If not, have the encoder checked. Then acknowledge.",
 )
 HAVE_LIMITS_CHECKED: Final = message(
-    "have_limits_checked", "Look after the patient, have the motor's limits checked, then acknowledge."
+    "have_limits_checked",
+    "Support the arm and look after the patient. Have the motor's limits checked, then acknowledge.",
 )
-REPORT_IMPOSSIBLE: Final = message("report_impossible", "Acknowledge, and report this: it should not be possible.")
-ACKNOWLEDGE_AND_LOAD_AGAIN: Final = message("acknowledge_and_load_again", "Acknowledge, and load the recording again.")
-MAKE_ROOM_ON_DISK: Final = message("make_room_on_disk", "Make room on the disk, then acknowledge.")
+REPORT_IMPOSSIBLE: Final = message(
+    "report_impossible", "Support the arm, then acknowledge. Report this: it should not be possible."
+)
+ACKNOWLEDGE_AND_LOAD_AGAIN: Final = message(
+    "acknowledge_and_load_again", "Support the arm, then acknowledge. Load the recording again."
+)
+MAKE_ROOM_ON_DISK: Final = message("make_room_on_disk", "Support the arm. Make room on the disk, then acknowledge.")
 SUPPORT_THEN_ACKNOWLEDGE: Final = message(
     "support_then_acknowledge", "The arm is held: support it, then acknowledge, and its torque goes off."
 )
-ACKNOWLEDGE_WHEN_SAFE: Final = message("acknowledge_when_safe", "Acknowledge when it is safe to go on.")
-CHECK_PATIENT: Final = message("check_patient", "Look after the patient, then acknowledge.")
-REPORT_WITH_DEVICE_LOG: Final = message("report_with_device_log", "Acknowledge, and report this with the log.")
+ACKNOWLEDGE_WHEN_SAFE: Final = message(
+    "acknowledge_when_safe", "Support the arm. Acknowledge when it is safe to go on."
+)
+CHECK_PATIENT: Final = message("check_patient", "Support the arm. Look after the patient, then acknowledge.")
+REPORT_WITH_DEVICE_LOG: Final = message(
+    "report_with_device_log", "Support the arm, then acknowledge. Report this with the log."
+)
 PORT_NOT_OPEN: Final = message("port_not_open", "{port:name} is not open")
 PORT_GONE: Final = message("port_gone", "{port:name} is gone: {error:name}")
 PORT_CANNOT_BE_OPENED: Final = message("port_cannot_be_opened", "{port:name} cannot be opened: {error:name}")
@@ -142,6 +173,10 @@ REFERENCE_TOO_SHORT: Final = message(
 )
 TEACH_AGAIN_MORE_SLOWLY: Final = message(
     "teach_again_more_slowly", "Teach the motion again, within the range and more slowly."
+)
+MAKE_ARM_LIGHTER: Final = message(
+    "make_arm_lighter",
+    "Let the balancer carry more of the arm, raise the resistance level, or use a smaller or slower motion.",
 )
 METHOD_NOT_PLAYABLE: Final = message("method_not_playable", "This method cannot play the recording: {reason:text}.")
 CHOOSE_ANOTHER_METHOD: Final = message("choose_another_method", "Choose another method.")
@@ -216,6 +251,14 @@ DRIVE_SETTING_REFUSED: Final = message(
 DRIVE_OTHER_MODEL: Final = message(
     "drive_other_model",
     "motor {motor:d} (id {drive_id:d}) is model {model:d}; the station's file requires {wanted:name}",
+)
+DRIVE_UNKNOWN_MODEL: Final = message(
+    "drive_unknown_model",
+    "motor {motor:d} (id {drive_id:d}) is model {model:d}, which Kata does not know; it knows {known:name}",
+)
+DRIVE_OLD_FIRMWARE: Final = message(
+    "drive_old_firmware",
+    "motor {motor:d} (id {drive_id:d}) has firmware {firmware:d}; Kata needs {oldest:d} or newer",
 )
 DRIVES_SHARE_ID: Final = message("drives_share_id", "two drives answer to id {drive_id:d}, motor {motor:d}'s")
 DRIVE_REGISTER_REFUSED: Final = message(

@@ -1,6 +1,6 @@
 """The evaluated cases: the paper's fourteen, or every motion of a folder on both sides."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Final, get_args
@@ -10,9 +10,12 @@ import numpy as np
 from kata.motion.axes import AXES, BASIC_MOTIONS, POSE_RANGE_DEG, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught, TaughtError, read_csv
+from kata.simulator.independent.patients import PATIENTS, PatientName
 
 REPOSITIONING_ERROR_DEG: Final = 3.0
 """Error of a person who puts an arm back into a posture without a goniometer. Where its errors are 4 deg and more, the paper excludes the start."""
+MARGIN_DEG: Final = 5.0
+"""Assumed; a frozen shoulder's external rotation ends at 4.5 deg, so nearly nothing of it is left."""
 _HOLD_S: Final = 0.5
 
 
@@ -27,6 +30,21 @@ class Case:
     """The motors that the paper's figure shows."""
     number: int | None = None
     """Number of the paper's motion: 1 to 6, and 7 for the arbitrary motion."""
+
+    def for_patient(self, name: PatientName) -> "Case":
+        """Return the case with the shoulder's angles scaled so that they end :data:`MARGIN_DEG` before the patient's peaks.
+
+        A therapist does not guide a frozen shoulder through a healthy range.
+        """
+        poses = self.motion.poses_deg.copy()
+        for n, (low, high) in enumerate(PATIENTS[name].peaks_deg, start=2):
+            column = poses[:, n]
+            poses[:, n] = np.where(
+                column > 0,
+                column * min(1.0, (high - MARGIN_DEG) / max(column.max(), 1.0)),
+                column * min(1.0, (low + MARGIN_DEG) / min(column.min(), -1.0)),
+            )
+        return replace(self, motion=Taught(self.motion.name, self.motion.times_s, poses))
 
     def repositioning(self, seed: int | None, repetition: int) -> Taught:
         """Return the motion that puts the arm back near the start before a playback, with another error for each repetition."""

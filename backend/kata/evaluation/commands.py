@@ -1,10 +1,12 @@
 """The ``kata evaluate`` command. It imports its packages when it runs, so that ``kata`` itself starts quickly."""
 
+import importlib.util
 import json
 import logging
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -16,8 +18,28 @@ from kata.system.console import fail
 
 if TYPE_CHECKING:
     from kata.evaluation.outcome import Outcome
-    from kata.evaluation.run import Job
+    from kata.evaluation.run import Job, Judge
     from kata.motion.method import Method
+    from kata.simulator.independent.patients import PatientName
+    from kata.simulator.mechanics import PlantName
+
+
+_PlantOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Simulated mechanics: mujoco (independent of the controller's authors) or simple (quick). "
+        "Default: mujoco if it is installed; simple in real time."
+    ),
+]
+_BalancerOption = Annotated[
+    float | None,
+    typer.Option(
+        "--balancer", min=0.0, max=10.0, help="Balancer's weight in kg, of the plant mujoco. Default: as designed."
+    ),
+]
+_PatientOption = Annotated[
+    str, typer.Option(help="Patient of the plant mujoco: healthy, freezing, frozen, thawing, large or small.")
+]
 
 
 def evaluate(
@@ -35,6 +57,12 @@ def evaluate(
     seeds: Annotated[int, typer.Option(min=1, help="Number of variations, beginning with the seed.")] = 1,
     json_out: Annotated[Path | None, typer.Option("--json", help="Write the figures to this JSON file.")] = None,
     html_out: Annotated[Path | None, typer.Option("--html", help="Write a report to this HTML file.")] = None,
+    plant: _PlantOption = None,
+    patient: _PatientOption = "healthy",
+    balancer_kg: _BalancerOption = None,
+    processes: Annotated[
+        int | None, typer.Option(min=1, help="Cases played at a time. Default: one for each processor.")
+    ] = None,
     real_time: Annotated[
         bool,
         typer.Option("--real-time", help="In real time, through the service's processes and a pseudo-terminal."),
@@ -47,32 +75,87 @@ def evaluate(
     from kata.database.engine import DatabaseError
     from kata.device.config import ConfigError
     from kata.device.journal import FolderInUseError
-    from kata.evaluation import page, report, run
+    from kata.evaluation import run
     from kata.evaluation.cases import paper_cases, recorded_cases
-    from kata.evaluation.outcome import as_json
     from kata.motion.taught import TaughtError
     from kata.simulator.process import SimulatorError
 
     logging.basicConfig(level=logging.ERROR)
     chosen = _parse_methods(methods)
+    chosen_plant = _choose_plant(plant, real_time=real_time or station is not None)
+    judge = run.Judge(chosen_plant, _parse_patient(patient, chosen_plant), balancer_kg)
+    if balancer_kg is not None and chosen_plant != "mujoco":
+        raise typer.BadParameter("only of the plant mujoco", param_hint="--balancer")
     try:
         cases = recorded_cases(taught) if taught else paper_cases()
     except TaughtError as error:
         fail(str(error))
     variations = [None] if seed is None and seeds == 1 else [(seed or 0) + n for n in range(seeds)]
-    jobs = run.jobs(cases, chosen, repetitions, variations)
+    jobs = run.jobs([case.for_patient(judge.patient) for case in cases], chosen, repetitions, variations, judge)
     try:
-        outcomes = _in_real_time(jobs, station) if real_time or station else _on_virtual_time(jobs)
+        outcomes = _in_real_time(jobs, station) if real_time or station else _on_virtual_time(jobs, processes)
     except (ConfigError, DatabaseError, FolderInUseError, SimulatorError, OSError) as error:
         fail(str(error))
-    simulated = station is None
-    report.show(outcomes, Console(), simulated=simulated)
+    beside: list[Outcome] = []
+    if html_out and judge.plant == "mujoco":
+        other = [replace(job, judge=run.Judge()) for job in jobs if job.seed == variations[0]]
+        beside = _on_virtual_time(other, processes)
+    _report(outcomes, beside, (json_out, html_out), simulated=station is None, judge=judge)
+    sys.exit(any(outcome.problem for outcome in outcomes))
+
+
+def _report(
+    outcomes: "Sequence[Outcome]",
+    beside: "Sequence[Outcome]",
+    files: tuple[Path | None, Path | None],
+    *,
+    simulated: bool,
+    judge: "Judge",
+) -> None:
+    """Print the tables and write the files: JSON and HTML. ``beside``: plays on the simple plant, for the HTML report."""
+    from kata.evaluation import page, report, tables
+    from kata.evaluation.outcome import as_json
+
+    json_out, html_out = files
+    report.show(outcomes, Console(), simulated=simulated, plant=judge.plant)
     if json_out:
-        json_out.write_text(json.dumps(as_json(outcomes, simulated=simulated), indent=2) + "\n")
+        found = as_json(outcomes, simulated=simulated) | asdict(judge)
+        if judge.plant == "mujoco":
+            found["goals"] = [asdict(figure) for figure in tables.worst_beside_goals(outcomes)]
+        json_out.write_text(json.dumps(found, indent=2) + "\n")
     if html_out:
-        html_out.write_text(page.as_html(outcomes, simulated=simulated))
-    if any(outcome.problem for outcome in outcomes):
-        sys.exit(1)
+        html_out.write_text(page.as_html(outcomes, simulated=simulated, beside=beside))
+
+
+def _choose_plant(plant: str | None, *, real_time: bool) -> "PlantName":
+    from kata.simulator.mechanics import PlantName
+
+    installed = importlib.util.find_spec("mujoco") is not None
+    if plant is None:
+        if not installed and not real_time:
+            typer.echo("MuJoCo is not installed (pip install kata[evaluate]): the simple plant is used.", err=True)
+        return "mujoco" if installed and not real_time else "simple"
+    for known in get_args(PlantName):
+        if plant == known:
+            break
+    else:
+        raise typer.BadParameter(f"{plant} is not one of {', '.join(get_args(PlantName))}", param_hint="--plant")
+    if plant == "mujoco" and real_time:
+        raise typer.BadParameter("in real time and on an apparatus only simple", param_hint="--plant")
+    if plant == "mujoco" and not installed:
+        fail("MuJoCo is not installed: pip install kata[evaluate].")
+    return "mujoco" if plant == "mujoco" else "simple"
+
+
+def _parse_patient(patient: str, plant: "PlantName") -> "PatientName":
+    from kata.simulator.independent.patients import PatientName
+
+    for name in get_args(PatientName):
+        if patient == name and (plant == "mujoco" or name == "healthy"):
+            found: PatientName = name
+            return found
+    known = ", ".join(get_args(PatientName)) if plant == "mujoco" else "healthy (on the simple plant)"
+    raise typer.BadParameter(f"{patient} is not one of {known}", param_hint="--patient")
 
 
 def _parse_methods(methods: str) -> "list[Method]":
@@ -86,13 +169,13 @@ def _parse_methods(methods: str) -> "list[Method]":
     return [known[name] for name in names]
 
 
-def _on_virtual_time(jobs: "Sequence[Job]") -> "list[Outcome]":
+def _on_virtual_time(jobs: "Sequence[Job]", processes: int | None) -> "list[Outcome]":
     from kata.evaluation import run
 
     began_s = time.monotonic()
     with _progress() as progress:
         task = progress.add_task("Teaching and playing back, simulated", total=len(jobs))
-        outcomes = run.evaluate_jobs(jobs, lambda job: progress.advance(task))
+        outcomes = run.evaluate_jobs(jobs, lambda job: progress.advance(task), processes)
     clock_s, took_s = sum(outcome.clock_s for outcome in outcomes), time.monotonic() - began_s
     Console(stderr=True, highlight=False).print(
         f"{clock_s:.0f} s of the apparatus' clock in {took_s:.0f} s: {clock_s / took_s:.0f} times faster than real time."

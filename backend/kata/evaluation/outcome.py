@@ -8,6 +8,7 @@ from kata.evaluation.cases import Case
 from kata.motion.linkage import Floats, pose_deg
 from kata.motion.method import Method
 from kata.motion.tracking import Comparison, MotionTracking, MotorTracking, compare, compare_motions
+from kata.simulator.mechanics import PlantName
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,8 @@ class TaughtRecording:
 
     times_s: Floats
     angles_deg: Floats
+    arm_deg: Floats | None = None
+    """True angles of the arm, ``(n, 5)``; only a simulation knows them."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,8 @@ class PlaybackSamples:
     path_s: Floats
     measured_deg: Floats
     torque_nm: Floats
+    arm_deg: Floats | None = None
+    """True angles of the arm, ``(m, 5)``; only a simulation knows them."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +42,15 @@ class Outcome:
     """From 1."""
     seed: int | None
     comparison: Comparison | None = None
+    arm: Comparison | None = None
+    """The arm while playing compared with the arm when taught, behind play and soft tissue. None on an apparatus without known arm angles."""
     motions: tuple[MotionTracking, ...] = ()
     """Tracking in the angles of the body."""
     problem: str | None = None
+    refused: bool = False
+    """True: the station refused the motion before it started. Other problems occurred while the arm moved."""
+    plant: PlantName | None = None
+    """The simulated mechanics; None: the apparatus itself, or the simulator's process."""
     clock_s: float = 0.0
     """Duration by the apparatus' clock, including teaching, approach and return."""
 
@@ -52,13 +63,32 @@ class Outcome:
             else ()
         )
 
+    @property
+    def arm_motors(self) -> tuple[MotorTracking, ...]:
+        """Tracking of the arm on the case's axes."""
+        return tuple(motor for motor in self.arm.motors if motor.motor in self.case.motors) if self.arm else ()
+
+    def compute_figures(self) -> None:
+        """Compute the figures now, in the process that played, and not when they are first used."""
+        _ = self.motors, self.arm_motors
+
     def compared(self, recording: TaughtRecording, played: PlaybackSamples) -> "Outcome":
         """Return the outcome with its figures."""
-        series = (recording.times_s, recording.angles_deg, played.path_s, played.measured_deg)
+        arm = None
+        if recording.arm_deg is not None and played.arm_deg is not None:
+            arm = compare(recording.times_s, recording.arm_deg, played.path_s, played.arm_deg, played.torque_nm)
         return replace(
             self,
-            comparison=compare(*series, played.torque_nm),
-            motions=compare_motions(*series, lambda angles_deg: pose_deg(angles_deg, self.case.side)),
+            arm=arm,
+            comparison=compare(
+                recording.times_s, recording.angles_deg, played.path_s, played.measured_deg, played.torque_nm
+            ),
+            motions=compare_motions(
+                recording.times_s,
+                pose_deg(recording.angles_deg, self.case.side),
+                played.path_s,
+                pose_deg(played.measured_deg, self.case.side),
+            ),
         )
 
 
@@ -77,13 +107,27 @@ def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
                         "start_deg": motor.start_deg,
                         "lag_ms": motor.lag_ms,
                     }
+                    | _arm_figures(outcome, motor.motor)
                     for motor in outcome.motors
                 ]
             }
             for outcome in outcomes
             if outcome.comparison
         ],
-        "problems": [_identity(outcome) | {"problem": outcome.problem} for outcome in outcomes if outcome.problem],
+        "problems": [
+            _identity(outcome) | {"problem": outcome.problem, "refused": outcome.refused}
+            for outcome in outcomes
+            if outcome.problem
+        ],
+    }
+
+
+def _arm_figures(outcome: Outcome, motor: int) -> dict[str, float | None]:
+    return {
+        name: value
+        for tracking in outcome.arm_motors
+        if tracking.motor == motor
+        for name, value in (("arm_peak_deg", tracking.peak_deg), ("arm_rmse_deg", tracking.rmse_deg))
     }
 
 

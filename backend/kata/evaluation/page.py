@@ -26,14 +26,27 @@ th { border-bottom: 2px solid #444 } td { border-bottom: 1px solid #ddd }
 """
 
 
-def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
-    """Return the whole report."""
+_NOT_MODELLED: Final = (
+    "</p><p><strong>Not modelled</strong> on either plant: the ball joints' cone of 30 deg, cables, the temperature of gears, the bending of "
+    "links, the patient's trunk and breathing, active movement, and the differences between a commissioned arm and the patient's. The "
+    "simple plant has no coupling between axes, no soft tissue and no slip at the cuff. Which numbers are published and which are assumed "
+    "is in the documentation, page The independent judge."
+)
+
+
+def as_html(outcomes: Sequence[Outcome], *, simulated: bool, beside: Sequence[Outcome] = ()) -> str:
+    """Return the whole report. ``beside``: plays of the same cases on the other plant, shown next to the first ones."""
     where = "Simulated" if simulated else "Measured on the apparatus"
     shown = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
+    if tables.plant_of(outcomes) == "mujoco":
+        shown.insert(0, tables.beside_goals(outcomes))
+    if beside:
+        shown.append(tables.plants_beside(outcomes, beside))
     parts = [_table(table, where) for table in shown if table.rows]
+    parts.append(f"<p>{tables.plays_in_words(outcomes)}</p>")
     parts.append(f"<h2>Teaching, playback and error ({where.lower()})</h2>")
     with_script = True
-    for title, figure in _figures(tables.last_plays(outcomes), where.lower()):
+    for title, figure in _figures(tables.last_plays(outcomes), tables.last_plays(beside), where.lower()):
         parts.append(f"<h3>{escape(title)}</h3>")
         parts.append(str(figure.to_html(full_html=False, include_plotlyjs=with_script)))
         with_script = False
@@ -44,9 +57,10 @@ def as_html(outcomes: Sequence[Outcome], *, simulated: bool) -> str:
         if outcome.problem
     ]
     title = "Teaching and playback compared, after Section 4 of Sun et al. 2025"
+    about = _about(simulated) + (_NOT_MODELLED if simulated else "")
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>{_STYLE}</style></head>'
-        f"<body><h1>{title}</h1><p><strong>{where}.</strong> {_about(simulated)}</p>{''.join(parts)}</body></html>\n"
+        f"<body><h1>{title}</h1><p><strong>{where}.</strong> {about}</p>{''.join(parts)}</body></html>\n"
     )
 
 
@@ -65,16 +79,18 @@ def _table(table: tables.TextTable, where: str) -> str:
     return f"<h2>{escape(table.title)} ({where.lower()})</h2><table><tr>{heads}</tr>{rows}</table>"
 
 
-def _figures(last: Sequence[Outcome], where: str) -> list[tuple[str, go.Figure]]:
-    """Return the paper's figures of the first seed: both sides of a motion in one figure; of the arbitrary motion, one figure a side."""
+def _figures(last: Sequence[Outcome], beside: Sequence[Outcome], where: str) -> list[tuple[str, go.Figure]]:
+    """Return the paper's figures of the first seed: both sides of a motion in one figure, on both plants; of the arbitrary motion, one
+    figure a side.
+    """
     seed = last[0].seed if last else None
     found = []
-    for _, group in groupby((outcome for outcome in last if outcome.seed == seed), key=_figure_of):
-        same = list(group)
+    for key, group in groupby((outcome for outcome in last if outcome.seed == seed), key=_figure_of):
+        same = [*group, *(outcome for outcome in beside if outcome.seed == seed and _figure_of(outcome) == key)]
         number = _number(same[0])
         title = f"Figure {number}: {same[0].case.name}" if number else same[0].case.name
         sides = sorted({outcome.case.side for outcome in same})
-        found.append((f"{title}, {' and '.join(sides)}, {where}", _figure(same, sides)))
+        found.append((f"{title}, {' and '.join(sides)}, {where}", _figure(same)))
     return found
 
 
@@ -93,21 +109,26 @@ def _number(outcome: Outcome) -> int | None:
     )
 
 
-def _figure(outcomes: Sequence[Outcome], sides: Sequence[str]) -> go.Figure:
-    """Return a figure with a row for each motor, a column for each side and a button for each method."""
+def _column(outcome: Outcome) -> tuple[str, str]:
+    return outcome.case.side, f"plant {outcome.plant}" if outcome.plant else ""
+
+
+def _figure(outcomes: Sequence[Outcome]) -> go.Figure:
+    """Return a figure with a row for each motor, a column for each side and plant, and a button for each method."""
     motors = outcomes[0].case.motors
+    columns = sorted(dict.fromkeys(_column(outcome) for outcome in outcomes))
     figure = make_subplots(
         rows=len(motors),
-        cols=len(sides),
-        subplot_titles=[f"Motor {motor}, {side}" for motor in motors for side in sides],
-        specs=[[{"secondary_y": True}] * len(sides)] * len(motors),
+        cols=len(columns),
+        subplot_titles=[", ".join(filter(None, (f"Motor {motor}", *column))) for motor in motors for column in columns],
+        specs=[[{"secondary_y": True}] * len(columns)] * len(motors),
         vertical_spacing=0.28 / len(motors),
     )
     methods = list(dict.fromkeys(outcome.method for outcome in outcomes))
     trace_methods: list[str] = []
     for outcome in outcomes:
         for row, motor in enumerate(motors, start=1):
-            cell = {"row": row, "col": sides.index(outcome.case.side) + 1}
+            cell = {"row": row, "col": columns.index(_column(outcome)) + 1}
             for trace, on_the_right in _traces(outcome, motor):
                 trace.update(showlegend=cell == {"row": 1, "col": 1}, visible=outcome.method == methods[0])
                 figure.add_trace(trace, **cell, secondary_y=on_the_right)

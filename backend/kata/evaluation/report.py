@@ -7,14 +7,17 @@ from rich.table import Table
 
 from kata.evaluation import tables
 from kata.evaluation.outcome import Outcome
+from kata.simulator.mechanics import PlantName
 
 
-def show(outcomes: Sequence[Outcome], console: Console, *, simulated: bool) -> None:
-    """Print the tables and the problems."""
-    where = "simulated" if simulated else "measured on the apparatus"
-    for table in (tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)):
+def show(outcomes: Sequence[Outcome], console: Console, *, simulated: bool, plant: PlantName = "simple") -> None:
+    """Print the tables and the problems. ``plant``: only the independent one is judged by the goals."""
+    where = f"simulated, plant {plant}" if simulated else "measured on the apparatus"
+    shown = [tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)]
+    for table in [*shown, tables.beside_goals(outcomes)] if plant == "mujoco" else shown:
         if table.rows:
             console.print(_rich_table(table, where))
+    console.print(tables.plays_in_words(outcomes), highlight=False)
     for outcome in outcomes:
         if outcome.problem:
             play = f"{outcome.case.name}, {outcome.case.side}, {outcome.method}, play {outcome.repetition}"

@@ -5,25 +5,46 @@ import logging
 import multiprocessing
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final
 
 import numpy as np
 from msgspec import structs
 
+from kata.commissioning.direct_station import PlaybackError, RefusedPlayError
 from kata.device.config import StationConfig, simulated
 from kata.device.journal import PHASE_PLAYING, Journal
 from kata.device.messages import Load
 from kata.evaluation.cases import Case
+from kata.evaluation.excitation import identified
 from kata.evaluation.outcome import Outcome, PlaybackSamples, TaughtRecording
-from kata.evaluation.station import EvaluationError, VirtualStation
+from kata.evaluation.station import VirtualStation
 from kata.motion.ilc import Correction, next_correction
 from kata.motion.linkage import OutOfReachError
 from kata.motion.method import Method, reference
 from kata.simulator.hand import HandRefusedError
+from kata.simulator.independent.patients import PatientName
+from kata.simulator.mechanics import MakeMechanics, PlantName, mechanics_named
 
 PLAYS_TO_LEARN: Final = 5
 """The method learns little after four repetitions; the fifth play shows the result."""
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The simulated mechanics."""
+
+    plant: PlantName = "simple"
+    patient: PatientName = "healthy"
+    """Of the independent plant; the simple plant has only a healthy one."""
+    balancer_kg: float | None = None
+    """Of the independent plant; None: the balancer of its parameters."""
+
+    @property
+    def make_mechanics(self) -> MakeMechanics:
+        """Makes the mechanics of a seed for one side."""
+        return mechanics_named(self.plant, self.patient, self.balancer_kg)
 
 
 @dataclass(frozen=True)
@@ -37,64 +58,108 @@ class Job:
     method: Method
     repetitions: int
     seed: int | None
+    judge: Judge = Judge()
 
 
 def jobs(
-    cases: Sequence[Case], methods: Sequence[Method], repetitions: int | None, seeds: Sequence[int | None]
+    cases: Sequence[Case],
+    methods: Sequence[Method],
+    repetitions: int | None,
+    seeds: Sequence[int | None],
+    judge: Judge,
 ) -> list[Job]:
     """Return a job for every seed, case and method, in this order."""
     return [
-        Job(case, method, repetitions or (PLAYS_TO_LEARN if method == "learned" else 1), seed)
+        Job(case, method, repetitions or (PLAYS_TO_LEARN if method == "learned" else 1), seed, judge)
         for seed in seeds
         for case in cases
         for method in methods
     ]
 
 
-def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None]) -> list[Outcome]:
-    """Run all jobs and return their outcomes in the order of the jobs; call ``done`` when a job ends, in any order."""
+def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes: int | None = None) -> list[Outcome]:
+    """Run all jobs and return their outcomes in the order of the jobs; call ``done`` when a job ends, in any order.
+
+    The first play of ``learned`` has no correction yet and is the same as ``smooth``: it is not played twice.
+
+    :param processes: at a time; None: one for each processor.
+    """
+    learning = {_played_as(job): n for n, job in enumerate(to_run) if job.method == "learned"}
+    copies = {
+        n: learning[_played_as(job)]
+        for n, job in enumerate(to_run)
+        if job.method == "smooth" and job.repetitions == 1 and _played_as(job) in learning
+    }
     spawning = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(mp_context=spawning, initializer=_settle) as pool:
-        futures = {pool.submit(play, job): job for job in to_run}
+    with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
+        futures = {pool.submit(play, job): n for n, job in enumerate(to_run) if n not in copies}
+        found: dict[int, list[Outcome]] = {}
         for future in as_completed(futures):
-            future.result()
-            done(futures[future])
-        return [outcome for future in futures for outcome in future.result()]
+            found[futures[future]] = future.result()
+            done(to_run[futures[future]])
+    for n, learned in copies.items():
+        found[n] = [replace(found[learned][0], method="smooth", clock_s=0.0)]
+        done(to_run[n])
+    return [outcome for n in range(len(to_run)) for outcome in found[n]]
+
+
+def _played_as(job: Job) -> tuple[object, ...]:
+    return job.case.name, job.case.side, job.seed, job.judge
 
 
 def play(job: Job) -> list[Outcome]:
     """Teach and play ``job.repetitions`` times. An error becomes an outcome with a problem and ends the job."""
-    case, method, config = job.case, job.method, simulated("virtual")
+    case, method = job.case, job.method
     outcomes: list[Outcome] = []
     correction: Correction | None = None
     try:
-        station = VirtualStation(config, job.seed, case.side)
+        config = _config(job.judge, job.seed)
+        station = VirtualStation(config, job.seed, case.side, make_mechanics=job.judge.make_mechanics)
         began_ns = station.t_ns
-        taught = _recorded(station.teach(case.motion))
+        taught = _recorded(station, station.teach(case.motion))
         for repetition in range(1, job.repetitions + 1):
             station.reposition(case.repositioning(job.seed, repetition))
             run = station.play(_load(taught, method, repetition, correction), case.motion.duration_s)
             clock_s = (station.t_ns - began_ns) / 1e9
             began_ns = station.t_ns
-            outcomes.append(Outcome(case, method, repetition, job.seed, clock_s=clock_s).compared(taught, _played(run)))
+            outcome = Outcome(case, method, repetition, job.seed, plant=job.judge.plant, clock_s=clock_s).compared(
+                taught, _played(station, run)
+            )
+            outcome.compute_figures()
+            outcomes.append(outcome)
             if method == "learned":
                 correction = _learn(correction, taught, run, config)
-    except (EvaluationError, HandRefusedError, OutOfReachError) as error:
-        outcomes.append(Outcome(case, method, len(outcomes) + 1, job.seed, problem=str(error)))
+    except (PlaybackError, HandRefusedError, OutOfReachError) as error:
+        refused, plant = isinstance(error, RefusedPlayError), job.judge.plant
+        ended = Outcome(case, method, len(outcomes) + 1, job.seed, problem=str(error), refused=refused, plant=plant)
+        outcomes.append(ended)
     return outcomes
 
 
-def _recorded(teaching: Journal) -> TaughtRecording:
+@cache
+def _config(judge: Judge, seed: int | None) -> StationConfig:
+    """Return the station's configuration. On the independent plant, its drives and load are identified first, with a healthy arm, as at
+    commissioning.
+
+    The lags that are stored for the simple plant are not used there.
+    """
+    config = simulated("virtual")
+    healthy = replace(judge, patient="healthy")
+    return config if judge.plant == "simple" else identified(config, seed, healthy.make_mechanics)
+
+
+def _recorded(station: VirtualStation, teaching: Journal) -> TaughtRecording:
     """Return the recording of a teaching's first take."""
     taken = teaching.take == 1
     times_ns = teaching.t_ns[taken]
-    return TaughtRecording((times_ns - times_ns[0]) / 1e9, teaching.measured_deg[taken].astype(np.float64))
+    measured = teaching.measured_deg[taken].astype(np.float64)
+    return TaughtRecording((times_ns - times_ns[0]) / 1e9, measured, station.arm_deg(times_ns))
 
 
-def _played(run: Journal) -> PlaybackSamples:
+def _played(station: VirtualStation, run: Journal) -> PlaybackSamples:
     playing = run.phase == PHASE_PLAYING
     measured, torque = run.measured_deg[playing].astype(np.float64), run.torque_nm[playing].astype(np.float64)
-    return PlaybackSamples(run.path_s[playing], measured, torque)
+    return PlaybackSamples(run.path_s[playing], measured, torque, station.arm_deg(run.t_ns[playing]))
 
 
 def _load(taught: TaughtRecording, method: Method, repetition: int, correction: Correction | None) -> Load:

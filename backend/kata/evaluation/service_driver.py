@@ -104,7 +104,7 @@ class ServiceDriver:
         # The checklist needs a fixture and visual checks, although the simulated apparatus holds no arm.
         wanted = commands.TeachRequest(
             patient_id=self._patient_id, name=motion.name, side=side, fixtures={"arm_fixer_1"},
-            looked_at={"side", "fixtures", "belt"},
+            looked_at={"side", "fixtures", "belt"}, identifiers={"name", "clinic_number"},
         )  # fmt: skip
         teach = checks.TeachingRequest(self._patient_id, side, wanted.fixtures)
         await self._ensure_estop_tested(lambda session, apparatus: checks.teaching_checklist(session, teach, apparatus))
@@ -196,7 +196,7 @@ class ServiceDriver:
             return checks.checklist(session, self._session_id, recording.id, apparatus)
 
         await self._ensure_estop_tested(checklist)
-        tick = CheckConfirmation(checked_by=_USER, recording_id=recording.id)
+        tick = CheckConfirmation(checked_by=_USER, recording_id=recording.id, identifiers={"name", "clinic_number"})
         apparatus = checks.apparatus_state(self.station.info.name, self.station.live())
         with self.database.write() as session:
             for check in self._open_checks(checklist):

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from kata.evaluation.goals import GOALS
 from kata.evaluation.outcome import Outcome
 from kata.evaluation.paper import ERRORS
 from kata.motion.axes import BASIC_MOTIONS
@@ -79,8 +80,79 @@ def by_method(outcomes: Sequence[Outcome]) -> TextTable:
     return TextTable(f"The worst of every case{_of_seeds(outcomes)}", columns, rows)
 
 
+def plant_of(outcomes: Sequence[Outcome]) -> str:
+    """Return the plant of the outcomes; empty for the apparatus itself and without outcomes."""
+    return (outcomes[0].plant or "") if outcomes else ""
+
+
+def plants_beside(outcomes: Sequence[Outcome], others: Sequence[Outcome]) -> TextTable:
+    """Return the rows of :func:`by_method` of both plants, the same cases and the same seed beside one another."""
+    seed = others[0].seed
+    first = by_method([outcome for outcome in outcomes if outcome.seed == seed])
+    second = {row[:2]: row[2:] for row in by_method(others).rows}
+    rows = [
+        (*row[:2], *(f"{one} / {other}" for one, other in zip(row[2:], second[row[:2]], strict=True)))
+        for row in first.rows
+        if row[:2] in second
+    ]
+    return TextTable(
+        f"Plant {plant_of(outcomes)} / plant {plant_of(others)}, the worst of every case", first.columns, rows
+    )
+
+
+@dataclass(frozen=True)
+class GoalFigure:
+    """A figure of the worst case beside its goal, degrees: motors 1-4 and motor 5. None: no play had such motors."""
+
+    name: str
+    goal_deg: tuple[float, float]
+    worst_deg: tuple[float | None, float | None]
+
+    @property
+    def met(self) -> bool:
+        """True if the worst case is within the goal."""
+        return all(worst is None or worst <= limit for worst, limit in zip(self.worst_deg, self.goal_deg, strict=True))
+
+
+def worst_beside_goals(outcomes: Sequence[Outcome]) -> list[GoalFigure]:
+    """Return the figures of the independent plant beside the project's goals. Only plays that ended have figures."""
+    found = []
+    for goal in GOALS:
+        tracked: dict[bool, list[float]] = {False: [], True: []}
+        for outcome in outcomes:
+            if (outcome.method, outcome.repetition) in goal.plays:
+                for motor in outcome.arm_motors if goal.arm else outcome.motors:
+                    tracked[motor.motor == 5].append(abs(getattr(motor, goal.figure)))
+        if tracked[False] or tracked[True]:
+            worst = max(tracked[False], default=None), max(tracked[True], default=None)
+            found.append(GoalFigure(goal.name, goal.limits_deg, worst))
+    return found
+
+
+def beside_goals(outcomes: Sequence[Outcome]) -> TextTable:
+    """Return :func:`worst_beside_goals` as text."""
+    rows = []
+    for figure in worst_beside_goals(outcomes):
+        worst = ("" if value is None else f"{value:.2f}" for value in figure.worst_deg)
+        rows.append(
+            (figure.name, *(f"{limit:.2f}" for limit in figure.goal_deg), *worst, "yes" if figure.met else "no")
+        )
+    columns = ("Figure", "Goal 1-4, deg", "Goal 5, deg", "Motors 1-4, deg", "Motor 5, deg", "Met")
+    return TextTable(f"Beside the goals{_of_seeds(outcomes)}", columns, rows)
+
+
+def plays_in_words(outcomes: Sequence[Outcome]) -> str:
+    """Return how many plays ended, were refused before they started, and started but did not end. Goals count the first only."""
+    refused = sum(outcome.refused for outcome in outcomes)
+    failed = sum(bool(outcome.problem) for outcome in outcomes) - refused
+    ended = sum(outcome.comparison is not None for outcome in outcomes)
+    return f"{ended} plays ended, {refused} were refused before they started, {failed} started and did not end."
+
+
 def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
-    """Return our largest errors of the motors that Section 4 names beside the paper's; empty without the paper's motions."""
+    """Return our largest errors of the motors that Section 4 names beside the paper's, with their sign and with the start
+    apart, as the paper has them; empty without the paper's motions.
+    """
     last = last_plays(outcomes)
     methods = list(dict.fromkeys(outcome.method for outcome in last))
     rows = []
@@ -97,10 +169,17 @@ def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
         for method in methods:
             motors = [motor for outcome in ours if outcome.method == method for motor in outcome.motors]
             shown = [motor for motor in motors if motor.motor in error.motors]
-            cells.append(f"±{_largest(motor.peak_deg for motor in shown)}" if shown else "")
+            peak, start = (
+                (_signed(shown, lambda motor: motor.peak_deg), _signed(shown, lambda motor: motor.start_deg))
+                if shown
+                else ("", "")
+            )
+            cells += [peak, start]
         rows.append((f"{error.figure}", name, ", ".join(map(str, error.motors)), error.words, *cells))
     plays = {outcome.method: outcome.repetition for outcome in last}
-    heads = tuple(f"ours, {method}, play {plays[method]}" for method in methods)
+    heads = tuple(
+        head for method in methods for head in (f"ours, {method}, play {plays[method]}", f"its start, {method}")
+    )
     return TextTable(
         f"Errors in degrees beside the paper's (Section 4){_of_seeds(outcomes)}",
         ("Figure", "Motion", "Motors", "Paper", *heads),

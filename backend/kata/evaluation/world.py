@@ -7,13 +7,11 @@ import heapq
 
 from kata.device.bus.port import BusError
 from kata.device.config import StationConfig
+from kata.simulator.adapter import AdapterLatency
 from kata.simulator.apparatus import DriveCallback, SimulatedApparatus
-from kata.simulator.bus import ServoBus
-from kata.simulator.fault_injector import FaultInjector
-from kata.simulator.lines import BusLine, DynamixelLine, ModbusLine
-from kata.simulator.modbus_bus import SimulatedModbusBus
-from kata.simulator.modbus_drive import ModbusDrive
-from kata.simulator.servos import Servo
+from kata.simulator.drives import SIMULATED_DRIVES, MakeDrives
+from kata.simulator.mechanics import MakeMechanics
+from kata.simulator.plant import Plant
 
 
 class MemoryLine:
@@ -72,7 +70,7 @@ class MemoryLine:
         """Deliver sent bytes to the drives when they are due."""
         while (due_ns := self._world.line.due_ns) is not None and due_ns <= until_ns:
             for at_ns, answer in self._world.line.execute(due_ns):
-                self._queue_answer(at_ns + int(answer.after_s * 1e9), answer.data)
+                self._queue_answer(self._world.latency.arrival_ns(at_ns + int(answer.after_s * 1e9)), answer.data)
 
     def _queue_answer(self, at_ns: int, data: bytes) -> None:
         """Queue an answer; ``at_ns`` is the time of its last byte. A real adapter passes bytes on as they arrive."""
@@ -97,22 +95,19 @@ class World:
         on_drive_event: DriveCallback | None = None,
         *,
         turned: bool = False,
+        make_mechanics: MakeMechanics = Plant,
+        make_drives: MakeDrives | None = None,
     ) -> None:
-        """``seed``, ``on_drive_event`` and ``turned``: see :class:`~kata.simulator.apparatus.SimulatedApparatus`."""
+        """``make_drives``: drives of another protocol than those of the simulator. ``seed``, ``on_drive_event``, ``turned`` and ``make_mechanics``: see :class:`~kata.simulator.apparatus.SimulatedApparatus`."""
         self.config = config
         self.t_ns = 1_000_000_000_000
-        self.apparatus = SimulatedApparatus(seed, self.t_ns, on_drive_event=on_drive_event, turned=turned)
-        self.line: BusLine
-        self.faults: FaultInjector
-        if config.protocol == "modbus":
-            modbus = SimulatedModbusBus(self.apparatus, config.baud)
-            self.line, self.faults = ModbusLine(modbus), modbus.faults
-            self.drives: list[Servo] | list[ModbusDrive] = modbus.drives
-        else:
-            servos = ServoBus(self.apparatus, config.baud)
-            self.line, self.faults = DynamixelLine(servos), servos.faults
-            self.drives = servos.servos
+        self.apparatus = SimulatedApparatus(
+            seed, self.t_ns, on_drive_event=on_drive_event, turned=turned, make_mechanics=make_mechanics
+        )
+        make_drives = make_drives or SIMULATED_DRIVES[config.protocol]
+        self.line, self.faults, self.drives = make_drives(self.apparatus, config.baud)
         self.opened: MemoryLine | None = None
+        self.latency = AdapterLatency()
         self.byte_by_byte = False
         """True: answers arrive byte by byte; False: each at once."""
 

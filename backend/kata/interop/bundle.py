@@ -8,26 +8,32 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
+from uuid import UUID
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
+from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
+from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
+from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
 from kata.interop import care, findings
-from kata.interop.codes import Resource
+from kata.interop.codes import ClinicNames, Resource, simulated
 
 MEDIA_TYPE: Final = "application/fhir+json"
 _AT_ONCE: Final = 50
 
 
-def write(session: Session, patient: PatientRow, path: Path) -> None:
+def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> None:
     """Write the bundle to a file."""
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
-        for number, resource in enumerate(resources(session, patient)):
+        for number, plain in enumerate(resources(session, patient, clinic.identifier_system)):
+            resource = clinic.profiled(plain)
             file.write(",\n" if number else "\n")
             # One entry at a time: encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))
@@ -43,32 +49,64 @@ def entry(resource: Resource) -> Resource:
     }
 
 
-def resources(session: Session, patient: PatientRow) -> Iterator[Resource]:
+def resources(session: Session, patient: PatientRow, identifier_system: str) -> Iterator[Resource]:
     """Yield all resources. A resource follows those that it refers to."""
     yield care.code_system()
-    yield care.questionnaire()
-    yield care.patient(patient)
+    yield from _questionnaires(session, patient)
+    yield care.patient(patient, identifier_system)
     sides = {episode.id: episode.side for episode in patient.episodes}
+    # A Condition has the id of its episode.
+    conditions: dict[UUID, UUID] = {}
     for episode in patient.episodes:
-        yield care.condition(episode)
-    stations = select(SessionRow.station).where(SessionRow.patient_id == patient.id, SessionRow.station != "")
-    for station in session.scalars(stations.distinct().order_by(SessionRow.station)):
-        yield care.device(station)
+        if condition := care.condition(episode):
+            conditions[episode.id] = episode.id
+            yield condition
+        yield from care.episode(episode, has_condition=condition is not None)
+    warnings = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
+    for warning in session.scalars(warnings.order_by(ContraindicationRow.noted_at)):
+        yield care.contraindication(warning, sides[warning.episode_id] if warning.episode_id else None)
+    stations = select(SessionRow.station, SessionRow.simulated)
+    stations = stations.where(SessionRow.patient_id == patient.id, SessionRow.station != "").distinct()
+    for station, is_simulated in session.execute(stations.order_by(SessionRow.station)):
+        device = care.device(station, is_simulated=is_simulated)
+        yield simulated(device) if is_simulated else device
     programmes = select(ProgrammeRow).where(ProgrammeRow.episode_id.in_(sides)).order_by(ProgrammeRow.created_at)
     for programme in session.scalars(programmes):
         for version in programme.versions:
-            yield care.care_plan(version, patient.id)
+            yield care.care_plan(version, patient.id, conditions.get(programme.episode_id))
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(sides))
     for found in session.scalars(assessments.order_by(AssessmentRow.assessed_at, AssessmentRow.id)):
-        yield from findings.assessment(found, patient.id)
+        yield from findings.assessment(found, patient.id, sides[found.episode_id])
     for visit in visits(session, patient):
         side = sides.get(visit.episode_id) if visit.episode_id else None
-        yield findings.procedure(visit, side)
-        if visit.station:
-            yield findings.device_use(visit, side)
-        yield from findings.session_pain(visit)
-        for run in visit.runs:
-            yield findings.run_tracking(run, patient.id)
+        reason = conditions.get(visit.episode_id) if visit.episode_id else None
+        for resource in _visit(visit, side, reason):
+            yield simulated(resource) if visit.simulated else resource
+
+
+def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:
+    """Yield the SPADI and every other questionnaire that the patient has answered, with texts where their licence allows it."""
+    episodes = [episode.id for episode in patient.episodes]
+    answered = session.scalars(select(AssessmentRow.questionnaires).where(AssessmentRow.episode_id.in_(episodes)))
+    codes = {SPADI.code, *(code for answers in answered for code in answers)}
+    words = select(QuestionnaireTextsRow).where(QuestionnaireTextsRow.may_be_exported)
+    free = {row.questionnaire: row for row in session.scalars(words.order_by(QuestionnaireTextsRow.language))}
+    for code, definition in DEFINITIONS.items():
+        if code in codes:
+            yield care.questionnaire(definition, free.get(code))
+
+
+def _visit(visit: SessionRow, side: str | None, reason: UUID | None) -> Iterator[Resource]:
+    yield findings.procedure(visit, side, reason)
+    if visit.station:
+        yield findings.device_use(visit, side, reason)
+    yield from findings.session_pain(visit, side)
+    for reading in visit.goniometer_readings:
+        yield findings.goniometer_reading(reading, visit.patient_id, side)
+    angles = patient_angles.of_session(visit)
+    for run in visit.runs:
+        yield findings.run_tracking(run, visit.patient_id)
+        yield from findings.patient_angles(run, visit, angles)
 
 
 def visits(session: Session, patient: PatientRow) -> Iterator[SessionRow]:

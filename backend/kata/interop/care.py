@@ -1,34 +1,41 @@
 """FHIR resources of patient, condition, device and care plan. Each function returns one resource as JSON."""
 
+from collections.abc import Iterator
 from uuid import UUID
 
-from kata.clinic.assessments.spadi import ITEMS
+from kata.clinic.contraindications.kinds import KINDS
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeVersionRow
+from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
+from kata.clinic.questionnaires.definitions import Definition
+from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
+from kata.device.messages import LOAD_LEVELS
 from kata.interop.codes import (
-    CLINIC_NUMBER,
     HL7,
     LOCAL,
     LOCAL_CODES,
     NAME_REPRESENTATION,
-    SNOMED,
-    SPADI,
     STAGE_SINCE,
     Resource,
     annotation,
     concept,
     derived_id,
+    diagnosis_code,
     fhir_date,
     local_concept,
+    quantity,
+    questionnaire_url,
     reference,
     shoulder,
+    shoulder_text,
     without_empty,
 )
 from kata.motion.axes import BASIC_MOTIONS
 
 
-def patient(row: PatientRow) -> Resource:
+def patient(row: PatientRow, identifier_system: str) -> Resource:
     """Return the Patient. An erased patient is not exported."""
     if row.erased_at:
         raise ValueError("an erased patient is not exported")
@@ -40,7 +47,7 @@ def patient(row: PatientRow) -> Resource:
                 {
                     "use": "usual",
                     "type": concept(f"{HL7}v2-0203", "MR", "Medical record number"),
-                    "system": CLINIC_NUMBER,
+                    "system": identifier_system,
                     "value": row.clinic_number,
                 }
             ],
@@ -63,26 +70,28 @@ def _name(text: str | None, representation: str) -> Resource | None:
     }
 
 
-def condition(row: EpisodeRow) -> Resource:
-    """Return the Condition. It is coded as frozen shoulder unless there is another diagnosis and no stage; then it is text only."""
-    closed = row.closed_at is not None
-    code: Resource = {"text": row.diagnosis}
-    if row.stages or not row.diagnosis:
-        code = concept(SNOMED, "399114005", "Adhesive capsulitis of shoulder", row.diagnosis)
+def condition(row: EpisodeRow) -> Resource | None:
+    """Return the Condition as it was entered, None if nothing was entered that says there is one.
+
+    It has a code only if the clinician chose one, and a verification status only if the clinician stated one (0..1 in FHIR R4). The end of an
+    episode does not say that the condition has abated, so a closed episode has no clinical status.
+    """
+    code = diagnosis_code(row.diagnosis_code, row.diagnosis)
+    if not (code or row.stages or row.onset_on):
+        return None
+    certain = row.verification if code else ""
     return without_empty(
         {
             "resourceType": "Condition",
             "id": str(row.id),
-            "clinicalStatus": concept(
-                f"{HL7}condition-clinical", "inactive" if closed else "active", "Inactive" if closed else "Active"
-            ),
-            "verificationStatus": concept(f"{HL7}condition-ver-status", "confirmed", "Confirmed"),
-            "category": [concept(f"{HL7}condition-category", "problem-list-item", "Problem List Item")],
+            "clinicalStatus": None if row.closed_at else concept(f"{HL7}condition-clinical", "active", "Active"),
+            "verificationStatus": concept(f"{HL7}condition-ver-status", certain, certain.capitalize())
+            if certain
+            else None,
             "code": code,
             "bodySite": [shoulder(row.side)],
             "subject": reference(row.patient_id),
             "onsetDateTime": fhir_date(row.onset_on),
-            "abatementDateTime": fhir_date(row.closed_at),
             "recordedDate": fhir_date(row.opened_at),
             "stage": [
                 {
@@ -91,11 +100,75 @@ def condition(row: EpisodeRow) -> Resource:
                 }
                 for stage in row.stages
             ],
-            "note": [
-                annotation(f"Contraindications: {row.contraindications}" if row.contraindications else ""),
-                annotation(_limits(row), row.limits_by),
-                annotation(row.closing_note, at=row.closed_at),
-            ],
+        }
+    )
+
+
+def episode(row: EpisodeRow, *, has_condition: bool) -> Iterator[Resource]:
+    """Yield an episode of care: the EpisodeOfCare, the contraindications and limits as Flags, and the closing note."""
+    yield without_empty(
+        {
+            "resourceType": "EpisodeOfCare",
+            "id": str(derived_id("episode-of-care", row.id)),
+            "status": "finished" if row.closed_at else "active",
+            "type": [{"text": f"Care of the {row.side} shoulder"}],
+            "diagnosis": [{"condition": reference(row.id)}] if has_condition else [],
+            "patient": reference(row.patient_id),
+            "period": without_empty({"start": fhir_date(row.opened_at), "end": fhir_date(row.closed_at)}),
+        }
+    )
+    if row.contraindications.strip():
+        yield _flag(row, "contraindications", f"Contraindications: {row.contraindications}")
+    if limits := _limits(row):
+        yield _flag(row, "limits", limits) | {"author": {"display": row.limits_by}}
+    if row.closing_note.strip():
+        yield {
+            "resourceType": "Observation",
+            "id": str(derived_id("closing-note", row.id)),
+            "status": "final",
+            "code": local_concept("closing-note"),
+            "subject": reference(row.patient_id),
+            "effectiveDateTime": fhir_date(row.closed_at or row.updated_at),
+            "bodySite": shoulder(row.side),
+            "valueString": row.closing_note,
+        }
+
+
+def _flag(row: EpisodeRow, kind: str, text: str) -> Resource:
+    return {
+        "resourceType": "Flag",
+        "id": str(derived_id(kind, row.id)),
+        "status": "inactive" if row.closed_at else "active",
+        "category": [concept(f"{HL7}flag-category", "safety", "Safety")],
+        "code": {"text": shoulder_text(row.side, text)},
+        "subject": reference(row.patient_id),
+    }
+
+
+def contraindication(row: ContraindicationRow, side: str | None) -> Resource:
+    """Return a contraindication as a Flag: the entry of the list, the note, the permission and the end, as they were entered.
+
+    It is no Condition: an entry of the list warns, and is no diagnosis. ``side``: None for a condition of the patient.
+    """
+    known = KINDS.get(row.code)
+    words = [f"{known.name if known else row.code}."]
+    if row.note.strip():
+        words.append(f"Note: {row.note}")
+    if row.signed_off_at:
+        words.append(f"Treatment allowed by {row.signed_off_by}, {fhir_date(row.signed_off_at)}.")
+    if row.resolved_at:
+        words.append(f"No longer applies ({row.resolved_by}, {fhir_date(row.resolved_at)}): {row.resolution}")
+    return without_empty(
+        {
+            "resourceType": "Flag",
+            "id": str(row.id),
+            "status": "inactive" if row.resolved_at else "active",
+            "category": [concept(f"{HL7}flag-category", "safety", "Safety")],
+            "code": (local_concept(f"contraindication-{row.code}") if known else {})
+            | {"text": shoulder_text(side, " ".join(words))},
+            "subject": reference(row.patient_id),
+            "period": without_empty({"start": fhir_date(row.noted_at), "end": fhir_date(row.resolved_at)}),
+            "author": {"display": row.noted_by} if row.noted_by else None,
         }
     )
 
@@ -106,7 +179,7 @@ def _limits(row: EpisodeRow) -> str:
         for limit in row.limits
     ]
     if row.max_load_level is not None:
-        limits.append(f"load level at most {row.max_load_level}")
+        limits.append(f"load level at most {row.max_load_level} of {LOAD_LEVELS}")
     if row.max_speed_deg_s is not None:
         limits.append(f"speed at most {row.max_speed_deg_s:g} deg/s")
     return f"Limits set by the doctor: {'; '.join(limits)}." if limits else ""
@@ -116,8 +189,8 @@ def _bound(angle_deg: float | None) -> str:
     return "as far as it goes" if angle_deg is None else f"{angle_deg:g} deg"
 
 
-def care_plan(row: ProgrammeVersionRow, patient_id: UUID) -> Resource:
-    """Return one version of a programme. The newest is active, an older one was replaced by the next."""
+def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -> Resource:
+    """Return one version of a programme, for a Condition. The newest is active, an older one was replaced by the next."""
     versions = {version.number: version for version in row.programme.versions}
     before, after = versions.get(row.number - 1), versions.get(row.number + 1)
     ended_at = after.made_at if after else row.programme.archived_at
@@ -133,7 +206,8 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID) -> Resource:
             "subject": reference(patient_id),
             "period": without_empty({"start": fhir_date(row.made_at), "end": fhir_date(ended_at)}),
             "created": fhir_date(row.made_at),
-            "addresses": [reference(row.programme.episode_id)],
+            "addresses": [reference(reason)] if reason else [],
+            "supportingInfo": [reference(derived_id("episode-of-care", row.programme.episode_id))],
             "activity": [_activity(item, status) for item in row.items],
             "note": [
                 annotation(
@@ -148,34 +222,34 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID) -> Resource:
 def _activity(item: ProgrammeItemRow, status: str) -> Resource:
     description = (
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
-        f"pause {item.pause_s:g} s, load level {item.load_level}, {item.method}"
+        f"pause {item.pause_s:g} s, load level {item.load_level} of {LOAD_LEVELS}, {item.method}"
     )
     return {
         "detail": {
             "code": local_concept("session"),
             "status": "in-progress" if status == "active" else "completed" if status == "completed" else "stopped",
             "doNotPerform": False,
-            "quantity": {"value": item.repetitions},
+            "quantity": quantity(item.repetitions, "{repetition}"),
             "description": description,
         }
     }
 
 
-def device(station: str) -> Resource:
+def device(station: str, *, is_simulated: bool) -> Resource:
     """Return the Device of a station."""
     return {
         "resourceType": "Device",
-        "id": str(device_key(station)),
+        "id": str(device_key(station, is_simulated=is_simulated)),
         "identifier": [{"system": LOCAL, "value": station}],
         "status": "active",
         "deviceName": [{"name": station, "type": "user-friendly-name"}],
-        "type": local_concept("apparatus"),
+        "type": local_concept("simulated-apparatus" if is_simulated else "apparatus"),
     }
 
 
-def device_key(station: str) -> UUID:
-    """Return the id that is derived from a station's name."""
-    return derived_id("device", station)
+def device_key(station: str, *, is_simulated: bool) -> UUID:
+    """Return the id that is derived from a station's name. A station may have been simulated at one time and real at another."""
+    return derived_id("simulated-device" if is_simulated else "device", station)
 
 
 def code_system() -> Resource:
@@ -195,19 +269,34 @@ def code_system() -> Resource:
     }
 
 
-def questionnaire() -> Resource:
-    """Return the Questionnaire with the items of the Shoulder Pain and Disability Index, numbered as in a response."""
-    return {
-        "resourceType": "Questionnaire",
-        "id": str(derived_id("spadi")),
-        "url": SPADI,
-        "version": "1",
-        "name": "SPADI",
-        "title": "Shoulder Pain and Disability Index",
-        "status": "active",
-        "subjectType": ["Patient"],
-        "item": [
-            {"linkId": str(number), "text": f"{item.subscale.capitalize()}: {item.english}", "type": "integer"}
-            for number, item in enumerate(ITEMS, start=1)
-        ],
-    }
+def questionnaire(definition: Definition, words: QuestionnaireTextsRow | None) -> Resource:
+    """Return the Questionnaire that the answers refer to, its items by number.
+
+    ``words``: the licensed texts, where the licence allows to pass them on. Without them it has no texts: our own reminders for the person who
+    types answers in are not the wording of the SPADI.
+    """
+    items = []
+    for number, scale in enumerate(definition.item_scales, start=1):
+        bounds = [
+            {"url": f"http://hl7.org/fhir/StructureDefinition/{name}", "valueInteger": value}
+            for name, value in (("minValue", scale.lowest), ("maxValue", scale.highest))
+        ]
+        text = words.items[number - 1]["text"] if words else None
+        items.append(without_empty({"extension": bounds, "linkId": str(number), "text": text, "type": "integer"}))
+    is_spadi = definition is SPADI_DEFINITION
+    without = "" if words else ", items by number, without their texts"
+    return without_empty(
+        {
+            "resourceType": "Questionnaire",
+            "id": str(derived_id("spadi") if is_spadi else derived_id("questionnaire", definition.code)),
+            "language": words.language if words else None,
+            "url": questionnaire_url(definition.code),
+            "version": "3",
+            "name": f"{definition.code.capitalize()}Items",
+            "title": words.title if words else f"{definition.title}{without}",
+            "status": "active",
+            "subjectType": ["Patient"],
+            "copyright": words.copyright if words else definition.copyright,
+            "item": items,
+        }
+    )

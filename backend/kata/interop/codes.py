@@ -5,11 +5,17 @@ under 2.25: a UUID that needs no registration.
 """
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Any, Final
 from uuid import UUID, uuid5
 
 from kata.clinic.assessments.rom import KINDS, MEASURES, measure_of
+from kata.clinic.contraindications.kinds import KINDS as CONTRAINDICATIONS
+from kata.clinic.episodes.diagnoses import BY_CODE
+from kata.clinic.questionnaires.definitions import DEFINITIONS
+from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
 
 Resource = dict[str, Any]
 """A resource or a part of one, as JSON."""
@@ -28,6 +34,7 @@ STAGE_SINCE: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a04")
 """Extension of a condition's stage: its first day."""
 NAME_REPRESENTATION: Final = "http://hl7.org/fhir/StructureDefinition/iso21090-EN-representation"
 LOINC: Final = "http://loinc.org"
+ICD10: Final = "http://hl7.org/fhir/sid/icd-10"
 SNOMED: Final = "http://snomed.info/sct"
 UCUM: Final = "http://unitsofmeasure.org"
 HL7: Final = "http://terminology.hl7.org/CodeSystem/"
@@ -36,17 +43,17 @@ PAIN: Final = "72514-3"
 _ROM_LOCAL: Final = {
     f"rom-{measure.motion.replace('_', '-')}-{kind}": f"{measure.english.partition(',')[0]}, {kind} range of motion"
     for measure in MEASURES
-    if measure.loinc is None
     for kind in KINDS
+    if not measure.loinc_of(kind)
 }
 LOCAL_CODES: Final[dict[str, str]] = {
     "apparatus": "Shoulder rehabilitation apparatus that plays back what a therapist has taught",
+    "simulated-apparatus": "Simulated apparatus: its measured values are invented",
     "session": "Session on the shoulder rehabilitation apparatus",
     "arm-position": "Position of the arm during the measurement",
     "position-at_side": "Arm at the side",
     "position-abducted_90": "Arm abducted to 90 degrees",
     "position-flexed_90": "Arm flexed to 90 degrees",
-    "pain-context": "When the pain was felt",
     "pain-rest": "Pain at rest",
     "pain-active": "Pain when moving the arm oneself",
     "pain-passive": "Pain when the arm is moved",
@@ -59,16 +66,65 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "stage-thawing": "Thawing",
     "spadi-total": "Shoulder Pain and Disability Index, total score (0 none, 100 the worst)",
     "assessment-note": "Note of an assessment",
-    "run-tracking": "Tracking error of one playback: what was played minus what was taught",
+    "closing-note": "Note at the end of an episode of care",
+    "run-tracking": "Following error of one playback: what was played minus the taught motion with the settings of the run",
     "run-outcome": "How a playback ended",
     "run-repetitions": "Repetitions asked for in a playback",
-    "tracking-peak": "Largest tracking error, without sign",
-    **{f"motion-{number}-rmse": f"Root mean square tracking error of basic motion {number}" for number in range(1, 7)},
-    **{f"motion-{number}-lowest": f"Lowest angle of basic motion {number} in a playback" for number in range(1, 7)},
-    **{f"motion-{number}-highest": f"Highest angle of basic motion {number} in a playback" for number in range(1, 7)},
+    "tracking-peak": "Largest following error, without sign",
+    "compared-share": "Share of the playing time of which the following error is known",
+    "clock-offset": "Largest time by which the wall clock is ahead of the clock of the comparison",
+    "change-by-settings": "Largest change by settings: the taught motion with the settings of the run minus the taught motion",
+    "goniometer-reading": "Angle of a basic motion of the shoulder read with a goniometer at a pose",
+    "apparatus-angle": "Apparatus angle of the same motion at that moment",
+    "goniometer": "Read with a goniometer",
+    "patient-angle": "Patient's angles of a basic motion at the ends of a playback",
+    "goniometer-estimate": "Estimated from apparatus angles and goniometer readings at two poses or more of the session",
+    "patient-angle-lowest": "Patient's angle at the lowest apparatus angle",
+    "patient-angle-lowest-uncertainty": "Half width of the interval that covers it in 95 of 100 cases",
+    "patient-angle-highest": "Patient's angle at the highest apparatus angle",
+    "patient-angle-highest-uncertainty": "Half width of the interval that covers it in 95 of 100 cases",
+    **{f"motion-{number}-rmse": f"Root mean square following error of basic motion {number}" for number in range(1, 7)},
+    **{
+        f"motion-{number}-lowest": f"Lowest apparatus angle of basic motion {number} in a playback"
+        for number in range(1, 7)
+    },
+    **{
+        f"motion-{number}-highest": f"Highest apparatus angle of basic motion {number} in a playback"
+        for number in range(1, 7)
+    },
     **_ROM_LOCAL,
+    **{
+        f"{one.code}-total": f"{one.title}, total score (0 to {one.highest_total:g}, {one.better} is better)"
+        for one in DEFINITIONS.values()
+        if one is not SPADI_DEFINITION
+    },
+    **{f"contraindication-{kind.code}": str(kind.name) for kind in CONTRAINDICATIONS.values()},
 }
 """Our own codes with their meaning."""
+
+
+_TEST_DATA: Final = {"system": f"{HL7}v3-ActReason", "code": "HTEST", "display": "test health data"}
+"""FHIR R4's security label of data that is not about a real treatment."""
+
+
+def simulated(resource: Resource) -> Resource:
+    """Return the resource with the mark of values from a simulated apparatus."""
+    return resource | {"meta": {"security": [_TEST_DATA]}}
+
+
+@dataclass(frozen=True)
+class ClinicNames:
+    """What a clinic sets for its exports and imports."""
+
+    identifier_system: str = CLINIC_NUMBER
+    """System of the clinic numbers."""
+    profiles: Mapping[str, str] = field(default_factory=dict)
+    """Canonical address of the profile that each type of resource claims to follow."""
+
+    def profiled(self, resource: Resource) -> Resource:
+        """Return the resource with the profile of its type, if there is one."""
+        profile = self.profiles.get(resource["resourceType"])
+        return resource | {"meta": resource.get("meta", {}) | {"profile": [profile]}} if profile else resource
 
 
 def local_concept(code: str) -> Resource:
@@ -86,11 +142,34 @@ def rom_code(motion: str, position: str, kind: str) -> Resource:
     measure = measure_of(motion, position)
     if measure is None:
         return {"text": f"{motion.replace('_', ' ')}, {kind} range of motion"}
-    if measure.loinc is None:
+    code = measure.loinc_of(kind)
+    if not code:
         return local_concept(f"rom-{motion.replace('_', '-')}-{kind}")
-    code = measure.loinc.active if kind == "active" else measure.loinc.passive
-    name = f"Shoulder {measure.english.partition(',')[0]} {kind.capitalize()} Range of Motion Quantitative"
+    english = "Horizontal adduction" if motion == "horizontal_flexion" else measure.english.partition(",")[0]
+    name = f"Shoulder {english} {kind.capitalize()} Range of Motion Quantitative"
     return concept(LOINC, code, name)
+
+
+def pain_code(context: str) -> Resource:
+    """Return the code of a pain score: LOINC's for the scale, and our own for when the pain was felt.
+
+    A CodeableConcept may hold codings "of slightly different granularity" (FHIR R4, CodeableConcept.coding). We have verified no LOINC code
+    for pain at rest, on movement, or around a session.
+    """
+    own = local_concept(f"pain-{context}")
+    loinc = concept(LOINC, PAIN, "Pain severity - 0-10 verbal numeric rating [Score] - Reported")
+    return {"coding": [*loinc["coding"], *own["coding"]], "text": LOCAL_CODES[f"pain-{context}"]}
+
+
+def diagnosis_code(code: str, text: str) -> Resource:
+    """Return a diagnosis as it was chosen and written. Without a chosen code it is text only; empty if there is neither."""
+    chosen = BY_CODE.get(code)
+    codings = []
+    if chosen:
+        codings.append({"system": ICD10, "code": chosen.icd10, "display": chosen.english})
+    if chosen and chosen.snomed:
+        codings.append({"system": SNOMED, "code": chosen.snomed, "display": chosen.english})
+    return without_empty({"coding": codings, "text": text})
 
 
 def shoulder(side: str) -> Resource:
@@ -107,9 +186,19 @@ def quantity(value: float | None, unit: str) -> Resource | None:
     return {"value": round(value, 4), "unit": unit, "system": UCUM, "code": unit}
 
 
+def shoulder_text(side: str | None, text: str) -> str:
+    """Return a text of one shoulder with its side. Without a side it concerns both."""
+    return f"{side.capitalize()} shoulder. {text}" if side else text
+
+
 def reference(to: UUID, display: str = "") -> Resource:
     """Return a reference to an entry of the same bundle."""
     return without_empty({"reference": f"urn:uuid:{to}", "display": display})
+
+
+def questionnaire_url(code: str) -> str:
+    """Return the canonical address of a questionnaire."""
+    return SPADI if code == SPADI_DEFINITION.code else f"urn:uuid:{derived_id('questionnaire', code)}"
 
 
 def derived_id(*names: object) -> UUID:

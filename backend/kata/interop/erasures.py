@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from kata.clinic import texts as clinic_texts
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import ErasureRow, PatientRow
@@ -121,6 +122,7 @@ def _take_away(session: Session, patient: PatientRow) -> None:
         update(EpisodeRow)
         .where(EpisodeRow.patient_id == patient.id)
         .values(diagnosis="", contraindications="", closing_note=""),
+        update(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id).values(note="", resolution=""),
         update(ProgrammeRow).where(ProgrammeRow.episode_id.in_(episodes)).values(name="Programme"),
         update(ProgrammeVersionRow).where(ProgrammeVersionRow.programme_id.in_(programmes)).values(note=""),
         update(AssessmentRow).where(AssessmentRow.episode_id.in_(episodes)).values(note=""),

@@ -65,9 +65,13 @@ class ImportedPatient:
 class _Reading:
     wrong: list[tuple[str, str]] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
+    systems: frozenset[str] = frozenset({CLINIC_NUMBER})
+    """Systems of our own clinic numbers: the clinic's and that of an export without one."""
 
 
-def read_file(content: bytes, affected_side: Side) -> tuple[list[ImportedPatient], list[str]]:
+def read_file(
+    content: bytes, affected_side: Side, identifier_system: str = CLINIC_NUMBER
+) -> tuple[list[ImportedPatient], list[str]]:
     """Return what :func:`read_patients` returns for a file. Run it in the worker process: parsing holds the interpreter's lock.
 
     :raises UnreadableFhirError: when the file is not a JSON object, or exceeds a limit.
@@ -79,19 +83,21 @@ def read_file(content: bytes, affected_side: Side) -> tuple[list[ImportedPatient
         resource = json.loads(content.decode(), object_pairs_hook=_object, parse_constant=_no_constant, parse_int=_int)
         if not isinstance(resource, dict):
             raise UnreadableFhirError(texts.FHIR_UNREADABLE())
-        return read_patients(resource, affected_side)
+        return read_patients(resource, affected_side, identifier_system)
     except RecursionError as error:
         raise UnreadableFhirError(texts.FHIR_TOO_DEEP()) from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise UnreadableFhirError(texts.FHIR_UNREADABLE()) from error
 
 
-def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[ImportedPatient], list[str]]:
+def read_patients(
+    resource: dict[str, Any], affected_side: Side, identifier_system: str = CLINIC_NUMBER
+) -> tuple[list[ImportedPatient], list[str]]:
     """Return the patients of a Patient or a Bundle, and the paths of the elements that are not stored.
 
     :raises FhirImportError: naming every path that cannot be taken over; then nothing is.
     """
-    reading = _Reading()
+    reading = _Reading(systems=frozenset({CLINIC_NUMBER, identifier_system}))
     found = [
         ImportedPatient(path, patient)
         for path, patient_resource in _patients(resource, reading)
@@ -177,6 +183,9 @@ def _elements(resource: dict[str, Any], path: str, reading: _Reading) -> None:
         where = f"{path}.{_shown(name)}"
         if len(reading.wrong) > MOST_PLACES:
             return
+        if name == "meta" and isinstance(value, dict) and set(value) == {"profile"}:
+            # A claimed profile says nothing of the patient.
+            continue
         if name in _CHANGES_MEANING:
             reading.wrong.append((where, _CHANGES_MEANING[name]))
         elif name == "deceasedBoolean":
@@ -198,7 +207,7 @@ def _number(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str,
         for place, identifier in enumerate(_objects(patient, "identifier", path, reading))
         if identifier.get("use") != "old"
     ]
-    ours = [candidate for candidate in found if candidate[1].get("system") == CLINIC_NUMBER]
+    ours = [candidate for candidate in found if candidate[1].get("system") in reading.systems]
     numbers = ours or [candidate for candidate in found if "MR" in _codes(candidate[1].get("type"))] or found
     if len(reading.wrong) > wrong_before:
         return "", ""

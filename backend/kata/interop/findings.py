@@ -2,51 +2,62 @@
 
 from collections.abc import Iterator
 from datetime import datetime
+from typing import Final
 from uuid import UUID
 
-from kata.clinic.assessments.spadi import ITEMS
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.questionnaires import definitions
+from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
+from kata.clinic.sessions.patient_angles import PatientAngles
+from kata.clinic.sessions.tables import COMPARED_PERCENT, GoniometerReadingRow, RunRow, SessionRow
 from kata.interop.care import device_key
 from kata.interop.codes import (
     HL7,
-    LOINC,
-    PAIN,
-    SPADI,
     Resource,
     annotation,
     concept,
     derived_id,
     fhir_date,
     local_concept,
+    pain_code,
     quantity,
+    questionnaire_url,
     reference,
     rom_code,
     shoulder,
     without_empty,
 )
+from kata.motion.axes import BASIC_MOTIONS
 
 _EXAM = concept(f"{HL7}observation-category", "exam", "Exam")
 _SURVEY = concept(f"{HL7}observation-category", "survey", "Survey")
 _THERAPY = concept(f"{HL7}observation-category", "therapy", "Therapy")
 _PAINS = ("rest", "active", "passive", "average")
+_END_OF: Final = {"completed": "completed", "shortened": "stopped", "stopped": "stopped", "patient_request": "stopped"}
+"""Status of a Procedure by the reason of the session's end. "Other" does not say whether it was completed."""
 
 
-def procedure(row: SessionRow, side: str | None) -> Resource:
-    """Return the Procedure of one session, with its note and addenda."""
+def procedure(row: SessionRow, side: str | None, reason: UUID | None) -> Resource:
+    """Return the Procedure of one session for a Condition, with its note and addenda."""
+    status = _END_OF.get(row.end_reason or "", "unknown") if row.ended_at else "in-progress"
     return without_empty(
         {
             "resourceType": "Procedure",
             "id": str(row.id),
             "basedOn": [reference(row.programme_version_id)] if row.programme_version_id else [],
-            "status": "completed" if row.ended_at else "in-progress",
+            "status": status,
+            "statusReason": {"text": row.end_reason}
+            if row.ended_at and status != "completed" and row.end_reason
+            else None,
             "code": local_concept("session"),
             "subject": reference(row.patient_id),
             "performedPeriod": _period(row),
             "performer": [{"actor": {"display": row.therapist}}] if row.therapist else [],
-            "reasonReference": [reference(row.episode_id)] if row.episode_id else [],
+            "reasonReference": [reference(reason)] if reason else [],
             "bodySite": [shoulder(side)] if side else [],
-            "usedReference": [reference(device_key(row.station), row.station)] if row.station else [],
+            "usedReference": [reference(device_key(row.station, is_simulated=row.simulated), row.station)]
+            if row.station
+            else [],
             "note": [
                 annotation(row.note, row.signed_by or row.therapist, row.signed_at),
                 *(annotation(addendum.text, addendum.written_by, addendum.written_at) for addendum in row.addenda),
@@ -55,8 +66,8 @@ def procedure(row: SessionRow, side: str | None) -> Resource:
     )
 
 
-def device_use(row: SessionRow, side: str | None) -> Resource:
-    """Return the DeviceUseStatement of a session."""
+def device_use(row: SessionRow, side: str | None, reason: UUID | None) -> Resource:
+    """Return the DeviceUseStatement of a session for a Condition."""
     return without_empty(
         {
             "resourceType": "DeviceUseStatement",
@@ -66,38 +77,53 @@ def device_use(row: SessionRow, side: str | None) -> Resource:
             "derivedFrom": [reference(row.id)],
             "timingPeriod": _period(row),
             "recordedOn": fhir_date(row.started_at),
-            "device": reference(device_key(row.station), row.station),
-            "reasonReference": [reference(row.episode_id)] if row.episode_id else [],
+            "device": reference(device_key(row.station, is_simulated=row.simulated), row.station),
+            "reasonReference": [reference(reason)] if reason else [],
             "bodySite": shoulder(side) if side else None,
         }
     )
 
 
-def session_pain(row: SessionRow) -> Iterator[Resource]:
+def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
     """Yield the pain scores before, during and after a session."""
-    moments = {"before": row.started_at, "during": row.started_at, "after": row.ended_at or row.started_at}
-    for context, at in moments.items():
+    # During a session, and after one that has not ended, no moment of the answer is known.
+    during: Resource = {"effectivePeriod": _period(row)}
+    moments: dict[str, Resource] = {
+        "before": {"effectiveDateTime": fhir_date(row.started_at)},
+        "during": during,
+        "after": {"effectiveDateTime": fhir_date(row.ended_at)} if row.ended_at else during,
+    }
+    for context, effective in moments.items():
         score: int | None = getattr(row, f"pain_{context}")
         if score is not None:
-            observation = _pain(derived_id("pain", context, row.id), row.patient_id, context, score, at)
-            yield observation | {"partOf": [reference(row.id)]}
+            pain = _pain(derived_id("pain", context, row.id), row.patient_id, context, score, side)
+            yield pain | effective | {"partOf": [reference(row.id)]}
 
 
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
-    """Return the tracking error of one run (as in the paper) and its outcome."""
+    """Return the following error of one run, its change by settings and its outcome.
+
+    A partial run has no error of the whole playback: its compared share says why.
+    """
     components = [
         _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
         _component("run-repetitions", valueInteger=row.repetitions),
         _component("tracking-peak", valueQuantity=quantity(row.worst_peak_deg, "deg")),
+        _component("compared-share", valueQuantity=quantity(row.compared_percent, "%")),
+        _component("clock-offset", valueQuantity=quantity(row.clock_offset_s, "s")),
+        _component("change-by-settings", valueQuantity=quantity(row.change_deg, "deg")),
     ]
     for motion in row.motions:
         components += [
-            _component(f"motion-{motion.motion}-rmse", valueQuantity=quantity(motion.rmse_deg, "deg")),
+            _component(
+                f"motion-{motion.motion}-rmse", valueQuantity=quantity(None if row.partial else motion.rmse_deg, "deg")
+            ),
             _component(f"motion-{motion.motion}-lowest", valueQuantity=quantity(motion.played_min_deg, "deg")),
             _component(f"motion-{motion.motion}-highest", valueQuantity=quantity(motion.played_max_deg, "deg")),
         ]
     value = quantity(row.worst_rmse_deg, "deg")
-    unknown = concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed")
+    absent = ("unknown", "Unknown") if row.partial else ("not-performed", "Not Performed")
+    why = f"Less than {COMPARED_PERCENT:g} % of the playing time was compared" if row.partial else ""
     return without_empty(
         {
             "resourceType": "Observation",
@@ -106,19 +132,66 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             "status": "final" if row.ended_at else "preliminary",
             "category": [_THERAPY],
             "code": local_concept("run-tracking")
-            | {"text": f"Tracking error (root mean square) of {row.recording.name}"},
+            | {"text": f"Following error (root mean square) of {row.recording.name}"},
             "subject": reference(patient_id),
             "effectivePeriod": without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)}),
             "valueQuantity": value,
-            "dataAbsentReason": None if value else unknown,
+            "dataAbsentReason": None if value else concept(f"{HL7}data-absent-reason", *absent, why),
             "bodySite": shoulder(row.recording.side),
             "component": components,
         }
     )
 
 
-def assessment(row: AssessmentRow, patient_id: UUID) -> Iterator[Resource]:
-    """Yield the findings of one assessment. A withdrawn assessment corrects what was sent before."""
+def goniometer_reading(row: GoniometerReadingRow, patient_id: UUID, side: str | None) -> Resource:
+    """Return the Observation of one goniometer reading, with the apparatus angle beside it."""
+    return without_empty(
+        _observation(row.id, patient_id, row.read_at, _EXAM)
+        | {
+            "partOf": [reference(row.session_id)],
+            "code": local_concept("goniometer-reading") | {"text": f"Goniometer: {_motion_name(row.motion)}"},
+            "performer": [{"display": row.read_by}] if row.read_by else [],
+            "valueQuantity": quantity(row.patient_deg, "deg"),
+            "bodySite": shoulder(side) if side else None,
+            "method": local_concept("goniometer"),
+            "component": [_component("apparatus-angle", valueQuantity=quantity(row.apparatus_deg, "deg"))],
+        }
+    )
+
+
+def patient_angles(row: RunRow, visit: SessionRow, angles: PatientAngles) -> Iterator[Resource]:
+    """Yield an Observation for each motion of a run whose patient's angles are estimated, with their uncertainty."""
+    for motion in row.motions:
+        known = angles.of_run(row, motion)
+        if known is None:
+            continue
+        components = []
+        for end, found in zip(("lowest", "highest"), known, strict=True):
+            name = f"patient-angle-{end}"
+            components += [
+                _component(name, valueQuantity=quantity(found.angle_deg, "deg")),
+                _component(f"{name}-uncertainty", valueQuantity=quantity(found.uncertainty_deg, "deg")),
+            ]
+        read = [reading.id for reading in visit.goniometer_readings if reading.motion == motion.motion]
+        yield without_empty(
+            _observation(derived_id("patient-angle", row.id, motion.motion), visit.patient_id, row.started_at, _THERAPY)
+            | {
+                "partOf": [reference(visit.id)],
+                "code": local_concept("patient-angle") | {"text": f"Patient's angles: {_motion_name(motion.motion)}"},
+                "bodySite": shoulder(row.recording.side),
+                "method": local_concept("goniometer-estimate"),
+                "derivedFrom": [reference(row.id), *(reference(id_) for id_ in read)],
+                "component": components,
+            }
+        )
+
+
+def _motion_name(number: int) -> str:
+    return f"basic motion {number}, {BASIC_MOTIONS[number - 1].name}"
+
+
+def assessment(row: AssessmentRow, patient_id: UUID, side: str) -> Iterator[Resource]:
+    """Yield the findings of one assessment of a shoulder. A withdrawn assessment corrects what was sent before."""
     status = "entered-in-error" if row.withdrawn_at else "final"
     who = without_empty({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
     for measured in row.rom:
@@ -126,18 +199,22 @@ def assessment(row: AssessmentRow, patient_id: UUID) -> Iterator[Resource]:
     for context in _PAINS:
         score: int | None = getattr(row, f"pain_{context}")
         if score is not None:
-            observation = _pain(derived_id("pain", context, row.id), patient_id, context, score, row.assessed_at)
-            yield observation | {"status": status} | who
-    if row.spadi is not None:
-        yield _answers(row, row.spadi, patient_id)
-        if score_percent := quantity(row.spadi_score, "{score}"):
+            pain = _pain(derived_id("pain", context, row.id), patient_id, context, score, side)
+            yield pain | {"effectiveDateTime": fhir_date(row.assessed_at), "status": status} | who
+    for code, answers in _questionnaires(row):
+        answered_id = row.id if code == SPADI.code else derived_id("answers", code, row.id)
+        yield _answers(row, answered_id, code, answers, patient_id)
+        definition = DEFINITIONS.get(code)
+        total = definitions.score(definition, answers).total if definition and definition.fits(answers) else None
+        if total is not None:
             yield (
-                _observation(derived_id("spadi", row.id), patient_id, row.assessed_at, _SURVEY)
+                _observation(derived_id(code, row.id), patient_id, row.assessed_at, _SURVEY)
                 | {
                     "status": status,
-                    "code": local_concept("spadi-total"),
-                    "valueQuantity": score_percent,
-                    "derivedFrom": [reference(row.id)],
+                    "code": local_concept(f"{code}-total"),
+                    "valueQuantity": quantity(total, "{score}"),
+                    "bodySite": shoulder(side),
+                    "derivedFrom": [reference(answered_id)],
                 }
                 | who
             )
@@ -169,11 +246,18 @@ def _rom(measured: RomRow, row: AssessmentRow, patient_id: UUID) -> Resource:
     )
 
 
-def _answers(row: AssessmentRow, answers: list[int | None], patient_id: UUID) -> Resource:
+def _questionnaires(row: AssessmentRow) -> Iterator[tuple[str, list[int | None]]]:
+    """Yield the answered questionnaires by code."""
+    if row.spadi is not None:
+        yield SPADI.code, row.spadi
+    yield from row.questionnaires.items()
+
+
+def _answers(row: AssessmentRow, identity: UUID, code: str, answers: list[int | None], patient_id: UUID) -> Resource:
     return {
         "resourceType": "QuestionnaireResponse",
-        "id": str(row.id),
-        "questionnaire": SPADI,
+        "id": str(identity),
+        "questionnaire": questionnaire_url(code),
         "status": "entered-in-error" if row.withdrawn_at else "completed",
         "subject": reference(patient_id),
         "authored": fhir_date(row.assessed_at),
@@ -181,21 +265,28 @@ def _answers(row: AssessmentRow, answers: list[int | None], patient_id: UUID) ->
             without_empty(
                 {
                     "linkId": str(number),
-                    "text": f"{item.subscale.capitalize()}: {item.english}",
                     "answer": [] if answer is None else [{"valueInteger": answer}],
                 }
             )
-            for number, (item, answer) in enumerate(zip(ITEMS, answers, strict=True), start=1)
+            for number, answer in enumerate(answers, start=1)
         ],
     }
 
 
-def _pain(identity: UUID, patient_id: UUID, context: str, score: int, at: datetime) -> Resource:
-    return _observation(identity, patient_id, at, _SURVEY) | {
-        "code": concept(LOINC, PAIN, "Pain severity - 0-10 verbal numeric rating [Score] - Reported"),
-        "valueQuantity": quantity(score, "{score}"),
-        "component": [_component("pain-context", valueCodeableConcept=local_concept(f"pain-{context}"))],
-    }
+def _pain(identity: UUID, patient_id: UUID, context: str, score: int, side: str | None) -> Resource:
+    """Return a pain score without its time."""
+    return without_empty(
+        {
+            "resourceType": "Observation",
+            "id": str(identity),
+            "status": "final",
+            "category": [_SURVEY],
+            "code": pain_code(context),
+            "subject": reference(patient_id),
+            "bodySite": shoulder(side) if side else None,
+            "valueQuantity": quantity(score, "{score}"),
+        }
+    )
 
 
 def _observation(identity: UUID, patient_id: UUID, at: datetime, category: Resource) -> Resource:

@@ -13,6 +13,7 @@ from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.interop import texts
+from kata.interop.samples import SIMULATED
 from kata.messages import text_of
 from kata.motion.axes import AXES, Side
 from kata.motion.csv_table import Complaint, CsvTable, TableError, read_table
@@ -42,6 +43,8 @@ class ParsedMotion:
     layout: Layout
     separator: Literal["comma", "semicolon", "tab"]
     left_alone: tuple[str, ...]
+    simulated: bool
+    """True if the file has the column that marks an export from a simulated apparatus."""
     series: Series
     downsampled: bytes | None
     samples: int
@@ -64,14 +67,15 @@ def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion
     # Check the stored samples: they are what will be played.
     stored = unpack(series)
     try:
-        config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
+        config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]), side)
     except TrajectoryError as error:
         raise _at_its_line(error, table, times_s, layout) from error
     return ParsedMotion(
         side,
         layout,
         _SEPARATORS[table.separator],
-        table.others,
+        tuple(name for name in table.others if name != SIMULATED),
+        SIMULATED in table.others,
         series,
         downsampling.of_recording(stored["time_s"], stored["angle_deg"]),
         samples=len(times_s),

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -13,31 +13,39 @@ from sqlalchemy import inspect, select
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
+from kata.clinic.sessions.tables import GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.database.series import Series
 from kata.errors import ProblemError
 from kata.interop import bundle, samples, service
+from kata.interop.codes import ClinicNames
 from kata.interop.samples import Origin
 from kata.plotting.figures import FigureWorker
 
 _PIECE: Final = 1 << 18
 _README: Final = """Everything that Kata keeps of one patient.
 
-patient.json      who it is; episodes of care with stages and limits, programmes with versions, assessments, requests
+patient.json      who it is; contraindications; episodes of care with stages and limits, programmes with versions, assessments, requests
 sessions.json     every session: checklist, pain, note, signature and addenda, stops, runs with their tracking error
 events.json       what the apparatus record while it worked for this patient
 fhir.json         the same as an HL7 FHIR R4 transaction, for other systems
 recordings.csv    what was taught, imported or made of that, a line each, with the file of its samples
 recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock stand in each file)
+goniometer.csv    goniometer readings: patient_deg beside apparatus_deg, the apparatus angle of the same motion at that moment
 runs.csv          what was played, a line each, with the file of its samples
+                  worst_peak_deg and worst_rmse_deg are following: played minus the taught motion with the settings of the run.
+                  They are empty where compared_percent, the share of the playing time that was compared, is below 90
+                  change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
+                  clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
 
+Where "simulated" is true or 1 (column, metadata, file name), the apparatus was simulated and the values are invented.
 Angles are degrees, torques newton metres, times seconds; moments are UTC. Motors are counted 1 to 5: two of the scapula,
 abduction, flexion, external rotation. Text is UTF-8. In the CSV files an apostrophe stands before a text that begins like a formula.
 """
@@ -65,11 +73,11 @@ class _Outgoing:
         return held
 
 
-def pieces(database: Database, worker: FigureWorker, patient_id: UUID) -> Iterator[bytes]:
+def pieces(database: Database, worker: FigureWorker, patient_id: UUID, clinic: ClinicNames) -> Iterator[bytes]:
     """Yield the ZIP in pieces. No file is in memory as a whole, and no transaction stays open while a client reads."""
     outgoing = _Outgoing()
     with TemporaryDirectory(prefix="kata-") as folder, ZipFile(outgoing, "w", ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
-        for name, path in _files(database, worker, patient_id, Path(folder)):
+        for name, path in _files(database, worker, patient_id, Path(folder), clinic):
             info = ZipInfo(name)
             # Parquet is compressed already.
             info.compress_type = ZIP_STORED if name.endswith(".parquet") else ZIP_DEFLATED
@@ -81,7 +89,9 @@ def pieces(database: Database, worker: FigureWorker, patient_id: UUID) -> Iterat
     yield outgoing.taken()
 
 
-def _files(database: Database, worker: FigureWorker, patient_id: UUID, folder: Path) -> Iterator[tuple[str, Path]]:
+def _files(
+    database: Database, worker: FigureWorker, patient_id: UUID, folder: Path, clinic: ClinicNames
+) -> Iterator[tuple[str, Path]]:
     path = folder / "file"
     path.write_text(_README, encoding="utf-8")
     yield "README.txt", path
@@ -96,8 +106,14 @@ def _files(database: Database, worker: FigureWorker, patient_id: UUID, folder: P
         _write_json(path, [_plain(row) for row in session.scalars(events)])
     yield "events.json", path
     with database.read() as session:
-        bundle.write(session, service.identified_patient(session, patient_id), path)
+        bundle.write(session, service.identified_patient(session, patient_id), path, clinic)
     yield "fhir.json", path
+    with database.read() as session:
+        readings = select(GoniometerReadingRow).join(SessionRow, SessionRow.id == GoniometerReadingRow.session_id)
+        readings = readings.where(SessionRow.patient_id == patient_id).order_by(GoniometerReadingRow.read_at)
+        columns = [column.key for column in inspect(GoniometerReadingRow).column_attrs]
+        _write_table(path, [_plain(row) for row in session.scalars(readings)], empty=columns)
+    yield "goniometer.csv", path
     yield from _recordings(database, worker, patient_id, path)
     yield from _runs(database, worker, patient_id, path)
 
@@ -120,7 +136,7 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
     with database.read() as session:
         query = select(RunRow).join(SessionRow, SessionRow.id == RunRow.session_id)
         query = query.where(SessionRow.patient_id == patient_id).order_by(RunRow.started_at)
-        rows = [_plain(row) for row in session.scalars(query)]
+        rows = [_plain(row) | {"change_by_settings_deg": row.change_deg} for row in session.scalars(query)]
     for row in rows:
         row["file"] = ""
         with database.read() as session:
@@ -139,16 +155,18 @@ def _written(worker: FigureWorker, series: Series, origin: Origin, path: Path) -
         worker.build(samples.write, series, origin, "parquet", path)
     except ProblemError:
         return ""
-    return f"{origin.kind}s/{origin.id}.parquet"
+    return f"{origin.kind}s/{origin.marked_id}.parquet"
 
 
 def _record(session: Session, patient: PatientRow) -> dict[str, Any]:
     episodes = [episode.id for episode in patient.episodes]
     programmes = select(ProgrammeRow).where(ProgrammeRow.episode_id.in_(episodes))
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(episodes))
+    found = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
     erasures = select(ErasureRow).where(ErasureRow.patient_id == patient.id)
     return {
         "patient": _plain(patient),
+        "contraindications": [_plain(row) for row in session.scalars(found.order_by(ContraindicationRow.noted_at))],
         "episodes": [_plain(row, stages=row.stages) for row in patient.episodes],
         "programmes": [
             _plain(row) | {"versions": [_plain(version, items=version.items) for version in row.versions]}
@@ -166,7 +184,9 @@ def _write_sessions(path: Path, session: Session, patient: PatientRow) -> None:
         file.write("[")
         for number, visit in enumerate(bundle.visits(session, patient)):
             stops = session.scalars(select(SessionStopRow).where(SessionStopRow.session_id == visit.id))
-            record = _plain(visit, addenda=visit.addenda, stops=list(stops))
+            record = _plain(
+                visit, addenda=visit.addenda, stops=list(stops), goniometer_readings=visit.goniometer_readings
+            )
             record["runs"] = [_plain(run, motors=run.tracking, motions=run.motions) for run in visit.runs]
             file.write((",\n" if number else "\n") + json.dumps(record, ensure_ascii=False))
         file.write("\n]\n")
@@ -177,8 +197,14 @@ def _write_json(path: Path, content: object) -> None:
 
 
 def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
+    """Write a table whose first column is the file of the row's samples."""
+    _write_table(path, [{"file": row.get("file", "")} | row for row in rows], empty=["file"])
+
+
+def _write_table(path: Path, rows: list[dict[str, Any]], empty: Sequence[str] = ()) -> None:
+    """Write a CSV table. ``empty``: its columns if there are no rows."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, ["file", *(name for name in rows[0] if name != "file")] if rows else ["file"])
+        writer = csv.DictWriter(file, list(rows[0]) if rows else list(empty))
         writer.writeheader()
         writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
 

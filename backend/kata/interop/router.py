@@ -1,9 +1,11 @@
 """REST routes of import and export."""
 
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
 
+from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Body, Depends, Query, Request
 from fastapi.responses import StreamingResponse
 
@@ -16,6 +18,7 @@ from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
 from kata.interop import bundle, patient_export, samples, service, texts
+from kata.interop.codes import CLINIC_NUMBER, ClinicNames
 from kata.interop.fhir_import import FhirImportError, UnreadableFhirError, read_file
 from kata.interop.files import file_response
 from kata.interop.motion_csv import ParsedMotion, parse_motion
@@ -24,6 +27,7 @@ from kata.interop.schemas import ImportedMotion, ImportedPatients, UnderstoodMot
 from kata.messages import text_of
 from kata.motion.csv_table import TableError
 from kata.plotting.figures import FigureWorker
+from kata.settings import Settings
 from kata.station.station import Station
 from kata.types import By, Name, Side
 
@@ -31,10 +35,17 @@ router = APIRouter(tags=["import and export"])
 
 _LARGEST_CSV: Final = 64_000_000
 """An hour at 100 Hz is some 20 MB."""
-_MEDIA: Final[dict[SampleFormat, str]] = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
+_MEDIA: Final[dict[SampleFormat, str]] = {
+    "csv": "text/csv",
+    "parquet": "application/vnd.apache.parquet",
+    "mcap": "application/octet-stream",
+}
 _CSV: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}}
 _PARQUET: Final[dict[int | str, dict[str, Any]]] = {
     200: {"content": {_MEDIA["parquet"]: {"schema": {"type": "string", "format": "binary"}}}}
+}
+_MCAP: Final[dict[int | str, dict[str, Any]]] = {
+    200: {"content": {_MEDIA["mcap"]: {"schema": {"type": "string", "format": "binary"}}}}
 }
 _FHIR: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {bundle.MEDIA_TYPE: {"schema": {"type": "object"}}}}}
 _ZIP: Final[dict[int | str, dict[str, Any]]] = {
@@ -72,6 +83,23 @@ _FHIR_BODY: Final[dict[str, Any]] = {
 }
 
 
+class InteropServices(Protocol):
+    """The services of these routes. ``kata.api.services.Services`` provides them."""
+
+    @property
+    def settings(self) -> Settings:
+        """Return the settings."""
+
+
+def _clinic(request: Request) -> ClinicNames:
+    services: InteropServices = request.app.state.services
+    settings = services.settings
+    return ClinicNames(settings.fhir_identifier_system or CLINIC_NUMBER, settings.fhir_profile_of)
+
+
+TheClinic = Annotated[ClinicNames, Depends(_clinic)]
+
+
 async def _file(request: Request) -> bytes:
     """Return the body. FastAPI would parse it in the event loop."""
     return await request.body()
@@ -104,6 +132,19 @@ def get_recording_parquet(database: TheDatabase, worker: TheFigures, recording_i
 
 
 @router.get(
+    "/api/recordings/{recording_id}/samples.mcap",
+    summary="Download a recording's samples as MCAP",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 410, 422) | _MCAP,
+)
+def get_recording_mcap(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
+    """Return a recording's samples as MCAP: one JSON message a sample on the topic ``recording``, with its schema and the origin as metadata."""
+    with database.read() as session:
+        series, origin = service.of_recording(session, recording_id)
+    return _samples(worker, series, origin, "mcap")
+
+
+@router.get(
     "/api/runs/{run_id}/samples.csv",
     summary="Download a run's samples as CSV",
     response_class=StreamingResponse,
@@ -127,6 +168,19 @@ def get_run_parquet(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
     with database.read() as session:
         series, origin = service.of_run(session, run_id)
     return _samples(worker, series, origin, "parquet")
+
+
+@router.get(
+    "/api/runs/{run_id}/samples.mcap",
+    summary="Download a run's samples as MCAP",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 410, 422) | _MCAP,
+)
+def get_run_mcap(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
+    """Return a run's samples as MCAP: one JSON message a sample on the topic ``run``, with its schema and the origin as metadata."""
+    with database.read() as session:
+        series, origin = service.of_run(session, run_id)
+    return _samples(worker, series, origin, "mcap")
 
 
 @router.post(
@@ -173,7 +227,8 @@ def import_motion(
         )
     plain = Recording.model_validate(row).model_dump()
     return ImportedMotion(
-        recording=RecordingDetail(**plain, readable=True, ranges=understood.ranges), understood=understood
+        recording=RecordingDetail(**plain, readable=True, ranges=understood.ranges, margin=understood.margin),
+        understood=understood,
     )
 
 
@@ -183,12 +238,12 @@ def import_motion(
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _FHIR,
 )
-def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingResponse:
+def get_patient_fhir(database: TheDatabase, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
     """Return the patient's record as an HL7 FHIR R4 transaction. A repeated transmission changes nothing at the receiver."""
 
     def write(path: Path) -> None:
         with database.read() as session:
-            bundle.write(session, service.identified_patient(session, patient_id), path)
+            bundle.write(session, service.identified_patient(session, patient_id), path, clinic)
 
     return file_response(write, bundle.MEDIA_TYPE, f"patient-{patient_id}.fhir.json")
 
@@ -203,6 +258,7 @@ def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingRespon
 def import_fhir_patients(
     database: TheDatabase,
     worker: TheFigures,
+    clinic: TheClinic,
     affected_side: Annotated[Side, Query(description="The treated shoulder. An episode of care is opened for it.")],
     file: Annotated[bytes, Depends(_file)],
 ) -> ImportedPatients:
@@ -211,7 +267,7 @@ def import_fhir_patients(
     Elements that are not stored here, such as a telephone number, are named. Existing records do not change.
     """
     try:
-        found, left_out = worker.build(read_file, file, affected_side)
+        found, left_out = worker.build(read_file, file, affected_side, clinic.identifier_system)
     except UnreadableFhirError as error:
         raise ProblemError(422, "invalid", error.args[0], _MEND) from error
     except FhirImportError as error:
@@ -229,18 +285,23 @@ def import_fhir_patients(
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _ZIP,
 )
-def export_patient(database: TheDatabase, worker: TheFigures, patient_id: UUID) -> StreamingResponse:
+def export_patient(database: TheDatabase, worker: TheFigures, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
     """Return a patient's complete record as a ZIP: record, sessions with notes and signatures, FHIR, and every recording and run."""
     with database.read() as session:
         service.identified_patient(session, patient_id)
     headers = {"Content-Disposition": f'attachment; filename="patient-{patient_id}.zip"'}
-    return StreamingResponse(
-        patient_export.pieces(database, worker, patient_id), media_type="application/zip", headers=headers
-    )
+    pieces = patient_export.pieces(database, worker, patient_id, clinic)
+    return StreamingResponse(in_turn(pieces, worker.exporting), media_type="application/zip", headers=headers)
+
+
+async def in_turn(pieces: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIterator[bytes]:
+    """Yield pieces of a file, each made by a thread that waits for its turn."""
+    while (piece := await to_thread.run_sync(next, pieces, None, limiter=limiter)) is not None:
+        yield piece
 
 
 def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:
-    name = f"{origin.kind}-{origin.id}.{wanted}"
+    name = f"{origin.kind}-{origin.marked_id}.{wanted}"
     return file_response(lambda path: worker.build(samples.write, series, origin, wanted, path), _MEDIA[wanted], name)
 
 
@@ -259,6 +320,7 @@ def _parsed(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> P
 
 def _as_understood(made: ParsedMotion, side: Side) -> UnderstoodMotion:
     columns = unpack(made.series)
+    motion = recordings.Samples(columns["time_s"], columns["angle_deg"])
     return UnderstoodMotion(
         layout=made.layout,
         separator=made.separator,
@@ -267,5 +329,7 @@ def _as_understood(made: ParsedMotion, side: Side) -> UnderstoodMotion:
         samples=made.samples,
         duration_s=made.duration_s,
         rate_hz=made.rate_hz,
-        ranges=recordings.ranges(recordings.Samples(columns["time_s"], columns["angle_deg"])),
+        ranges=recordings.ranges(motion),
+        margin=recordings.margin(motion, side),
+        simulated=made.simulated,
     )

@@ -1,10 +1,11 @@
-"""Samples of a recording or a run as CSV or Parquet: one table with units in the column names and the origin in the metadata.
+"""Samples of a recording or a run as CSV, Parquet or MCAP: one table with units in the column names and the origin in the metadata.
 
 Run it in the worker process that builds figures: an hour of samples would block the service's heartbeats.
 """
 
 import math
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -15,9 +16,13 @@ from numpy.typing import NDArray
 
 from kata.database.series import Series, unpack
 from kata.device import journal
+from kata.interop.mcap_file import write_mcap
 from kata.motion.axes import AXES
+from kata.motion.tracking import wall_clock_s
 
-SampleFormat = Literal["csv", "parquet"]
+SampleFormat = Literal["csv", "parquet", "mcap"]
+SIMULATED: Final = "simulated"
+"""Column of a file from a simulated apparatus."""
 SCHEMA_VERSION: Final = "kata-samples-table/1"
 _DECIMALS: Final = {"s": 6, "deg": 4, "Nm": 4}
 """The resolution of stored samples."""
@@ -53,6 +58,13 @@ class Origin:
     rate_hz: int | None
     begins_at: str
     """UTC of the first sample, as ISO 8601."""
+    simulated: bool
+    """True if the apparatus was simulated."""
+
+    @property
+    def marked_id(self) -> str:
+        """Return the id for a file's name, with the mark of a simulated apparatus."""
+        return f"{self.id}-simulated" if self.simulated else self.id
 
 
 def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> None:
@@ -63,6 +75,8 @@ def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> N
     table = _table(unpack(series), origin)
     if wanted == "csv":
         write_csv(table, path)
+    elif wanted == "mcap":
+        write_mcap(table, origin.kind, datetime.fromisoformat(origin.begins_at), _metadata(origin), path)
     else:
         write_parquet(
             table,
@@ -81,7 +95,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
 
     def add(name: str, unit: str, values: NDArray[np.float64]) -> None:
         rounded = np.round(values, _DECIMALS[unit])
-        # Only the place on the path can be missing. A list is slow, but the only way to write null.
+        # Only a place on the motion can be missing. A list is slow, but the only way to write null.
         array = (
             Array([None if math.isnan(value) else value for value in rounded.tolist()], DataType.float64())
             if np.isnan(rounded).any()
@@ -95,10 +109,20 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
         arrays.append(Array.from_numpy(samples["phase"].astype(np.int8)))
         fields.append(Field("phase", DataType.int8(), nullable=True, metadata={"values": _PHASES}))
         add("path_s", "s", samples["path_s"])
+        add("wall_s", "s", _wall_s(samples))
     for column, (name, unit) in (_OF_RECORDING if "angle_deg" in samples else _OF_RUN).items():
         for axis, motor in enumerate(AXES):
             add(name.format(motor), unit, np.ascontiguousarray(samples[column][:, axis]))
+    if origin.simulated:
+        # CSV has no metadata: only a column marks every value wherever it is copied to.
+        arrays.append(Array.from_numpy(np.ones(len(samples["time_s"]), dtype=np.int8)))
+        fields.append(Field(SIMULATED, DataType.int8(), nullable=True, metadata={"values": "1 simulated apparatus"}))
     return Table.from_arrays(arrays, schema=Schema(fields, metadata=_metadata(origin)))
+
+
+def _wall_s(samples: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    moving = np.isin(samples["phase"], (journal.PHASE_PLAYING, journal.PHASE_REDUCED_RANGE))
+    return wall_clock_s(samples["time_s"], samples["path_s"], moving)
 
 
 def _metadata(origin: Origin) -> dict[str, str]:
@@ -112,7 +136,16 @@ def _metadata(origin: Origin) -> dict[str, str]:
         "axis_order": "motors 1 to 5: scapula 1, scapula 2, shoulder abduction, shoulder flexion, external rotation",
         "clock": "time_s counts from the first sample by the device's monotonic clock, as each motor's answer came in",
         "begins_at": origin.begins_at,
+        "simulated": "yes: the apparatus was simulated, the values are invented" if origin.simulated else "no",
+        "angles": "motor angles; neither the apparatus angle of a motion nor the patient's angle",
     }
     if origin.kind == "run":
         metadata["path_s"] = "place on the motion that was asked for; missing where the arm was on its way to it"
+        metadata["wall_s"] = (
+            "real time on the motion: set to path_s where a playback began or went on; missing where nothing was played"
+        )
+        metadata["errors"] = (
+            "following is measured minus the taught samples as the settings of the run change them; change by settings is these minus "
+            "the taught samples. This table has neither: compare by path_s, not by setpoint"
+        )
     return metadata

@@ -6,7 +6,7 @@ from uuid import UUID
 from pydantic import Field, StringConstraints
 
 from kata.clinic.patients.schemas import Patient
-from kata.clinic.recordings.schemas import MotorRange, RecordingDetail
+from kata.clinic.recordings.schemas import MotorRange, ReachMargin, RecordingDetail
 from kata.types import NO_NUL, By, Moment, Note, Schema, Side
 
 Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000, pattern=NO_NUL)]
@@ -25,6 +25,8 @@ class UnderstoodMotion(Schema):
     duration_s: float = Field(ge=0, description="Seconds.", examples=[22.1])
     rate_hz: int = Field(ge=1, description="Usual number of rows a second.", examples=[100])
     ranges: list[MotorRange] = Field(description="Range and speed of each motor.")
+    margin: ReachMargin = Field(description="Smallest margin to the reachable set.")
+    simulated: bool = Field(False, description="True if the file was exported from a simulated apparatus.")
 
 
 class ImportedMotion(Schema):

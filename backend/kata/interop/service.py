@@ -46,7 +46,14 @@ def of_recording(session: Session, recording_id: UUID) -> tuple[Series, Origin]:
     """
     row = recordings.get(session, recording_id)
     origin = Origin(
-        "recording", str(row.id), str(row.patient_id), row.side, row.station, row.rate_hz, row.taught_at.isoformat()
+        "recording",
+        str(row.id),
+        str(row.patient_id),
+        row.side,
+        row.station,
+        row.rate_hz,
+        row.taught_at.isoformat(),
+        row.simulated,
     )
     return recordings.stored_samples(session, recording_id), origin
 
@@ -79,6 +86,7 @@ def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
         visit.station or row.recording.station,
         row.rate_hz,
         row.started_at.isoformat(),
+        visit.simulated,
     )
     return series, origin
 
@@ -125,6 +133,7 @@ def store_imported_motion(
         duration_s=made.duration_s,
         rate_hz=made.rate_hz,
         samples=made.samples,
+        simulated=made.simulated,
         note="",
         archived_at=None,
     )

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from kata.messages import Template, Text
 from kata.motion import texts
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import AXES
 from kata.motion.linkage import Floats
+from kata.motion.shoulder import rest_posture_deg
 from kata.motion.taught import MIN_DURATION_S
 
 SPEED_PERCENT: Final = (10.0, 150.0)
@@ -64,6 +64,9 @@ class Motion:
 
     def at(self, times_s: Floats) -> Floats:
         """Return the angles ``(k, 5)`` at times ``(k,)``, never outside the range of the two neighbouring samples."""
+        # Imported here: the service starts without scipy, and loads it with the first motion that is interpolated.
+        from scipy.interpolate import PchipInterpolator
+
         angles: Floats = PchipInterpolator(self.times_s, self.angles_deg)(times_s)
         return angles
 
@@ -95,7 +98,9 @@ def at_speed(motion: Motion, percent: float) -> Motion:
 
 
 def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Motion:
-    """Reduce the range of the given axes (1 to 5) towards the middle of each; never extend it.
+    """Reduce the range of the given axes (1 to 5) towards the rest posture; never extend it.
+
+    The far end comes nearer, the start stays: see :func:`~kata.motion.shoulder.rest_posture_deg`.
 
     :raises EditError: when ``percent`` is not 0 to 100.
     """
@@ -105,9 +110,9 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
     angles = motion.angles_deg.copy()
     some = [axis - 1 for axis in axes]
     low, high = angles[:, some].min(axis=0), angles[:, some].max(axis=0)
-    middle = (low + high) / 2
+    rest = rest_posture_deg(motion.angles_deg)[some]
     # Rounding must not leave the range either.
-    angles[:, some] = np.clip(middle + (angles[:, some] - middle) * percent / 100.0, low, high)
+    angles[:, some] = np.clip(rest + (angles[:, some] - rest) * percent / 100.0, low, high)
     return _named(replace(motion, angles_deg=angles), _scaled_text(percent, axes))
 
 
@@ -285,6 +290,17 @@ def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
     _within(asked.range_percent, RANGE_PERCENT, texts.RANGE_PERCENT_REFUSED)
     once = at_speed(scaled(motion, asked.range_percent), asked.speed_percent)
     return repeated(once, asked.repetitions, asked.pause_s)
+
+
+def without_range(played: Motion, taught: Motion, range_percent: float) -> Motion:
+    """Return what ``played`` would be with the whole range: the same clock, so that the two can be compared.
+
+    :param played: the result of :func:`with_settings` for ``taught``, with this range.
+    """
+    if range_percent == 100.0:
+        return played
+    rest = rest_posture_deg(taught.angles_deg)
+    return replace(played, angles_deg=rest + (played.angles_deg - rest) * 100.0 / range_percent)
 
 
 # -- joining --------------------------------------------------------------------------------------------------------

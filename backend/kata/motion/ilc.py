@@ -1,11 +1,15 @@
 """Iterative learning control: each repetition of a recording corrects the remaining error of the one before.
 
-    c_{k+1} = Q[ (1 - leak) c_k + gain (1 + a1 D + a2 D^2) Q e_k ],        e_k = reference - measured,
+    c_{k+1} = Q[ (1 - leak) c_k + gain (1 + H (a1 D + a2 D^2)) Q e_k ],        e_k = reference - measured,
 
-on a grid of the recording's own clock; D is the derivative. The bracket before the error inverts the drives' lag, so
-that a correction is not late by one lag. Q is a low-pass filter without phase shift; above its cut-off the drives
+on a grid of the recording's own clock; D is the derivative and H what the drives' integral leaves of a lag
+(:class:`~kata.motion.method.ServoModel`). The bracket before the error inverts the drives' lag, so that a correction is
+not late by one lag. Q is a low-pass filter without phase shift; above its cut-off the drives
 follow too little to learn from. The leak forgets corrections that are no longer confirmed. Bristow, Tharayil and
 Alleyne 2006, IEEE Control Systems 26(3), Eq. 9 and the section on plant inversion.
+
+The error must not grow from one repetition to the next. Where an axis' error did, its correction falls back to the one of
+the better repetition and its gain is halved (:class:`Lesson`): the drives are not the ones that were identified.
 
 The patient's own movement must not be learned: the correction does not change where the arm was stopped, paused or
 taken back, where a motor was heavily loaded, or near a limit.
@@ -15,11 +19,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
-from kata.motion.method import ServoModel
+from kata.motion.method import ServoModel, without_taken_up
 from kata.motion.smoothing import smoothed
 from kata.motion.trajectory import Trajectory
 
@@ -29,6 +34,11 @@ STEP_S: Final = 0.02
 _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
+_WORSE: Final = 1.1
+"""An error grew if it is this many times the one before, and by more than :data:`_NOISE_DEG`: muscle tone differs each time."""
+_NOISE_DEG: Final = 0.02
+_LEAST_FREE_SHARE: Final = 0.3
+"""Less of a repetition without a disturbance cannot be compared with another."""
 _DISTURBANCE_MARGIN_S: Final = 1.0
 """Nothing is learned this close to a disturbance: the arm needs time to come back to its path."""
 _FADE_IN_S: Final = 0.5
@@ -44,11 +54,27 @@ _LONGEST_GAP_S: Final = 0.1
 
 
 @dataclass(frozen=True)
+class Lesson:
+    """The repetition from which a correction was learned. If it fell back, the better one before."""
+
+    played_deg: Floats
+    """``(m, 5)``: the correction that the repetition was played with."""
+    error_deg: Floats
+    """``(5,)``: RMS error of the repetition; NaN where too little of it was undisturbed."""
+    gain: Floats
+    """``(5,)``: share of the error that was corrected."""
+    fell_back: tuple[int, ...] = ()
+    """Motors whose error had grown, so that their correction is the earlier one."""
+
+
+@dataclass(frozen=True)
 class Correction:
     """The correction added to a recording's setpoints: ``angles_deg`` is ``(m, 5)``, one row every ``step_s`` from 0."""
 
     step_s: float
     angles_deg: Floats
+    lesson: Lesson | None = None
+    """None: it is not known how it was learned."""
 
     def at(self, time_s: float) -> Floats:
         """Return the correction ``(5,)`` at a time, linear between two rows, constant before the first and after the
@@ -78,7 +104,6 @@ def next_correction(
     """
     # Imported here: the device process plays with corrections and never learns one.
     from scipy.interpolate import CubicSpline
-    from scipy.ndimage import uniform_filter1d
 
     grid = np.arange(rows(trajectory.duration_s), dtype=np.float64) * STEP_S
     previous = before.angles_deg if before else np.zeros((len(grid), N_AXES))
@@ -92,22 +117,44 @@ def next_correction(
     played = repetition.measured_deg[repetition.playing][order]
     error = reference - np.column_stack([np.interp(grid, played_at, axis) for axis in played.T])
     curve = CubicSpline(grid, smoothed(grid, error, _CUTOFF_HZ), bc_type="natural")
-    missing = curve(grid) + servo_model.first_s * curve(grid, 1) + servo_model.second_s2 * curve(grid, 2)
-    target = smoothed(grid, (1 - _LEAK) * previous + _GAIN * missing, _CUTOFF_HZ)
+    lag = servo_model.first_s * curve(grid, 1) + servo_model.second_s2 * curve(grid, 2)
+    missing = curve(grid) + without_taken_up(lag, servo_model.taken_up_share(STEP_S))
+    lesson = before.lesson if before else None
+    gain = lesson.gain.copy() if lesson else np.full(N_AXES, _GAIN)
+    target = smoothed(grid, (1 - _LEAK) * previous + gain * missing, _CUTOFF_HZ)
 
-    sample_s = float(np.median(np.diff(played_at)))
-    torque = uniform_filter1d(repetition.torque_nm, max(1, round(_TORQUE_AVERAGE_S / sample_s)), axis=0)
-    loaded = np.abs(torque) > _MAX_TORQUE_SHARE * threshold_nm
+    expected_nm = servo_model.load.torque_nm(trajectory.motions(repetition.path_s))
+    loaded = _loaded(repetition.torque_nm - expected_nm, played_at, threshold_nm)
     there = reference + previous
     near = (there < limits_deg[:, 0] + _LIMIT_MARGIN_DEG) | (there > limits_deg[:, 1] - _LIMIT_MARGIN_DEG)
     undisturbed = _distance(grid, repetition.path_s[~repetition.playing])
     undisturbed[_distance(grid, played_at) > _LONGEST_GAP_S] = 0.0
-    learned = previous.copy()
+    learned, played_with, error_rms = previous.copy(), previous.copy(), np.full(N_AXES, np.nan)
+    fell_back = []
     for axis in range(N_AXES):
         alone = np.minimum(undisturbed, _distance(grid, repetition.path_s[loaded[:, axis]])) - _DISTURBANCE_MARGIN_S
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
+        if np.mean(free > 0.0) >= _LEAST_FREE_SHARE:
+            error_rms[axis] = np.sqrt(np.mean(error[free > 0.0, axis] ** 2))
+        if lesson and error_rms[axis] > _WORSE * lesson.error_deg[axis] + _NOISE_DEG:
+            learned[:, axis] = played_with[:, axis] = lesson.played_deg[:, axis]
+            error_rms[axis] = lesson.error_deg[axis]
+            gain[axis] /= 2
+            fell_back.append(axis + 1)
+            continue
         learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
-    return Correction(STEP_S, np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG))
+    learned = np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG)
+    return Correction(STEP_S, learned, Lesson(played_with, error_rms, gain, tuple(fell_back)))
+
+
+def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArray[np.bool_]:
+    """Return where a motor works so much more than its load needs that the patient may resist, ``(k, 5)``."""
+    from scipy.ndimage import uniform_filter1d
+
+    sample_s = float(np.median(np.diff(played_at)))
+    averaged = uniform_filter1d(beyond_nm, max(1, round(_TORQUE_AVERAGE_S / sample_s)), axis=0)
+    over: NDArray[np.bool_] = np.abs(averaged) > _MAX_TORQUE_SHARE * threshold_nm
+    return over
 
 
 def _from_first_to_last(repetition: Repetition) -> Repetition:

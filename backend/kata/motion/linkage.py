@@ -52,7 +52,7 @@ class OutOfReachError(ValueError):
         self.motor = motor
 
 
-class _Leg(NamedTuple):
+class Leg(NamedTuple):
     """One motor's crank OiPi and rod PiQi. The crank turns in the plane of ``sine`` and ``cosine`` (axis 0-2, sign)."""
 
     oq_mm: float
@@ -128,10 +128,11 @@ class Linkage:
     oo2_mm: tuple[float, float, float] = (50.0, -47.0, -55.0)
 
     @property
-    def _legs(self) -> tuple[_Leg, _Leg]:
+    def legs(self) -> tuple[Leg, Leg]:
+        """The two legs, of motors 1 and 2."""
         return (
-            _Leg(self.oq1_mm, np.radians(self.w1_deg), self.o1p1_mm, self.q1p1_mm, self.oo1_mm, (0, 1.0), (1, 1.0)),
-            _Leg(self.oq2_mm, np.radians(self.w2_deg), self.o2p2_mm, self.q2p2_mm, self.oo2_mm, (1, 1.0), (2, -1.0)),
+            Leg(self.oq1_mm, np.radians(self.w1_deg), self.o1p1_mm, self.q1p1_mm, self.oo1_mm, (0, 1.0), (1, 1.0)),
+            Leg(self.oq2_mm, np.radians(self.w2_deg), self.o2p2_mm, self.q2p2_mm, self.oo2_mm, (1, 1.0), (2, -1.0)),
         )
 
     def inverse_deg(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
@@ -184,7 +185,7 @@ class Linkage:
         scapula = np.asarray(scapula_deg, dtype=np.float64)
         theta = np.radians(self.inverse_deg(scapula, side))
         phi, psi = _seen_rad(scapula, side)
-        rows = [np.stack(leg.gradient(phi, psi, theta[..., n]), axis=-1) for n, leg in enumerate(self._legs)]
+        rows = [np.stack(leg.gradient(phi, psi, theta[..., n]), axis=-1) for n, leg in enumerate(self.legs)]
         return np.stack(rows, axis=-2) * _scapula_signs(side)
 
     def reachable(self, scapula_deg: ArrayLike, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Bools:
@@ -228,7 +229,7 @@ class Linkage:
         # The simulator never needs it, and the import would delay its start by most of a second.
         from scipy.optimize.elementwise import find_root
 
-        one, two = self._legs
+        one, two = self.legs
         p1, p2 = one.crank(theta1), two.crank(theta2)
         reach1, reach2 = one.reach(p1), two.reach(p2)
 
@@ -255,7 +256,7 @@ class Linkage:
         """Return theta (..., 2), NaN where a leg does not close."""
         phi, psi = _seen_rad(scapula, side)
         with np.errstate(invalid="ignore"):
-            return np.degrees(np.stack([leg.close(phi, psi) for leg in self._legs], axis=-1))
+            return np.degrees(np.stack([leg.close(phi, psi) for leg in self.legs], axis=-1))
 
 
 def _scapula_signs(side: Side) -> Floats:

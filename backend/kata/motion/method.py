@@ -7,19 +7,22 @@ learned   As smooth, plus a correction learned from earlier repetitions (:mod:`k
 ========= ====================================================================================================
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
 from kata.motion.trajectory import HOLD_S, Trajectory, ZeroOrderHold
+from kata.motion.weight import N_TERMS, weight_terms
 
 Method = Literal["paper", "smooth", "learned"]
 PAPER_HZ: Final = round(1 / HOLD_S)
-_TURNING_DEG_S: Final = 5.0
+TURNING_DEG_S: Final = 5.0
 """Friction changes its sign over about this speed: an arm that hardly moves has no direction for a compensation yet."""
 
 
@@ -36,26 +39,111 @@ def reference(method: Method, times_s: ArrayLike, angles_deg: ArrayLike) -> Traj
     return ZeroOrderHold(times_s, angles_deg) if method == "paper" else Trajectory(times_s, angles_deg)
 
 
+def _none() -> Floats:
+    return np.zeros(N_AXES)
+
+
+@dataclass(frozen=True)
+class LoadModel:
+    """The torque that one station's drives need to move an arm, ``(5,)`` each; all 0 where it has not been identified.
+
+    m = b y' + j y'' + c tanh(y' / v0) + weight(y)
+    """
+
+    damping_nm_s_deg: Floats = field(default_factory=_none)
+    inertia_nm_s2_deg: Floats = field(default_factory=_none)
+    coulomb_nm: Floats = field(default_factory=_none)
+    factors_nm: Floats = field(default_factory=lambda: np.zeros((N_AXES, N_TERMS)))
+    """``(5, N_TERMS)``: the factors of :mod:`kata.motion.weight`."""
+    side: Side = CANONICAL_SIDE
+
+    @cached_property
+    def known(self) -> bool:
+        """True if the load has been identified."""
+        return bool(np.any(self.factors_nm))
+
+    def weight_nm(self, angles_deg: Floats) -> Floats:
+        """Return the torque of weight and springs, ``(5,)`` or ``(n, 5)``; 0 where the load is unknown."""
+        weight: Floats = np.sum(weight_terms(angles_deg, self.side) * self.factors_nm, axis=-1)
+        return weight
+
+    def torque_nm(self, motion: PathPoint) -> Floats:
+        """Return the torque that the drives need for a motion, ``(5,)`` or ``(n, 5)``; 0 where the load is unknown."""
+        torque: Floats = (
+            self.weight_nm(motion.angles_deg)
+            + self.damping_nm_s_deg * motion.speed_deg_s
+            + self.inertia_nm_s2_deg * motion.acceleration_deg_s2
+            + self.coulomb_nm * np.tanh(motion.speed_deg_s / TURNING_DEG_S)
+        )
+        return torque
+
+
 @dataclass(frozen=True)
 class ServoModel:
     """The lag of one station's drives behind their setpoints, ``(5,)`` each; all 0 if it has not been identified.
 
-    A position loop answers to low frequencies as 1 / (1 + a1 s + a2 s^2), and friction holds it back by a constant.
+    A position loop answers to low frequencies as 1 / (1 + a1 s + a2 s^2). Friction and the arm's weight hold it back,
+    and the drive's integral takes up all of that lag with a time constant:
+
+        u - y = H [a1 y' + a2 y'' + f tanh(y' / v0) + d weight(y)],        H = s / (s + 1 / integral_s)
     """
 
     first_s: Floats
     second_s2: Floats
     friction_deg: Floats
+    integral_s: Floats = field(default_factory=_none)
+    """0: the drive's integral does not take up the lag, H = 1."""
+    droop_deg_nm: Floats = field(default_factory=_none)
+    """``d``: lag for each Nm of weight."""
+    load: LoadModel = field(default_factory=LoadModel)
 
     def feed_forward(self, motion: PathPoint) -> Floats:
-        """Return how far the setpoint must be ahead of the reference for the arm to be on the reference, ``(5,)`` in
-        degrees.
+        """Return the lag of a motion before the drives' integral takes it up, ``(5,)`` in degrees.
 
-        ``u - r = a1 r' + a2 r'' + f tanh(r' / v0)``; 0 at rest.
+        ``a1 r' + a2 r'' + f tanh(r' / v0) + d weight(r)``.
         """
-        feed_forward: Floats = (
+        lag: Floats = (
             self.first_s * motion.speed_deg_s
             + self.second_s2 * motion.acceleration_deg_s2
-            + self.friction_deg * np.tanh(motion.speed_deg_s / _TURNING_DEG_S)
+            + self.friction_deg * np.tanh(motion.speed_deg_s / TURNING_DEG_S)
         )
-        return feed_forward
+        return lag + self.droop_deg_nm * self.load.weight_nm(motion.angles_deg) if self.load.known else lag
+
+    def taken_up_share(self, step_s: float) -> Floats:
+        """Return the share of a lag that the drives' integral takes up in a step, ``(5,)``."""
+        known = self.integral_s > 0.0
+        share: Floats = np.where(known, -np.expm1(-step_s / np.where(known, self.integral_s, 1.0)), 0.0)
+        return share
+
+
+def without_taken_up(lag_deg: Floats, share: Floats) -> Floats:
+    """Return what the drives' integral leaves of a lag ``(n, 5)``, from rest.
+
+    :param share: :meth:`ServoModel.taken_up_share` of one row.
+    """
+    # Imported here: the device process never learns or identifies.
+    from scipy.signal import lfilter
+
+    left = [
+        lfilter([1.0 - taken, taken - 1.0], [1.0, taken - 1.0], column) if taken else column
+        for column, taken in zip(lag_deg.T, share.tolist(), strict=True)
+    ]
+    return np.column_stack(left)
+
+
+class FeedForward:
+    """How far the setpoint must be ahead of the reference for the arm to be on it, from switching torque on."""
+
+    def __init__(self, model: ServoModel, step_s: float) -> None:
+        """``step_s``: time between two setpoints."""
+        self._model = model
+        self._share = model.taken_up_share(step_s)
+        self._taken_up_deg: Floats = np.zeros(N_AXES)
+
+    def at(self, motion: PathPoint) -> Floats:
+        """Return the feed-forward of the next setpoint, ``(5,)`` in degrees; 0 at rest once the integral has taken the
+        weight up.
+        """
+        lag = self._model.feed_forward(motion)
+        self._taken_up_deg = self._taken_up_deg + self._share * (lag - self._taken_up_deg)
+        return lag - self._taken_up_deg

@@ -13,6 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
 
+_RAISED_START_DEG: Final = 10.0
+"""A motion that starts higher than this above its lowest posture does not start at rest. We chose this bound: the arm
+hangs at 0 to 20 deg in the recorded motions.
+"""
 _UPRIGHT_FROM_DEG: Final = 45.0
 """From this abduction on, motor 4's axis, (0, cos a, -+sin a) in space, is nearer to Z than to Y. We chose this bound.
 """
@@ -47,3 +51,20 @@ def humerus_direction(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Float
     away = forward * np.cos(phi) + outward * np.sin(phi), outward * np.cos(phi) - forward * np.sin(phi)
     left = 1.0 if side == "left" else -1.0
     return np.stack([away[0], left * away[1], -np.cos(flexion) * np.cos(lifted)], axis=-1)
+
+
+def rest_posture_deg(angles_deg: ArrayLike) -> Floats:
+    """Return the posture towards which a motion's range is reduced: its start, where the arm hangs.
+
+    A motion that starts with a raised arm, such as a part that was cut out, is reduced towards its lowest posture: a
+    reduction must never lift the arm.
+
+    :param angles_deg: shape ``(n, 5)``, motor angles or poses.
+    :returns: shape ``(5,)``, one of the rows.
+    """
+    angles = np.asarray(angles_deg, dtype=np.float64)
+    shoulder = np.radians(angles[:, 2:4])
+    elevation = np.degrees(np.arccos(np.prod(np.cos(shoulder), axis=1)))
+    lowest = int(np.argmin(elevation))
+    rest: Floats = angles[0 if elevation[0] <= elevation[lowest] + _RAISED_START_DEG else lowest]
+    return rest.copy()

@@ -16,7 +16,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from kata.motion.linkage import Floats
 
@@ -62,6 +61,7 @@ def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
     if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
         return None
     # This imports all of scipy.stats: 0.7 s that a start need not wait for.
+    from scipy.interpolate import PchipInterpolator
     from scipy.signal import butter, sosfiltfilt
 
     grid = np.arange(times[0], times[-1], 1 / _RATE_HZ)

@@ -15,7 +15,7 @@ CELL_WITHOUT_COLUMN: Final = message(
     "cell_without_column", "{cell:name} is in a column without a name in the first line"
 )
 CELL_NOT_NUMBER: Final = message("cell_not_number", "{cell:name} is not a number")
-TIME_MUST_INCREASE: Final = message("time_must_increase", "time must increase, {time_s:g} follows {before_s:g}")
+TIME_MUST_INCREASE: Final = message("time_must_increase", "time must increase, {time_s:g} s follows {before_s:g} s")
 ANGLE_OUT_OF_APPARATUS: Final = message(
     "angle_out_of_apparatus",
     "{angle_deg:g} deg is outside the apparatus' range of {lowest_deg:g} to {highest_deg:g} deg",
@@ -25,6 +25,10 @@ FILE_NOT_TEXT: Final = message("file_not_text", "{file:name} is not a text file"
 SIDE_LEFT: Final = message("side_left", "left")
 SIDE_RIGHT: Final = message("side_right", "right")
 COLUMN_UNIT_WRONG: Final = message("column_unit_wrong", "the unit is wrong; the column must be called {column:name}")
+MOTOR_OVERLOADED: Final = message(
+    "motor_overloaded",
+    "motor {motor:d} would need {torque_nm:.1f} Nm at {at_s:.1f} s; {limit_nm:.1f} Nm is the most it may give",
+)
 COLUMN_TWICE: Final = message("column_twice", "this column occurs twice")
 COLUMN_MISSING: Final = message("column_missing", "this column is missing")
 CSV_UNREADABLE: Final = message("csv_unreadable", "line {line:d} cannot be read as CSV: {error:name}")
@@ -86,6 +90,17 @@ MOTOR_OUT_OF_RANGE: Final = message(
     "motor_out_of_range",
     "motor {motor:d} would go to {angle_deg:.1f} deg at {at_s:.1f} s; its range is {lowest_deg:g} to {highest_deg:g} deg",
 )
+POSE_OUT_OF_REACH: Final = message(
+    "pose_out_of_reach",
+    "motor {motor:d} would go to {angle_deg:.1f} deg at {at_s:.1f} s; in this pose the {quantity:text} would be {value_deg:.1f} deg, and its "
+    "limit is {limit_deg:.1f} deg",
+)
+SCAPULA_ABDUCTION: Final = message("scapula_abduction", "abduction of the scapula")
+SCAPULA_ROTATION: Final = message("scapula_rotation", "upward rotation of the scapula")
+BALL_JOINT_SWING: Final = message("ball_joint_swing", "swing of a ball joint")
+ELEVATION_OF_ARM: Final = message("elevation_of_arm", "elevation of the upper arm")
+PLANE_OF_ELEVATION: Final = message("plane_of_elevation", "plane of elevation")
+FLEXION_OF_MOTOR_4: Final = message("flexion_of_motor_4", "angle of motor 4")
 MOTOR_TOO_FAST: Final = message(
     "motor_too_fast",
     "motor {motor:d} would move at {speed_deg_s:.0f} deg/s at {at_s:.1f} s; {limit_deg_s:g} deg/s is its limit",

@@ -2,23 +2,26 @@
 
 The error is playback minus teaching at the same place on the path. The comparison uses the path's own clock, not wall
 time, so that a pause in a playback is not an error. Nothing is warped: a playback that lags has the error of its lag.
+:func:`wall_clock_s` is the other clock. The start is reported apart, as the paper does ("start excepted"): of start and
+rest, the larger error is always the largest of the playback.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import minimize_scalar
+from numpy.typing import ArrayLike, NDArray
 
 from kata.motion.axes import BASIC_MOTIONS, BasicMotion
 from kata.motion.linkage import Floats
 from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.smoothness import smoothness
 
+START_S: Final = 0.5
+"""The start of a playback, on the path's clock. Ours: five samples of the paper's 10 Hz. The paper excepts "the initial
+state" and gives no time.
+"""
 MOVES_DEG: Final = 2.0
 """An axis with a smaller range hardly moves: its lag and smoothness would be those of noise."""
 _LARGEST_LAG_S: Final = 0.5
@@ -39,16 +42,39 @@ class AngleRange(NamedTuple):
     max_deg: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Tracking:
-    """The figures of one angle, playback minus teaching."""
+class ErrorFigures(NamedTuple):
+    """The error of one angle: the start apart, and everything after it. Of a playback that ended within its start, both
+    are of all samples.
+    """
 
     peak_deg: float
-    """Largest error, with its sign."""
+    """Largest error after the start, with its sign."""
+    peak_at_s: float
+    rmse_deg: float
+    """Of the error after the start."""
+    start_deg: float
+    """Largest error of the start, with its sign."""
+
+
+def error_figures(clock_s: Floats, error_deg: Floats) -> ErrorFigures:
+    """Return the figures of an error ``(m,)`` at the times ``clock_s`` ``(m,)``, degrees and seconds; ``m`` is at least 1."""
+    start = clock_s < clock_s[0] + START_S
+    after = ~start if not np.all(start) else start
+    rest = error_deg[after]
+    peak = int(np.argmax(np.abs(rest)))
+    return ErrorFigures(
+        float(rest[peak]), float(clock_s[after][peak]), float(np.sqrt(np.mean(rest**2))), largest(error_deg[start])
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tracking:
+    """The figures of one angle, playback minus teaching. The first four are those of :class:`ErrorFigures`."""
+
+    peak_deg: float
     peak_at_s: float
     rmse_deg: float
     start_deg: float
-    """Error of the first sample."""
     lag_ms: float | None
     """The shift of the clock that best aligns playback with teaching: positive if the playback is late. None if the
     angle hardly moves.
@@ -96,7 +122,7 @@ class Comparison:
         return tuple(
             MotorTracking(
                 motor=axis + 1,
-                torque_peak_nm=None if torque is None else _peak(torque[:, axis]),
+                torque_peak_nm=None if torque is None else largest(torque[:, axis]),
                 **vars(self._aligned.figures(axis)),
             )
             for axis in range(self.played_deg.shape[1])
@@ -135,29 +161,54 @@ def compare(
 
 def compare_motions(
     taught_times_s: ArrayLike,
-    taught_deg: ArrayLike,
+    taught_pose_deg: Floats,
     played_path_s: ArrayLike,
-    played_deg: ArrayLike,
-    pose_deg: Callable[[Floats], Floats],
+    played_pose_deg: Floats,
 ) -> tuple[MotionTracking, ...]:
     """Compare in the body's angles: one result for each basic motion that the recording moves, in the order of Table 2.
 
     Motor 4 makes forward or horizontal flexion, depending on how far the arm is lifted: one of the two counts for the
     whole recording.
 
-    :param pose_deg: motor angles ``(k, 5)`` to poses ``(k, 5)``; the other parameters are those of :func:`compare`.
+    The parameters are those of :func:`compare`, with poses (:func:`kata.motion.linkage.pose_deg`) instead of motor angles.
+
     :raises ValueError: when there is nothing to compare.
     """
-    taught_pose = pose_deg(np.asarray(taught_deg, dtype=np.float64))
-    played_pose = pose_deg(np.asarray(played_deg, dtype=np.float64))
-    aligned = _AlignedRecordings(taught_times_s, taught_pose, played_path_s, played_pose)
-    not_this_one = _other_of_motor_4(taught_pose)
-    moved = np.ptp(taught_pose, axis=0) >= MOVES_DEG
+    aligned = _AlignedRecordings(taught_times_s, taught_pose_deg, played_path_s, played_pose_deg)
+    not_this_one = _other_of_motor_4(taught_pose_deg)
+    moved = np.ptp(taught_pose_deg, axis=0) >= MOVES_DEG
     return tuple(
         MotionTracking(motion=motion, **vars(aligned.figures(motion.axis - 1)))
         for motion in BASIC_MOTIONS
         if motion.number != not_this_one and moved[motion.axis - 1]
     )
+
+
+def angles_at(times_s: Floats, angles_deg: Floats, places_s: Floats) -> Floats:
+    """Return the angles ``(k, ...)`` at places ``(k,)``, degrees; constant before the start and after the end."""
+    # Imported here and below: scipy would delay the start of every service.
+    from scipy.interpolate import PchipInterpolator
+
+    there: Floats = PchipInterpolator(times_s, angles_deg)(np.clip(places_s, times_s[0], times_s[-1]))
+    return there
+
+
+def wall_clock_s(times_s: Floats, path_s: Floats, moving: NDArray[np.bool_]) -> Floats:
+    """Return the wall clock of a playback ``(m,)``, in seconds from the start of its motion.
+
+    The path's clock starts slowly with the arm, the wall clock at once. It is set to the path's clock at the first
+    sample and after every interruption, such as a pause.
+
+    :param times_s: ``(m,)`` real times of all samples of the run.
+    :param path_s: ``(m,)`` their places on the path.
+    :param moving: ``(m,)`` True where the arm was played forwards. Elsewhere the result is NaN.
+    """
+    begins = moving & ~np.concatenate([[False], moving[:-1]])
+    since = np.flatnonzero(begins)[np.maximum(np.cumsum(begins) - 1, 0)] if np.any(begins) else np.zeros(0, np.intp)
+    if not len(since):
+        return np.full(len(times_s), np.nan)
+    wall: Floats = np.where(moving, path_s[since] + times_s - times_s[since], np.nan)
+    return wall
 
 
 class _AlignedRecordings:
@@ -171,7 +222,7 @@ class _AlignedRecordings:
         self.taught: Floats = np.asarray(taught, dtype=np.float64)
         times = np.asarray(times_s, dtype=np.float64)
         self._times: Floats = times - times[0]
-        self.taught_there = self._taught_at(slice(None), self.path)
+        self.taught_there = angles_at(self._times, self.taught, self.path)
         # Places after a reversal were played twice; the speed is defined for the first time only.
         forward = np.diff(np.maximum.accumulate(self.path), prepend=-np.inf) > _SAME_PLACE_S
         self._once: Floats = self.path[forward]
@@ -180,13 +231,9 @@ class _AlignedRecordings:
     def figures(self, axis: int) -> Tracking:
         """Return the figures that motors and motions have in common."""
         error = self.played[:, axis] - self.taught_there[:, axis]
-        peak = int(np.argmax(np.abs(error)))
         moves = bool(np.ptp(self.taught_there[:, axis]) >= MOVES_DEG)
         return Tracking(
-            peak_deg=float(error[peak]),
-            peak_at_s=float(self.path[peak]),
-            rmse_deg=float(np.sqrt(np.mean(error**2))),
-            start_deg=float(error[0]),
+            **error_figures(self.path, error)._asdict(),
             lag_ms=self._lag_ms(axis) if moves else None,
             taught=_range(self.taught[:, axis]),
             played=_range(self.played[:, axis]),
@@ -194,17 +241,15 @@ class _AlignedRecordings:
             played_smoothness=smoothness(self._once, self._played_once[:, axis]) if moves else None,
         )
 
-    def _taught_at(self, axis: int | slice, path: Floats) -> Floats:
-        """Return the taught angles; constant before the start and after the end."""
-        angles: Floats = PchipInterpolator(self._times, self.taught[:, axis])(np.clip(path, 0.0, self._times[-1]))
-        return angles
-
     def _taught_smoothness(self, axis: int) -> float | None:
         there = (self._times >= self._once[0]) & (self._times <= self._once[-1])
         return smoothness(self._times[there], self.taught[there, axis])
 
     def _lag_ms(self, axis: int) -> float:
         """Return the shift with the smallest variance of the remaining error. A constant error is not a lag."""
+        from scipy.interpolate import PchipInterpolator
+        from scipy.optimize import minimize_scalar
+
         curve = PchipInterpolator(self._times, self.taught[:, axis])
         every = -(-len(self.path) // _LAG_SAMPLES)
         played, path = self.played[::every, axis], self.path[::every]
@@ -222,7 +267,8 @@ def _range(angles: Floats) -> AngleRange:
     return AngleRange(float(angles.min()), float(angles.max()))
 
 
-def _peak(values: Floats) -> float:
+def largest(values: Floats) -> float:
+    """Return the value of ``(m,)`` that is farthest from 0, with its sign."""
     return float(values[int(np.argmax(np.abs(values)))])
 
 

@@ -10,6 +10,7 @@ from kata.motion import texts
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
+from kata.motion.shoulder import rest_posture_deg
 from kata.motion.smoothing import rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
@@ -41,6 +42,10 @@ class TrajectoryError(ValueError):
         super().__init__(message)
         self.motor = motor
         self.at_s = at_s
+
+
+class OverloadError(TrajectoryError):
+    """A motor cannot carry the motion; the message names motor, time and torque."""
 
 
 class AxisLimits(NamedTuple):
@@ -121,6 +126,14 @@ class Trajectory:
             angles += coefficients[pieces]
         return angles
 
+    def motions(self, times_s: Floats) -> PathPoint:
+        """Return angles, speeds and accelerations at the times ``(m,)``, each ``(m, 5)``, as :meth:`motion_at`."""
+        times_s = np.clip(times_s, 0.0, self.duration_s)
+        pieces = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
+        d = (times_s - self._times_s[pieces])[:, None]
+        c3, c2, c1, c0 = self._coefficients[:, pieces]
+        return PathPoint(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
+
     def speeds(self) -> tuple[Floats, Floats]:
         """Return times ``(m,)`` and each motor's mean speed over the 0.1 s after them, ``(m, 5)`` in deg/s without
         sign.
@@ -181,8 +194,10 @@ class Trajectory:
 
     def _set_range(self, angles_deg: Floats) -> None:
         low, high = angles_deg.min(axis=0), angles_deg.max(axis=0)
-        self.middle_deg: Floats = (low + high) / 2
-        """``(5,)``: the middle of each motor's range in the samples."""
+        self.rest_deg: Floats = rest_posture_deg(angles_deg)
+        """``(5,)``: the posture towards which the range is reduced."""
+        self.farthest_deg: Floats = np.maximum(high - self.rest_deg, self.rest_deg - low)
+        """``(5,)``: how far each motor goes from there."""
         self.reach_deg: Floats = high - low
         """``(5,)``: the width of that range."""
         away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
@@ -246,6 +261,11 @@ class ZeroOrderHold(Trajectory):
         """Return the samples that are held at the times ``(m,)``."""
         held: Floats = self._samples[(np.clip(times_s, 0.0, self.duration_s) / HOLD_S + _ROUNDING).astype(int)]
         return held
+
+    def motions(self, times_s: Floats) -> PathPoint:
+        """Return the held samples at the times ``(m,)``; they have neither speed nor acceleration."""
+        held = self.along(times_s)
+        return PathPoint(held, np.zeros_like(held), np.zeros_like(held))
 
     def _extremes(self) -> tuple[Floats, Floats]:
         times = np.arange(len(self._samples)) * HOLD_S

@@ -12,19 +12,18 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
+from anyio import CapacityLimiter
 
 from kata.database.arrays import Floats, UnreadableError, decode
 from kata.database.series import Series, unpack, unpack_within
-from kata.device.journal import PHASE_PLAYING
+from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE
 from kata.errors import ProblemError
 from kata.motion.axes import AXES
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
-from kata.motion.tracking import compare
+from kata.motion.tracking import compare, wall_clock_s
 from kata.plotting import downsampling, texts
 from kata.plotting.placed_texts import with_texts
 
@@ -33,11 +32,15 @@ _TAUGHT: Final = "#1f3a93"
 _PLAYED: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
 _PIECE: Final = 1 << 18
+Clock = Literal["path", "wall"]
+"""Of a run's comparison: the place on the motion, or real time since the motion began."""
 Window = tuple[float, float]
 """Start and end, seconds on the figure's clock."""
 _Layout = dict[str, Any]
 _Trace = dict[str, Any]
 _Built = TypeVar("_Built")
+_EXPORTS_AT_ONCE: Final = 2
+"""More threads make no file earlier. They compete for the interpreter with the event loop, and so with Stop."""
 _NICENESS: Final = 10
 """The service and its heartbeats have priority over figures."""
 _COMMON: Final = {
@@ -67,14 +70,22 @@ class RunFigureSamples:
     asked: PlaybackSettings
     downsampled: bytes | None
     window: Window | None
+    clock: Clock = "path"
 
 
 class FigureWorker:
-    """One worker process that turns samples into figures and other samples."""
+    """One worker process that turns samples into figures and other samples. It starts with the first work, or to warm up."""
 
     def __init__(self) -> None:
         self._closed = False
-        self._pool, self._warm = self._new_pool()
+        self.exporting = CapacityLimiter(_EXPORTS_AT_ONCE)
+        """Limits the threads that export whole records through this worker."""
+        self._pool = self._new_pool()
+        self._warm: Future[None] | None = None
+
+    def warm_up(self) -> None:
+        """Start the worker and let it import its libraries, before the first figure is requested."""
+        self._warm = self._submit(_warm_up)
 
     def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
         """Run a function on stored samples in the worker and wait for it: call it from a worker thread.
@@ -83,42 +94,38 @@ class FigureWorker:
         :raises ProblemError: 410 when the samples cannot be read.
         """
         try:
-            return self._pool.submit(what, *parts).result()
+            return self._submit(what, *parts).result()
         except UnreadableError as error:
-            raise ProblemError(
-                410,
-                "unreadable_samples",
-                texts.RUN_SAMPLES_DAMAGED(),
-                texts.RESTORE_FROM_BACKUP(),
-            ) from error
+            raise samples_damaged() from error
         except BrokenProcessPool:
             if self._closed:
                 raise
             # The worker was killed, perhaps for lack of memory. Try once more with a new one.
             self._pool.shutdown(wait=False)
-            self._pool, self._warm = self._new_pool()
-            return self._pool.submit(what, *parts).result()
+            self._pool = self._new_pool()
+            return self._submit(what, *parts).result()
 
     def close(self) -> None:
         """End the worker. A worker that is still warming up is terminated."""
         self._closed = True
-        if not self._warm.done():
+        if self._warm and not self._warm.done():
             for worker in list(self._pool._processes.values()):
                 worker.terminate()
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    @staticmethod
-    def _new_pool() -> tuple[ProcessPoolExecutor, Future[None]]:
-        """Return a new pool and the future of its warm-up."""
-        spawning = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
+    def _submit(self, what: Callable[..., _Built], *parts: object) -> Future[_Built]:
+        """Give the worker some work, which starts it where it does not run."""
         # Ctrl-C in a terminal reaches every process of the group. The service ends the worker, so the worker inherits a mask for it.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            warm = pool.submit(_warm_up)
+            return self._pool.submit(what, *parts)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        return pool, warm
+
+    @staticmethod
+    def _new_pool() -> ProcessPoolExecutor:
+        spawning = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
 
 
 def pieces(figure: str) -> Iterator[bytes]:
@@ -157,9 +164,10 @@ def derived(before_series: Series, after_series: Series) -> str:
 def run(parts: RunFigureSamples) -> str:
     """Return the paper's figure for each motor as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
 
-    Teaching is the taught motion with the run's settings.
+    Teaching is the requested motion: the taught samples with the run's settings.
     """
     lines = run_lines(parts)
+    time = texts.FIGURE_TIME_WALL() if parts.clock == "wall" else texts.FIGURE_TIME_PATH()
     figures = []
     for axis, motor in enumerate(AXES):
         of_motor = {name: values[:, axis] for name, values in lines.items()}
@@ -171,7 +179,7 @@ def run(parts: RunFigureSamples) -> str:
         ]
         layout = _layout() | {
             "height": 340,
-            "xaxis": {"title": {"text": texts.FIGURE_TIME()}} | _range(parts.window),
+            "xaxis": {"title": {"text": time}} | _range(parts.window),
             "yaxis": {"title": {"text": texts.FIGURE_ANGLE()}, "range": _around(of_motor["taught_deg"])},
             "yaxis2": {
                 "title": {"text": texts.FIGURE_ERROR_DEG()},
@@ -203,6 +211,9 @@ def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | No
 @cache
 def _rows() -> _Layout:
     """Return the layout with one row of axes per motor."""
+    # Imported here: only the worker builds figures, and every service would start 0.3 s later.
+    from plotly.subplots import make_subplots
+
     figure = make_subplots(rows=len(AXES), cols=1, shared_xaxes=True, vertical_spacing=0.03)
     layout: _Layout = figure.to_plotly_json()["layout"]
     return layout
@@ -211,6 +222,8 @@ def _rows() -> _Layout:
 @cache
 def _layout() -> _Layout:
     """Return the common layout. Plotly validates a figure and its template when it builds it, which is enough once."""
+    import plotly.graph_objects as go
+
     layout: _Layout = go.Figure(layout=_COMMON).to_plotly_json()["layout"]
     return layout
 
@@ -246,17 +259,27 @@ def run_lines(parts: RunFigureSamples) -> downsampling.Lines:
     assert parts.taught is not None and parts.played is not None
     taught = unpack(parts.taught)
     motion = with_settings(Motion(taught["time_s"], taught["angle_deg"]), parts.asked)
-    if parts.window is None:
-        played = unpack(parts.played)
-    else:
+    if parts.window is not None and parts.clock == "path":
         played = unpack_within(parts.played, "path_s", *parts.window)
+    else:
+        played = unpack(parts.played)
+    clock_s = _clock_s(played, parts.clock)
+    shown = played["phase"] == PHASE_PLAYING
+    if parts.window is not None:
+        shown &= (clock_s >= parts.window[0]) & (clock_s <= parts.window[1])
         motion = _around_window(motion, *parts.window)
-    playing = played["phase"] == PHASE_PLAYING
-    path_s, measured_deg = played["path_s"][playing], played["measured_deg"][playing]
-    if not len(path_s):
-        return downsampling.run_lines(motion, path_s, measured_deg, measured_deg)
-    compared = compare(motion.times_s, motion.angles_deg, path_s - motion.times_s[0], measured_deg)
-    return downsampling.run_lines(motion, path_s, compared.played_deg, compared.error_deg)
+    clock_s, measured_deg = clock_s[shown], played["measured_deg"][shown]
+    if not len(clock_s):
+        return downsampling.run_lines(motion, clock_s, measured_deg, measured_deg)
+    compared = compare(motion.times_s, motion.angles_deg, clock_s - motion.times_s[0], measured_deg)
+    return downsampling.run_lines(motion, clock_s, compared.played_deg, compared.error_deg)
+
+
+def _clock_s(played: dict[str, Floats], clock: Clock) -> Floats:
+    if clock == "path":
+        return played["path_s"]
+    moving = np.isin(played["phase"], (PHASE_PLAYING, PHASE_REDUCED_RANGE))
+    return wall_clock_s(played["time_s"], played["path_s"], moving)
 
 
 def _around_window(motion: Motion, start_s: float, end_s: float) -> Motion:
@@ -322,3 +345,8 @@ def _warm_up() -> None:
     """Import Plotly and build its layouts, which takes a second, before the first figure is requested."""
     _rows()
     _layout()
+
+
+def samples_damaged() -> ProblemError:
+    """Return the problem of a run whose stored samples cannot be read."""
+    return ProblemError(410, "unreadable_samples", texts.RUN_SAMPLES_DAMAGED(), texts.RESTORE_FROM_BACKUP())

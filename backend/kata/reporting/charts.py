@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from tsdownsample import MinMaxDownsampler
 
+from kata.commissioning.record import RecordedCurve
 from kata.motion.axes import AXES
 from kata.motion.linkage import Floats
 from kata.plotting.figures import RunFigureSamples, run_lines
@@ -96,6 +97,28 @@ def tracking(parts: RunFigureSamples) -> tuple[Chart, ...]:
         )
         for axis, motor in enumerate(AXES)
     )
+
+
+def step_responses(curves: Sequence[RecordedCurve]) -> tuple[Chart, ...]:
+    """Return the step responses of each motor, with the test weight and empty, beside the height of the step."""
+    charts = []
+    for motor in sorted({curve.motor for curve in curves}):
+        own = [curve for curve in curves if curve.motor == motor]
+        end_s, step_deg = max(curve.times_s[-1] for curve in own), own[0].step_deg
+        low = min(0.0, *(min(curve.angles_deg) for curve in own))
+        high = 1.1 * max(step_deg, *(max(curve.angles_deg) for curve in own))
+        reach = high - low
+        lines = [Curve("reference", _points([(SMALL.x(x), SMALL.y((step_deg - low) / reach)) for x in (0, 1)]))]
+        for curve in own:
+            places = [
+                (SMALL.x(time / end_s), SMALL.y((angle - low) / reach))
+                for time, angle in zip(curve.times_s, curve.angles_deg, strict=True)
+            ]
+            lines.append(Curve("taught" if curve.load == "weight" else "played", _points(places)))
+        ticks = tuple(Tick(SMALL.y((tick - low) / reach), f"{tick:g}") for tick in (0.0, step_deg))
+        ends = (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{end_s:.1f} s"))
+        charts.append(Chart(str(motor), SMALL, ends, ticks, tuple(lines)))
+    return tuple(charts)
 
 
 def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], low: float, high: float) -> Chart:

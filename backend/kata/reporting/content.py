@@ -6,6 +6,7 @@ from datetime import date, datetime
 from typing import Any
 
 from kata.motion.edit import PlaybackSettings
+from kata.motion.patient_angle import PatientAngle
 from kata.plotting.figures import RunFigureSamples
 
 
@@ -57,12 +58,14 @@ class PlaybackDescription:
 
 @dataclass(frozen=True)
 class MotorErrors:
-    """Errors of one motor: playback minus teaching."""
+    """Errors of one motor, in the motor angle (:class:`kata.clinic.sessions.tables.MotorTrackingRow`)."""
 
     motor: int
     peak_deg: float
     rmse_deg: float
     start_deg: float
+    wall_peak_deg: float | None
+    change_deg: float | None
     lag_ms: float | None
     torque_peak_nm: float | None
 
@@ -77,6 +80,19 @@ class MotionReach:
     asked_deg: tuple[float, float] | None
     reached_deg: tuple[float, float] | None
     reference_deg: tuple[float, float]
+    patient_deg: tuple[PatientAngle, PatientAngle] | None = None
+    """Patient's angles at the ends of ``reached_deg``; None if only the apparatus angle is known."""
+
+
+@dataclass(frozen=True)
+class PrintedReading:
+    """A goniometer reading."""
+
+    motion: int
+    apparatus_deg: float
+    patient_deg: float
+    at: datetime
+    by: str
 
 
 @dataclass(frozen=True)
@@ -93,6 +109,9 @@ class RunContent:
     rate_hz: int | None
     reversals: int | None
     least_range_percent: float | None
+    compared_percent: float | None
+    partial: bool
+    clock_offset_s: float | None
     worst_rmse_deg: float | None
     worst_peak_deg: float | None
     motors: tuple[MotorErrors, ...]
@@ -141,17 +160,21 @@ class SessionContent:
     patient: ReportPatient
     side: str | None
     diagnosis: str
+    diagnosis_code: str
+    verification: str
     started_at: datetime
     ended_at: datetime | None
     end_reason: str | None
     therapist: str
     station: str
+    simulated: bool
     checks: tuple[Check, ...]
     pain_before: int | None
     pain_during: int | None
     pain_after: int | None
     plan: PrintedPlan | None
     runs: tuple[RunContent, ...]
+    readings: tuple[PrintedReading, ...]
     note: str
     signed_at: datetime | None
     signed_by: str
@@ -220,6 +243,22 @@ class PrintedVisit:
     pain_after: int | None
     worst_rmse_deg: float | None
     signed: bool
+    simulated: bool
+
+
+@dataclass(frozen=True)
+class PrintedContraindication:
+    """A contraindication of the list."""
+
+    code: str
+    note: str
+    noted_at: datetime
+    noted_by: str
+    signed_off_at: datetime | None
+    signed_off_by: str
+    resolved_at: datetime | None
+    resolved_by: str
+    resolution: str
 
 
 @dataclass(frozen=True)
@@ -229,10 +268,14 @@ class EpisodeContent:
     patient: ReportPatient
     side: str
     diagnosis: str
+    diagnosis_code: str
+    verification: str
     onset_on: date | None
     opened_at: datetime
     closed_at: datetime | None
     contraindications: str
+    listed: tuple[PrintedContraindication, ...]
+    """Contraindications of the list, of the patient and of this shoulder, oldest first."""
     limits: tuple[Limit, ...]
     max_load_level: int | None
     max_speed_deg_s: float | None

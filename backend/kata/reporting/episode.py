@@ -1,15 +1,17 @@
 """Read the content of an episode's report."""
 
 from collections.abc import Iterable
+from dataclasses import fields
 from typing import Final, NamedTuple
 from uuid import UUID
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import texts
-from kata.clinic.assessments import rom
+from kata.clinic.assessments import rom, spadi
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.programmes.tables import ProgrammeItemRow
@@ -19,6 +21,7 @@ from kata.reporting.content import (
     DatedValue,
     EpisodeContent,
     Limit,
+    PrintedContraindication,
     PrintedStage,
     PrintedStop,
     PrintedVisit,
@@ -55,10 +58,13 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         patient=report_patient(patients.get(session, row.patient_id)),
         side=row.side,
         diagnosis=row.diagnosis,
+        diagnosis_code=row.diagnosis_code,
+        verification=row.verification,
         onset_on=row.onset_on,
         opened_at=row.opened_at,
         closed_at=row.closed_at,
         contraindications=row.contraindications,
+        listed=_listed(session, row),
         limits=tuple(Limit(**limit) for limit in row.limits),
         max_load_level=row.max_load_level,
         max_speed_deg_s=row.max_speed_deg_s,
@@ -68,13 +74,23 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         rom=_rom(found, row.side),
         pain=_pain(found),
         spadi=tuple(
-            DatedValue(assessment.assessed_at, assessment.spadi_score)
+            DatedValue(assessment.assessed_at, total)
             for assessment in found
-            if assessment.spadi_score is not None
+            if (total := spadi.total(assessment.spadi)) is not None
         ),
         visits=_visits(session, episode_id),
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
+    )
+
+
+def _listed(session: DatabaseSession, episode: EpisodeRow) -> tuple[PrintedContraindication, ...]:
+    applies = or_(ContraindicationRow.episode_id.is_(None), ContraindicationRow.episode_id == episode.id)
+    query = select(ContraindicationRow).where(ContraindicationRow.patient_id == episode.patient_id, applies)
+    names = [field.name for field in fields(PrintedContraindication)]
+    return tuple(
+        PrintedContraindication(**{name: getattr(row, name) for name in names})
+        for row in session.scalars(query.order_by(ContraindicationRow.noted_at))
     )
 
 
@@ -122,7 +138,7 @@ def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, .
     visits = session.execute(
         select(
             SessionRow.id, SessionRow.started_at, SessionRow.therapist, SessionRow.programme_version_id,
-            SessionRow.stop_count, SessionRow.pain_before, SessionRow.pain_after, SessionRow.signed_at,
+            SessionRow.stop_count, SessionRow.pain_before, SessionRow.pain_after, SessionRow.signed_at, SessionRow.simulated,
         )
         .where(SessionRow.episode_id == episode_id)
         .order_by(SessionRow.started_at, SessionRow.id)
@@ -152,6 +168,7 @@ def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, .
             visit.pain_after,
             max((run.rmse_deg for run in runs.get(visit.id, []) if run.rmse_deg is not None), default=None),
             visit.signed_at is not None,
+            visit.simulated,
         )
         for visit in visits
     )

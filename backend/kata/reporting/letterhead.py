@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Final
 from xml.parsers import expat
 
+from kata.settings import address_lines
+
 LARGEST_LOGO: Final = 256 * 1024
 """Bytes. The logo is part of every printed page."""
 _LARGEST_SIDE: Final = 4000
@@ -45,12 +47,11 @@ class Letterhead:
 
 
 def read(name: str, address: str, phone: str, logo: Path | None) -> Letterhead:
-    """Return the letterhead of the settings. ``|`` separates the lines of the address.
+    """Return the letterhead of the settings. ``address``: as :func:`kata.settings.address_lines` takes it.
 
     :raises LetterheadError: when the logo cannot be used.
     """
-    lines = tuple(line.strip() for line in address.split("|") if line.strip())
-    return Letterhead(name.strip(), lines, phone.strip(), _logo(logo) if logo else "")
+    return Letterhead(name.strip(), address_lines(address), phone.strip(), _logo(logo) if logo else "")
 
 
 def _logo(file: Path) -> str:

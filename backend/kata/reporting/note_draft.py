@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from kata.clinic.sessions.schemas import Run, RunStop, Session
+from kata.clinic.sessions.schemas import MotionTracking, Run, RunStop, Session
 from kata.reporting.content import motor_of
 from kata.reporting.note_draft_phrases import NotePhrases
 from kata.reporting.phrases import Language
@@ -21,6 +21,7 @@ def draft(session: Session, language: Language = "en") -> str:
             *(_played(phrases, session, run) for run in runs),
             *_not_played(phrases, session, runs),
             *_reached(phrases, runs),
+            *_patient_reached(phrases, runs),
             *_tracking(phrases, runs),
             *_less(phrases, runs),
             *_reversals(phrases, runs),
@@ -88,8 +89,32 @@ def _reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
     return [phrases.text("reached", motions=phrases.join("motions_between", words))]
 
 
+def _patient_reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
+    """Return the estimated patient's angles of each motion, of the run in which the apparatus reached highest."""
+    reached: dict[int, MotionTracking] = {}
+    for motion in (motion for run in runs if run.comparison for motion in run.comparison.motions):
+        before = reached.get(motion.motion)
+        if motion.patient_max_deg is not None and (
+            before is None or (motion.played_max_deg or 0.0) > (before.played_max_deg or 0.0)
+        ):
+            reached[motion.motion] = motion
+    words = [
+        phrases.text(
+            "patient_reached_motion",
+            name=phrases.motion(number, motion.name),
+            low=_deg(motion.patient_min_deg or 0.0),
+            low_u=_deg(motion.patient_min_uncertainty_deg or 0.0),
+            high=_deg(motion.patient_max_deg or 0.0),
+            high_u=_deg(motion.patient_max_uncertainty_deg or 0.0),
+        )
+        for number, motion in sorted(reached.items())
+    ]
+    return [phrases.text("patient_reached", motions=phrases.join("motions_between", words))] if words else []
+
+
 def _tracking(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    motors = [motor for run in runs if run.comparison for motor in run.comparison.motors]
+    # A partial figure is not one of the session.
+    motors = [motor for run in runs if run.comparison and not run.partial for motor in run.comparison.motors]
     if not motors:
         return []
     worst = max(motors, key=lambda motor: abs(motor.peak_deg))

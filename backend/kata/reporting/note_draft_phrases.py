@@ -26,8 +26,16 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "settings.learned": ("learned", "学習"),
     "settings.paper": ("as in the paper", "論文方式"),
     "not_played": ("Not played: {names}.", "実施せず：{names}。"),
-    "reached": ("Reached: {motions}.", "到達範囲：{motions}。"),
+    "reached": ("Apparatus angle reached: {motions}.", "到達した装置角度：{motions}。"),
     "reached_motion": ("{name} {low} to {high} deg", "{name} {low}〜{high}°"),
+    "patient_reached": (
+        "Patient's angle, estimated from goniometer readings: {motions}.",
+        "角度計の測定値から推定した患者の角度：{motions}。",
+    ),
+    "patient_reached_motion": (
+        "{name} {low} ± {low_u} to {high} ± {high_u} deg",
+        "{name} {low} ± {low_u} 〜 {high} ± {high_u}°",
+    ),
     "tracking": (
         "Tracking error at most {peak:.1f} deg (motor {motor}, RMSE {rmse:.1f} deg).",
         "追従誤差は最大{peak:.1f}°(モータ{motor}、RMSE {rmse:.1f}°)。",

@@ -10,7 +10,6 @@ import io
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
-from importlib.metadata import version
 from typing import Final
 
 import plutoprint
@@ -18,7 +17,9 @@ import pylopdf_fonts_cjk
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
-from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
+from kata import __version__
+from kata.clinic.assessments.spadi import DETECTABLE_CHANGE, IMPORTANT_CHANGE
+from kata.commissioning.record import CommissioningRecord
 from kata.database.arrays import UnreadableError
 from kata.reporting import charts, trends
 from kata.reporting.charts import Chart
@@ -68,7 +69,29 @@ def episode_page(content: EpisodeContent, how: Print) -> ReportPage:
         draft=False,
         trends=drawn,
         important=IMPORTANT_CHANGE,
+        detectable=DETECTABLE_CHANGE,
     )
+
+
+def commissioning_page(record: CommissioningRecord, how: Print) -> ReportPage:
+    """Return the record of a commissioning as a page: the acceptance report."""
+    phrases = Phrases(how.language, how.zone)
+    times = {step.ended_at: datetime.fromisoformat(step.ended_at) for step in record.steps}
+    responses = [charts.step_responses(step.curves) for step in record.steps]
+    return _page(
+        "commissioning.html",
+        phrases.text("commissioning_report"),
+        record,
+        how,
+        draft=not record.passed,
+        times=times,
+        responses=responses,
+    )
+
+
+def commissioning_pdf(record: CommissioningRecord, how: Print) -> bytes:
+    """Return the record of a commissioning as PDF on A4."""
+    return _pdf(commissioning_page(record, how), how)
 
 
 def session_pdf(content: SessionContent, how: Print) -> bytes:
@@ -87,19 +110,26 @@ def css_string(text: str) -> Markup:
 
 
 def _page(
-    template: str, title: str, content: SessionContent | EpisodeContent, how: Print, *, draft: bool, **more: object
+    template: str,
+    title: str,
+    content: SessionContent | EpisodeContent | CommissioningRecord,
+    how: Print,
+    *,
+    draft: bool,
+    **more: object,
 ) -> ReportPage:
     phrases = Phrases(how.language, how.zone)
     environment = _environment()
     given = {
         "title": title,
         "report": content,
+        "about": _about(content, phrases),
         "letterhead": how.letterhead,
         "language": how.language,
         "draft": draft,
         "at": how.at,
         "printed": f"{phrases.moment(how.at)} {phrases.zone(how.at)}".strip(),
-        "version": version("kata"),
+        "version": __version__,
         "phrases": phrases,
         "w": phrases.text,
     }
@@ -111,6 +141,13 @@ def _page(
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
     return ReportPage(html, policy)
+
+
+def _about(content: SessionContent | EpisodeContent | CommissioningRecord, phrases: Phrases) -> str:
+    """Return whom or what the report is about, for the margin."""
+    if isinstance(content, CommissioningRecord):
+        return content.station
+    return content.patient.name + phrases.text("comma") + content.patient.clinic_number
 
 
 def _curves(run: RunContent) -> tuple[Chart, ...] | None:
@@ -151,7 +188,7 @@ def _pdf(page: ReportPage, how: Print) -> bytes:
     book = plutoprint.Book(plutoprint.PAGE_SIZE_A4, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
     book.custom_resource_fetcher = _OnlyOurs()
     book.load_html(page.html, user_style=_FONT_STYLE)
-    book.set_metadata(plutoprint.PDF_METADATA_CREATOR, f"Kata {version('kata')}")
+    book.set_metadata(plutoprint.PDF_METADATA_CREATOR, f"Kata {__version__}")
     book.set_metadata(plutoprint.PDF_METADATA_AUTHOR, how.letterhead.name)
     book.set_metadata(plutoprint.PDF_METADATA_CREATION_DATE, how.at.strftime("%Y-%m-%dT%H:%M:%SZ"))
     written = io.BytesIO()

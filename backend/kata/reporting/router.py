@@ -5,7 +5,10 @@ from uuid import UUID
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import HTMLResponse, Response
+from msgspec import structs
 
+from kata.clinic.commissionings import service as commissionings
+from kata.clinic.profile import service as profile
 from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
 from kata.database.base import utc_now
@@ -37,7 +40,7 @@ class ReportServices(Protocol):
 
     @property
     def letterhead(self) -> Letterhead:
-        """Return the letterhead."""
+        """Return the letterhead of the settings, with the logo."""
 
     @property
     def settings(self) -> Settings:
@@ -45,10 +48,15 @@ class ReportServices(Protocol):
 
 
 def _how(
-    request: Request, language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en"
+    request: Request,
+    database: TheDatabase,
+    language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
 ) -> Print:
     services: ReportServices = request.app.state.services
-    return Print(services.letterhead, language, services.settings.clinic_time_zone, utc_now())
+    with database.read() as reading:
+        clinic = profile.read(reading, services.settings)
+    head = Letterhead(clinic.name, tuple(clinic.address.splitlines()), clinic.phone, services.letterhead.logo)
+    return Print(head, language, clinic.time_zone, utc_now())
 
 
 ThePrint = Annotated[Print, Depends(_how)]
@@ -117,6 +125,22 @@ def get_note_draft(
         ended = service.as_session(service.get(reading, session_id))
     planned = ended.programme.items if ended.programme else []
     return Draft(text=draft(ended, language), end_reason=ending.suggested_reason(planned, ended.runs))
+
+
+@router.get(
+    "/api/commissionings/{commissioning_id}/report.pdf",
+    summary="Get a commissioning record as PDF",
+    response_class=Response,
+    responses=_PDF,
+)
+def get_commissioning_report_pdf(
+    database: TheDatabase, worker: TheFigures, how: ThePrint, commissioning_id: UUID
+) -> Response:
+    """Return the record of a commissioning or periodic check as PDF on A4."""
+    with database.read() as reading:
+        row = commissionings.get(reading, commissioning_id)
+        record = structs.replace(commissionings.record_of(row), steps=commissionings.steps_of(row), by=row.done_by)
+    return _printed(worker.build(rendering.commissioning_pdf, record, how), f"commissioning-{row.ended_at:%Y-%m-%d}")
 
 
 def _shown(page: ReportPage) -> HTMLResponse:

@@ -9,9 +9,10 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
 from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.sessions import runs
+from kata.clinic.sessions import patient_angles, runs
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
+from kata.clinic.sessions.patient_angles import PatientAngles
+from kata.clinic.sessions.tables import GoniometerReadingRow, MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
 from kata.motion.edit import PlaybackSettings
 from kata.reporting.content import (
     Check,
@@ -21,6 +22,7 @@ from kata.reporting.content import (
     PlaybackDescription,
     PrintedAddendum,
     PrintedPlan,
+    PrintedReading,
     PrintedStop,
     ReportPatient,
     RunContent,
@@ -36,22 +38,27 @@ def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
     """
     row = sessions.get(session, session_id)
     episode = session.get(EpisodeRow, row.episode_id) if row.episode_id else None
-    runs = tuple(_run(session, run, number) for number, run in enumerate(row.runs, start=1))
+    angles = patient_angles.of_session(row)
+    runs = tuple(_run(session, run, number, angles) for number, run in enumerate(row.runs, start=1))
     return SessionContent(
         patient=report_patient(row.patient),
         side=episode.side if episode else next((run.recording.side for run in row.runs), None),
         diagnosis=episode.diagnosis if episode else "",
+        diagnosis_code=episode.diagnosis_code if episode else "",
+        verification=episode.verification if episode else "",
         started_at=row.started_at,
         ended_at=row.ended_at,
         end_reason=row.end_reason,
         therapist=row.therapist,
         station=row.station,
+        simulated=row.simulated,
         checks=tuple(_check(given) for given in row.checks),
         pain_before=row.pain_before,
         pain_during=row.pain_during,
         pain_after=row.pain_after,
         plan=_plan(session, row),
         runs=runs,
+        readings=tuple(_reading(reading) for reading in row.goniometer_readings),
         note=row.note,
         signed_at=row.signed_at,
         signed_by=row.signed_by,
@@ -92,7 +99,11 @@ def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:
     return PrintedPlan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
 
 
-def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
+def _reading(row: GoniometerReadingRow) -> PrintedReading:
+    return PrintedReading(row.motion, row.apparatus_deg, row.patient_deg, row.read_at, row.read_by)
+
+
+def _run(session: DatabaseSession, row: RunRow, number: int, angles: PatientAngles) -> RunContent:
     return RunContent(
         number=number,
         recording=row.recording.name,
@@ -104,19 +115,31 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         rate_hz=row.rate_hz,
         reversals=row.reversals,
         least_range_percent=row.least_range_percent,
+        compared_percent=row.compared_percent,
+        partial=row.partial,
+        clock_offset_s=row.clock_offset_s,
         worst_rmse_deg=max((motor.rmse_deg for motor in row.tracking), default=None),
         worst_peak_deg=max((abs(motor.peak_deg) for motor in row.tracking), default=None),
         motors=tuple(_motor(motor) for motor in row.tracking),
-        motions=tuple(_motion(motion) for motion in row.motions),
+        motions=tuple(_motion(motion, row, angles) for motion in row.motions),
         parts=None if row.samples is None else runs.figure_samples(session, row.id),
     )
 
 
 def _motor(row: MotorTrackingRow) -> MotorErrors:
-    return MotorErrors(row.motor, row.peak_deg, row.rmse_deg, row.start_deg, row.lag_ms, row.torque_peak_nm)
+    return MotorErrors(
+        motor=row.motor,
+        peak_deg=row.peak_deg,
+        rmse_deg=row.rmse_deg,
+        start_deg=row.start_deg,
+        wall_peak_deg=row.wall_peak_deg,
+        change_deg=row.change_deg,
+        lag_ms=row.lag_ms,
+        torque_peak_nm=row.torque_peak_nm,
+    )
 
 
-def _motion(row: MotionTrackingRow) -> MotionReach:
+def _motion(row: MotionTrackingRow, run: RunRow, angles: PatientAngles) -> MotionReach:
     return MotionReach(
         row.motion,
         row.peak_deg,
@@ -124,6 +147,7 @@ def _motion(row: MotionTrackingRow) -> MotionReach:
         _ends(row.taught_min_deg, row.taught_max_deg),
         _ends(row.played_min_deg, row.played_max_deg),
         (row.reference_min_deg, row.reference_max_deg),
+        angles.of_run(run, row),
     )
 
 

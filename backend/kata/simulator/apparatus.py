@@ -15,8 +15,9 @@ import msgspec
 from kata.simulator import texts
 from kata.simulator.drive import Drive, DriveEvent, share_supply
 from kata.simulator.hand import STRIDE_S, GuidedMotion, HandRefusedError, SimulatedHand
+from kata.simulator.mechanics import Hand, MakeMechanics
 from kata.simulator.parameters import DRIVES, SLOW_STEPS, STEP_S, SUPPLIES
-from kata.simulator.plant import Plant, step_axis
+from kata.simulator.plant import Plant
 
 _STEP_NS: Final = int(STEP_S * 1e9)
 _CATCH_UP_NS: Final = 500_000_000
@@ -96,11 +97,13 @@ class SimulatedApparatus:
         on_drive_event: DriveCallback | None = None,
         still: bool = False,
         turned: bool = False,
+        make_mechanics: MakeMechanics = Plant,
     ) -> None:
         """``seed``: another patient, other gears, another therapist. ``now_ns``: start of a stepped clock; without it time is real.
         ``still``: without mechanics. ``turned``: by 180 deg about X, for the other shoulder.
         """
         self.seed = seed
+        self._make_mechanics = make_mechanics
         self._turned = turned
         self.drives = [Drive(n + 1, parameters, self._on_drive_change) for n, parameters in enumerate(DRIVES)]
         self._on_drive_event = on_drive_event
@@ -124,9 +127,8 @@ class SimulatedApparatus:
 
     def _set_up(self) -> None:
         """Create mechanics, patient and therapist for the apparatus' present side."""
-        self._plant = Plant(self.seed, turned=self._turned)
-        self._axes = tuple(zip(self.drives, self._plant.joints, strict=True))
-        for drive, joint in self._axes:
+        self._plant = self._make_mechanics(self.seed, turned=self._turned)
+        for drive, joint in zip(self.drives, self._plant.joints, strict=True):
             drive.angle = joint.angle
         self._hand = SimulatedHand(self.seed, turned=self._turned)
 
@@ -150,8 +152,7 @@ class SimulatedApparatus:
         watching = [drive for drive in self.drives if drive.watchdog_active]
         for drive in watching:
             steps = min(steps, drive.steps_to_trip)
-        for drive, joint in self._axes:
-            step_axis(drive, joint, steps)
+        self._plant.advance(self.drives, steps)
         self._stepped_ns += steps * _STEP_NS
         self._steps_to_slow_update -= steps
         for drive in watching:
@@ -266,11 +267,20 @@ class SimulatedApparatus:
         joint = self._plant.joints[motor - 1]
         joint.hand = (joint.arm_angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None
 
+    def hold(self, motor: int, hand: Hand | None) -> None:
+        """Hold the arm of motor 1-5 with a hand or a fixture, or let go."""
+        self._plant.joints[motor - 1].hand = hand
+
     def place(self, motor: int, angle: float) -> None:
         """Put the shaft of motor 1-5 and its arm at an angle (rad), at rest, as if a hand had guided it."""
-        drive, joint = self._axes[motor - 1]
-        drive.angle = joint.angle = joint.arm_angle = angle
-        drive.speed = joint.speed = joint.arm_speed = 0.0
+        self._plant.place(motor - 1, angle)
+        for drive, joint in zip(self.drives, self._plant.joints, strict=True):
+            drive.angle, drive.speed = joint.angle, joint.speed
+
+    @property
+    def arm_deg(self) -> tuple[float, ...]:
+        """Angles of the patient's arm on the five axes, degrees, behind play and everything soft. No encoder measures them."""
+        return tuple(math.degrees(joint.arm_angle) for joint in self._plant.joints)
 
     @property
     def hand_is_away(self) -> bool:
@@ -301,7 +311,7 @@ class SimulatedApparatus:
                     drive.torque_on,
                     drive.torque_nm,
                 )
-                for drive, joint in self._axes
+                for drive, joint in zip(self.drives, self._plant.joints, strict=True)
             ),
             events=tuple(self._events),
         )

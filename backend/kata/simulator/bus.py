@@ -9,9 +9,11 @@ from typing import Final
 from kata.simulator import protocol
 from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus_answer import BusAnswer, transmission_s
+from kata.simulator.control_table import END, PORT_DATA, SECONDARY_ID, STATUS_LEVEL
 from kata.simulator.fault_injector import FaultInjector
 from kata.simulator.protocol import Instruction
-from kata.simulator.servos import END, PORT_DATA, STATUS_LEVEL, Servo
+from kata.simulator.register_access import is_indirect, places
+from kata.simulator.servos import Servo
 
 _LEVEL_READS: Final = 1
 _LEVEL_ALL: Final = 2
@@ -33,7 +35,15 @@ class ServoBus:
         """Execute an instruction at the drives with this baud rate and return their answers."""
         self._apparatus.advance(now_ns)
         off = self.faults.off
-        listening = {servo.id: servo for servo in self.servos if servo.baud == baud and servo.drive.motor not in off}
+        hearing = [
+            servo
+            for servo in self.servos
+            if servo.plugged_in
+            and servo.baud == baud
+            and servo.drive.motor not in off
+            and servo.boot_until_ns <= now_ns
+        ]
+        listening = {servo.id: servo for servo in hearing}
         if not instruction.valid:
             addressed = listening.get(instruction.drive_id)
             if addressed is None or not self.faults.answers(addressed.drive.motor):
@@ -41,15 +51,17 @@ class ServoBus:
             error = protocol.status(addressed.id, addressed.alert | protocol.CRC_ERROR)
             return list(self._timed([(addressed, error)], baud))
         self._apparatus.heard(now_ns)
-        for servo in listening.values():
+        for servo in hearing:
             servo.drive.feed_watchdog()
         match instruction.code:
             case protocol.SYNC_READ:
                 answers = _packets(self._read_in_order(listening, _sync_read_parts(instruction.parameters), now_ns))
             case protocol.FAST_SYNC_READ:
-                answers = self._fast_sync_read(listening, instruction.parameters, now_ns)
+                answers = self._fast_read(listening, _sync_read_parts(instruction.parameters), now_ns)
             case protocol.BULK_READ:
                 answers = _packets(self._read_in_order(listening, _bulk_read_parts(instruction.parameters), now_ns))
+            case protocol.FAST_BULK_READ:
+                answers = self._fast_read(listening, _bulk_read_parts(instruction.parameters), now_ns)
             case protocol.SYNC_WRITE:
                 self._sync_write(listening, instruction.parameters)
                 answers = []
@@ -57,7 +69,7 @@ class ServoBus:
                 self._bulk_write(listening, instruction.parameters)
                 answers = []
             case _:
-                answers = self._single(listening, instruction, now_ns)
+                answers = _collided(self._single(hearing, instruction, now_ns))
         return list(self._timed(answers, baud))
 
     def _timed(self, answers: Sequence[tuple[Servo, bytes]], baud: int) -> Iterator[BusAnswer]:
@@ -67,25 +79,31 @@ class ServoBus:
             after_s += servo.return_delay_s + late_s + transmission_s(len(data), baud)
             yield BusAnswer(data, after_s)
 
-    def _single(self, listening: dict[int, Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
+    def _single(self, hearing: Sequence[Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
         """Execute an instruction for one drive, or for all by the broadcast address, to which only a ping is answered."""
-        broadcast = instruction.drive_id == protocol.BROADCAST
-        addressed = (
-            list(listening.values()) if broadcast else [listening[i] for i in (instruction.drive_id,) if i in listening]
-        )
+        asked = instruction.drive_id
+        broadcast = asked == protocol.BROADCAST
+        addressed = [servo for servo in hearing if broadcast or servo.id == asked]
+        for servo in hearing:
+            # A secondary id reaches RAM only and is never answered.
+            if servo.table[SECONDARY_ID] == asked and servo.id != asked and not broadcast:
+                self._execute_at(servo, instruction, now_ns, ram_only=True)
         answers = []
         for servo in addressed:
+            drive_id, alert, level = servo.id, servo.alert, servo.table[STATUS_LEVEL]
             error, data = self._execute_at(servo, instruction, now_ns)
-            level = servo.table[STATUS_LEVEL]
             reads = instruction.code == protocol.READ
             wanted = not broadcast and (level == _LEVEL_ALL or (reads and level == _LEVEL_READS))
             if (instruction.code == protocol.PING or wanted) and self.faults.answers(
                 servo.drive.motor, inputs=reads and _reads_inputs(servo, *_range(instruction.parameters))
             ):
-                answers.append((servo, protocol.status(servo.id, servo.alert | error, data)))
+                # A changed id counts from the next instruction on.
+                answers.append((servo, protocol.status(drive_id, alert | error, data)))
         return answers
 
-    def _execute_at(self, servo: Servo, instruction: Instruction, now_ns: int) -> tuple[int, bytes]:
+    def _execute_at(
+        self, servo: Servo, instruction: Instruction, now_ns: int, *, ram_only: bool = False
+    ) -> tuple[int, bytes]:
         parameters = instruction.parameters
         match instruction.code:
             case protocol.PING:
@@ -93,20 +111,15 @@ class ServoBus:
             case protocol.READ if len(parameters) == 4:
                 return servo.read(_word(parameters, 0), _word(parameters, 2), now_ns)
             case protocol.WRITE if len(parameters) > 2:
-                return servo.write(_word(parameters, 0), parameters[2:]), b""
+                return servo.write(_word(parameters, 0), parameters[2:], ram_only=ram_only), b""
             case protocol.REG_WRITE if len(parameters) > 2:
-                servo.registered = (_word(parameters, 0), parameters[2:])
-                return 0, b""
-            case protocol.ACTION:
-                registered, servo.registered = servo.registered, None
-                return (servo.write(*registered) if registered else 0), b""
-            case protocol.REBOOT:
-                servo.reboot()
-                return 0, b""
+                return servo.register(_word(parameters, 0), parameters[2:]), b""
             case protocol.READ | protocol.WRITE | protocol.REG_WRITE:
                 return protocol.DATA_LENGTH_ERROR, b""
-            case _:
+            case _ if ram_only:
                 return protocol.INSTRUCTION_ERROR, b""
+            case _:
+                return _manage(servo, instruction, now_ns), b""
 
     def _read_in_order(
         self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]], now_ns: int
@@ -123,15 +136,20 @@ class ServoBus:
             answers.append((servo, servo.alert | error, data))
         return answers
 
-    def _fast_sync_read(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> list[tuple[Servo, bytes]]:
-        wanted = _sync_read_parts(parameters)
-        if not wanted or (length := wanted[0][2]) > END:
+    def _fast_read(
+        self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]], now_ns: int
+    ) -> list[tuple[Servo, bytes]]:
+        lengths = [length for _, _, length in wanted]
+        if not wanted or max(lengths) > END:
             return []  # The length field of the header cannot hold such a length.
         # Pad unreadable data: the header already contains the packet's length.
         answers = [
-            (s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_order(listening, wanted, now_ns)
+            (servo, error, data.ljust(length, b"\0"))
+            for (servo, error, data), length in zip(
+                self._read_in_order(listening, wanted, now_ns), lengths, strict=False
+            )
         ]
-        blocks = protocol.fast_blocks([(s.id, error, data) for s, error, data in answers], len(wanted), length)
+        blocks = protocol.fast_blocks([(s.id, error, data) for s, error, data in answers], lengths)
         return [(servo, block) for (servo, _, _), block in zip(answers, blocks, strict=True)]
 
     def _sync_write(self, listening: dict[int, Servo], parameters: bytes) -> None:
@@ -152,6 +170,42 @@ class ServoBus:
             if servo is not None and len(data) == length:
                 servo.write(_word(parameters, start + 1), data)
             start += 5 + length
+
+
+def _collided(answers: Sequence[tuple[Servo, bytes]]) -> list[tuple[Servo, bytes]]:
+    """Return the answers as they are on the wire: of drives that share an id, a bit that any of them sends as 0 is 0."""
+    on_wire: dict[int, tuple[Servo, bytes]] = {}
+    for servo, answer in answers:
+        drive_id = answer[4]
+        if drive_id in on_wire:
+            first, other = on_wire[drive_id]
+            answer = bytes(a & b for a, b in zip(answer, other, strict=False))
+            servo = first
+        on_wire[drive_id] = (servo, answer)
+    return list(on_wire.values())
+
+
+def _manage(servo: Servo, instruction: Instruction, now_ns: int) -> int:
+    """Execute an instruction that concerns the servo as a whole; return the error byte."""
+    parameters = instruction.parameters
+    match instruction.code:
+        case protocol.ACTION:
+            return servo.act()
+        case protocol.REBOOT:
+            servo.reboot(now_ns)
+            return 0
+        case protocol.FACTORY_RESET if parameters == b"\xff" and instruction.drive_id == protocol.BROADCAST:
+            return protocol.INSTRUCTION_ERROR  # All servos would have the same id.
+        case protocol.FACTORY_RESET if len(parameters) == 1:
+            return servo.reset(parameters[0], now_ns)
+        case protocol.CLEAR if parameters == b"\x01" + protocol.CLEAR_KEY:
+            return servo.clear()
+        case protocol.BACKUP if parameters[1:] == protocol.BACKUP_KEY:
+            return servo.back_up(parameters[0], now_ns)
+        case protocol.FACTORY_RESET | protocol.CLEAR | protocol.BACKUP:
+            return protocol.DATA_RANGE_ERROR
+        case _:
+            return protocol.INSTRUCTION_ERROR
 
 
 def _packets(answers: Sequence[tuple[Servo, int, bytes]]) -> list[tuple[Servo, bytes]]:
@@ -178,7 +232,11 @@ def _range(parameters: bytes) -> tuple[int, int]:
 
 def _reads_inputs(servo: Servo, address: int, length: int) -> bool:
     """True if these registers contain the contacts that are wired to this drive."""
-    return bool(servo.drive.contacts) and address < END and address + length > PORT_DATA
+    if not servo.drive.contacts or not 0 < length <= END - address:
+        return False
+    end = address + length
+    span = places(servo.table, address, end) if is_indirect(address, end) else range(address, end)
+    return any(PORT_DATA + 2 <= place < PORT_DATA + 8 for place in span)
 
 
 def _word(data: bytes, at: int) -> int:

@@ -27,6 +27,8 @@ DriveKind = Literal[
     "exchanged",
     "exchanged_id",
     "exchanged_model",
+    "hot",
+    "supply_voltage",
 ]
 FaultKind = (
     DriveKind
@@ -39,8 +41,10 @@ _MAX_VALUE: Final = {
     "noise": 256.0,
     "exchanged_id": 252.0,
     "exchanged_model": 65_535.0,
+    "hot": 150.0,
+    "supply_voltage": 40.0,
 }
-_NEEDS_VALUE: Final = frozenset({"delayed", "intermittent", "hardware_error", "exchanged_id"})
+_NEEDS_VALUE: Final = frozenset({"delayed", "intermittent", "hardware_error", "exchanged_id", "hot", "supply_voltage"})
 _OTHER_MODEL: Final = 1030.0
 """An XM430: it looks the same and has another torque constant."""
 _MAX_NOISE_BYTES: Final = 8
@@ -54,7 +58,7 @@ class SimulatedFault(msgspec.Struct, frozen=True):
     answers are random bytes), ``wrong_crc``, ``delayed`` (``value`` in ms), ``intermittent`` (answers with probability
     ``value``), ``duplicate_id`` (a second drive answers at the same time), ``hardware_error`` (``value`` is its code), ``reboot`` (once:
     torque off, RAM at its defaults), ``exchanged`` (once: a factory-default drive with the same id is in its place), ``exchanged_id`` (the
-    same, with ``value`` as its id until it is cleared), ``exchanged_model`` (the same, with the model number ``value`` until it is cleared).
+    same, with ``value`` as its id until it is cleared), ``exchanged_model`` (the same, with the model number ``value`` until it is cleared), ``hot`` (``value`` in degrees Celsius), ``supply_voltage`` (``value`` in V).
     Of the bus: ``noise`` (before each answer; ``value`` bytes, else a few), ``echo`` (the adapter returns the sent bytes),
     ``gone`` (the adapter is unplugged). Of the inputs: ``estop_wire_broken`` (the normally closed contact's), ``second_wire_broken`` (the
     normally open one's), ``contact_welded`` (the normally closed contact stays closed), ``inputs_silent``.
@@ -81,9 +85,16 @@ class SimulatedFault(msgspec.Struct, frozen=True):
 
 
 class DriveRegisters(Protocol):
-    """A drive's registers in either protocol, as the faults use them."""
+    """A drive's registers in any protocol, as faults and tests use them."""
 
     drive: Drive
+
+    @property
+    def environment(self) -> tuple[float, int]:
+        """The supply's voltage, V, and the drive's temperature, degrees Celsius."""
+
+    def expose(self, volt: float | None = None, temperature_c: int | None = None) -> None:
+        """Change the supply's voltage and the drive's temperature."""
 
     def reboot(self) -> None:
         """Switch torque off and reset the drive to its power-up state."""
@@ -93,6 +104,12 @@ class DriveRegisters(Protocol):
 
     def fail(self, code: int) -> None:
         """Set the hardware error, 0 for none."""
+
+    def stored(self, address: int, size: int) -> bytes:
+        """Return what is in its registers, without a request on the bus."""
+
+    def store(self, address: int, data: bytes) -> None:
+        """Change its registers, without a request on the bus."""
 
 
 class FaultInjector:
@@ -104,6 +121,8 @@ class FaultInjector:
         self._registers = registers
         self._faults: dict[tuple[FaultKind, int | None], SimulatedFault] = {}
         self._random = random.Random(apparatus.seed or 0)
+        self._nominal = [one.environment for one in registers]
+        """Voltage and temperature of each drive without a fault."""
 
     def fault(self, fault: SimulatedFault) -> None:
         """Set a fault; it replaces one of the same kind and motor."""
@@ -127,6 +146,10 @@ class FaultInjector:
                 registers.drive.frozen = registers.drive.report
             case "hardware_error":
                 registers.fail(int(fault.value or 0))
+            case "hot":
+                registers.expose(temperature_c=int(fault.value or 0))
+            case "supply_voltage":
+                registers.expose(volt=fault.value)
             case _:
                 pass
 
@@ -145,6 +168,9 @@ class FaultInjector:
                 self._registers[motor - 1].drive.frozen = None
             elif kind == "hardware_error" and motor is not None:
                 self._registers[motor - 1].fail(0)
+            elif kind in ("hot", "supply_voltage") and motor is not None:
+                volt, temperature_c = self._nominal[motor - 1]
+                self._registers[motor - 1].expose(volt=volt, temperature_c=temperature_c)
         self._faults.clear()
 
     def _set_wire_fault(self, kind: FaultKind, *, broken: bool) -> None:

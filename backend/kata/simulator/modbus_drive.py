@@ -4,6 +4,7 @@ Values of 32 bits take two registers, high word first, and can only be written t
 """
 
 import math
+import struct
 from collections.abc import Sequence
 from typing import Final
 
@@ -13,8 +14,11 @@ from kata.simulator.parameters import DRIVES
 
 TORQUE_ENABLE, CLEAR, WATCHDOG_MS, TORQUE_LIMIT = 0x0000, 0x0001, 0x0002, 0x0003
 MIN_POSITION, MAX_POSITION, RESPONSE_DELAY_US = 0x0004, 0x0006, 0x0008
+MIN_VOLTAGE, MAX_VOLTAGE, MAX_TEMPERATURE = 0x0009, 0x000A, 0x000B
+"""Read only, 0.1 V and degrees Celsius. Beyond them the drive has an error and switches torque off."""
 GOAL_POSITION = 0x0010
 STATUS, ERROR, PRESENT_POSITION, PRESENT_SPEED, PRESENT_TORQUE = 0x0020, 0x0021, 0x0022, 0x0024, 0x0025
+PRESENT_VOLTAGE, PRESENT_TEMPERATURE = 0x0026, 0x0027
 TORQUE_IS_ON, WATCHDOG_TRIPPED = 0b01, 0b10
 """Bits of the status word."""
 
@@ -23,6 +27,9 @@ _WRITABLE: Final = frozenset((*range(TORQUE_ENABLE, RESPONSE_DELAY_US + 1), GOAL
 _MAX_POSITION: Final = 180_000
 _RATED_TORQUE: Final = 1_000
 _RESPONSE_DELAY_US: Final = 500
+_VOLTAGE_LIMITS: Final = (200, 280)
+_TEMPERATURE_LIMIT: Final = 85
+_VOLTAGE_ERROR, _TEMPERATURE_ERROR = 1, 2
 _WATCHDOG_STEP_MS: Final = 20
 _WATCHDOG_STEPS: Final = 127
 
@@ -33,6 +40,7 @@ class ModbusDrive:
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
         self.slave = drive.motor
+        self.environment = (24.0, 32)
         self.reboot()
 
     @property
@@ -61,6 +69,16 @@ class ModbusDrive:
         self._error = code
         if code:
             self.drive.switch(on=False)
+
+    def expose(self, volt: float | None = None, temperature_c: int | None = None) -> None:
+        """Change the supply's voltage and the drive's temperature."""
+        now_volt, now_c = self.environment
+        self.environment = (now_volt if volt is None else volt, now_c if temperature_c is None else temperature_c)
+        least, most = _VOLTAGE_LIMITS
+        if not least <= round(10 * self.environment[0]) <= most:
+            self.fail(_VOLTAGE_ERROR)
+        elif self.environment[1] > _TEMPERATURE_LIMIT:
+            self.fail(_TEMPERATURE_ERROR)
 
     def inputs(self, address: int, count: int) -> list[bool]:
         """Return the discrete inputs: True if a contact wired to this drive is closed.
@@ -118,6 +136,14 @@ class ModbusDrive:
         if has_goal:
             drive.set_goal(math.radians(goal / 100))
 
+    def stored(self, address: int, size: int) -> bytes:
+        """Return what is in its registers, high byte first, without a request on the bus."""
+        return struct.pack(f">{size // 2}H", *self.read(address, size // 2))
+
+    def store(self, address: int, data: bytes) -> None:
+        """Change its registers, without a request on the bus."""
+        self.write(address, struct.unpack(f">{len(data) // 2}H", data))
+
     def _tune(self) -> None:
         """Set the drive's gains, the same as the servos' after tuning."""
         gains = DRIVES[self.drive.motor - 1]
@@ -141,6 +167,11 @@ class ModbusDrive:
                 *_long(PRESENT_POSITION, round(math.degrees(report.angle) * 100)),
                 (PRESENT_SPEED, _short(math.degrees(report.speed) * 10)),
                 (PRESENT_TORQUE, _short(report.torque_nm * 100)),
+                (MIN_VOLTAGE, _VOLTAGE_LIMITS[0]),
+                (MAX_VOLTAGE, _VOLTAGE_LIMITS[1]),
+                (MAX_TEMPERATURE, _TEMPERATURE_LIMIT),
+                (PRESENT_VOLTAGE, round(10 * self.environment[0])),
+                (PRESENT_TEMPERATURE, _short(self.environment[1])),
             )
         )
 

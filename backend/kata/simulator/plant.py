@@ -6,10 +6,12 @@ models sticking and slipping without a separate case. Numbers: :mod:`kata.simula
 """
 
 import math
+from collections.abc import Sequence
 from itertools import repeat
 from typing import Final
 
 from kata.simulator.drive import COUNTS_A_RAD, Drive
+from kata.simulator.mechanics import Hand
 from kata.simulator.parameters import (
     GOAL_SMOOTHING_S,
     REST_DEG,
@@ -48,8 +50,7 @@ class Joint:
         self.jammed = False
         self.load_nm = 0.0
         """Slowly changing load: weight, stiffness and muscle tone."""
-        self.hand: tuple[float, float, float, float, float] | None = None
-        """Of a hand: target angle, its change in each step, stiffness, damping and maximum torque."""
+        self.hand: Hand | None = None
         self.rom = _ends(ROM_DEG[axis], sign)
         self.stops = _ends(STOPS_DEG[axis], sign)
         self.play = math.radians(parameters.play_deg) / 2
@@ -77,6 +78,17 @@ class Plant:
         # Mean and amplitude are half of the maximum, so the tone is never negative.
         self._tone = tuple(Waves.drawn(random_source, 0.5 / math.sqrt(6), TONE_HZ) for _ in self.joints)
         self._slow_s = 0.0
+
+    def advance(self, drives: Sequence[Drive], steps: int) -> None:
+        """See :class:`~kata.simulator.mechanics.Mechanics`."""
+        for drive, joint in zip(drives, self.joints, strict=True):
+            step_axis(drive, joint, steps)
+
+    def place(self, axis: int, angle: float) -> None:
+        """See :class:`~kata.simulator.mechanics.Mechanics`."""
+        joint = self.joints[axis]
+        joint.angle = joint.arm_angle = angle
+        joint.speed = joint.arm_speed = 0.0
 
     def jam(self, axis: int, *, jammed: bool) -> None:
         """Jam a shaft, which then does not move, or free it. ``axis`` from 0."""

@@ -15,13 +15,12 @@ import time
 from pathlib import Path
 from typing import Final, Literal, get_args
 
+from kata.simulator.adapter import AdapterLatency
 from kata.simulator.apparatus import SimulatedApparatus
-from kata.simulator.bus import ServoBus
 from kata.simulator.client import SimulatorClient
 from kata.simulator.control import ControlServer
-from kata.simulator.fault_injector import FaultInjector
-from kata.simulator.lines import BusLine, DynamixelLine, ModbusLine
-from kata.simulator.modbus_bus import SimulatedModbusBus
+from kata.simulator.drives import SIMULATED_DRIVES
+from kata.simulator.mechanics import mechanics_named
 from kata.simulator.wire import Wire
 from kata.system import scheduling
 
@@ -32,8 +31,11 @@ _PRIORITY: Final = 50
 _START_LIMIT_S: Final = 20.0
 _SPIN_NS: Final = 300_000
 _BAUD: Final = 1_000_000
+_MODULE: Final = ("-m", "kata.simulator")
 
 ServoProtocol = Literal["dynamixel", "modbus"]
+ServedPlant = Literal["simple", "mujoco", "none"]
+"""As :data:`~kata.simulator.mechanics.PlantName`; none: without mechanics."""
 
 
 def main() -> int:
@@ -49,19 +51,30 @@ def main() -> int:
         "--spin", action="store_true", help="keep transmission times to some microseconds; uses a whole core"
     )
     parser.add_argument(
-        "--still", action="store_true", help="without mechanics: nothing moves, and the simulation needs little time"
+        "--plant",
+        choices=get_args(ServedPlant),
+        default="simple",
+        help="simulated mechanics; none: nothing moves, and the simulation needs little time",
+    )
+    parser.add_argument(
+        "--latency",
+        type=float,
+        nargs=2,
+        default=(0.0, 0.0),
+        metavar="MS",
+        help="of the adapter: fixed, and at most more",
     )
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s simulator %(levelname)s %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    apparatus = SimulatedApparatus(arguments.seed, still=arguments.still)
     try:
-        line, faults = _bus(apparatus, arguments.protocol, arguments.baud)
-    except ValueError as error:
+        apparatus = _apparatus(arguments.plant, arguments.seed)
+        line, faults, _ = SIMULATED_DRIVES[arguments.protocol](apparatus, arguments.baud)
+    except (ImportError, ValueError) as error:
         parser.error(str(error))
     port: Path = arguments.control.with_suffix(".port")
-    wire = Wire(line, faults, port)
+    wire = Wire(line, faults, port, AdapterLatency(*arguments.latency))
     control = ControlServer(arguments.control, apparatus, faults)
     scheduling.set_time_slice(scheduling.SHORT_NS)
     with contextlib.suppress(OSError):  # if granted: on a busy computer the drives would otherwise answer late
@@ -78,12 +91,11 @@ def main() -> int:
     return 0
 
 
-def _bus(apparatus: SimulatedApparatus, protocol: ServoProtocol, baud: int) -> tuple[BusLine, FaultInjector]:
-    if protocol == "modbus":
-        modbus = SimulatedModbusBus(apparatus, baud)
-        return ModbusLine(modbus), modbus.faults
-    servos = ServoBus(apparatus, baud)
-    return DynamixelLine(servos), servos.faults
+def _apparatus(plant: ServedPlant, seed: int | None) -> SimulatedApparatus:
+    """:raises ImportError: when MuJoCo is needed and not installed."""
+    if plant == "none":
+        return SimulatedApparatus(seed, still=True)
+    return SimulatedApparatus(seed, make_mechanics=mechanics_named(plant))
 
 
 def _serve(apparatus: SimulatedApparatus, wire: Wire, control: ControlServer, *, spin: bool) -> None:
@@ -127,21 +139,23 @@ class SimulatorProcess:
         protocol: ServoProtocol = "dynamixel",
         baud: int = _BAUD,
         *,
-        spin: bool = False,
-        still: bool = False,
+        plant: ServedPlant = "simple",
+        latency_ms: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """Start the simulator and wait until it is ready; its log is in ``folder``.
 
-        ``spin`` keeps transmission times to some microseconds and uses a whole core; ``still`` leaves the mechanics out.
+        Without mechanics (``plant`` "none") it keeps transmission times to some microseconds, which uses a whole core.
+        ``latency_ms``: of the adapter, a fixed time and up to how much more.
 
         :raises SimulatorError: when it does not start, for example with an unsupported baud rate.
         """
         # Each start has its own short path: a socket's path may have 107 bytes.
         self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)
         self._control = Path(self._socket_folder.name) / "simulator.sock"
-        command = [sys.executable, "-m", "kata.simulator", "--control", str(self._control)]
+        command = [sys.executable, *_MODULE, "--control", str(self._control)]
         command += ["--protocol", protocol, "--baud", str(baud)]
-        command += [option for option, wanted in (("--spin", spin), ("--still", still)) if wanted]
+        command += ["--plant", plant, *(["--spin"] if plant == "none" else [])]
+        command += ["--latency", *map(str, latency_ms)]
         if seed is not None:
             command += ["--seed", str(seed)]
         self._log = (folder / "simulator.log").open("ab")
@@ -149,6 +163,15 @@ class SimulatorProcess:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, start_new_session=True
         )
         self.port = self._wait_until_ready(folder)
+
+    @property
+    def control(self) -> Path:
+        """Path of the control socket."""
+        return self._control
+
+    def wait(self) -> int:
+        """Wait until the simulator has ended; return its status."""
+        return self._child.wait()
 
     def client(self) -> SimulatorClient:
         """Return a connection to hand, pedal and switch."""

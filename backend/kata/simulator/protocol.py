@@ -18,14 +18,23 @@ READ: Final = 0x02
 WRITE: Final = 0x03
 REG_WRITE: Final = 0x04
 ACTION: Final = 0x05
+FACTORY_RESET: Final = 0x06
 REBOOT: Final = 0x08
+CLEAR: Final = 0x10
+BACKUP: Final = 0x20
 STATUS: Final = 0x55
 SYNC_READ: Final = 0x82
 SYNC_WRITE: Final = 0x83
 FAST_SYNC_READ: Final = 0x8A
 BULK_READ: Final = 0x92
 BULK_WRITE: Final = 0x93
+FAST_BULK_READ: Final = 0x9A
 
+CLEAR_KEY: Final = bytes.fromhex("44 58 4c 22")
+BACKUP_KEY: Final = b"CTRL"
+"""What follows the option of Clear and of Control Table Backup."""
+
+RESULT_FAIL: Final = 0x01
 INSTRUCTION_ERROR: Final = 0x02
 CRC_ERROR: Final = 0x03
 DATA_RANGE_ERROR: Final = 0x04
@@ -64,13 +73,13 @@ def status(drive_id: int, error: int, data: bytes = b"") -> bytes:
     return packet + crc16.umts(packet).to_bytes(2, "little")
 
 
-def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length: int) -> list[bytes]:
-    """Return the answer packet of a Fast Sync Read in the parts that each drive adds, from ``(drive id, error, data)`` in order.
+def fast_blocks(answers: Sequence[tuple[int, int, bytes]], lengths: Sequence[int]) -> list[bytes]:
+    """Return the answer packet of a Fast Sync or Bulk Read in the parts that each drive adds, from ``(drive id, error, data)`` in order.
 
-    ``promised`` drives were asked for ``length`` bytes each. The header, which the first drive sends, contains this length
+    The drives were asked for ``lengths`` bytes. The header, which the first drive sends, contains the length of the packet
     even if some drives do not answer. Nothing is stuffed; each part ends with the CRC of all bytes so far.
     """
-    size = 1 + promised * (length + 4)
+    size = 1 + sum(lengths) + 4 * len(lengths)
     sent = HEADER + bytes([BROADCAST]) + size.to_bytes(2, "little") + bytes([STATUS])
     blocks = []
     before = remainder = 0

@@ -1,79 +1,68 @@
-"""The control table of a servo (XH540-W270, ROBOTIS e-manual).
+"""An X-series servo: its control table, and the effects of its values on the drive (ROBOTIS e-Manual).
 
 Scale factors convert the gains in the table to torque. They make the registers' steps fine enough for the gains in :mod:`~kata.simulator.parameters`.
 """
 
 import math
 import struct
+from collections.abc import Iterable
 from typing import Final
 
+from kata.simulator import control_table as ct
 from kata.simulator import protocol
-from kata.simulator.drive import COUNTS_A_RAD, Drive
-from kata.simulator.parameters import COUNTS_A_TURN, NM_AN_AMPERE
+from kata.simulator import register_access as access
+from kata.simulator.drive import COUNTS_A_RAD, Drive, DriveReport
+from kata.simulator.parameters import COUNTS_A_TURN, NM_AN_AMPERE, RESISTANCE_OHM, SUPPLY_V
 
 ZERO_COUNT: Final = 2048
-_NM_A_UNIT: Final = 0.00269 * NM_AN_AMPERE
-"""Current unit of 2.69 mA."""
+AMPERE_A_UNIT: Final = 0.00269
 _RAD_S_A_UNIT: Final = 0.229 * math.tau / 60
+_MODEL: Final = 1120
+"""XM540-W270."""
 
 P_NM_RAD: Final = 0.10
 I_NM_RAD_S: Final = 0.50
 D_NM_S_RAD: Final = 0.01
 """Value of one unit in the registers of the gains."""
 _WATCHDOG_STEP_S: Final = 0.02
+BOOT_NS: Final = 300_000_000
+"""A servo that starts answers nothing for this long. The manual states no time."""
 
-MODEL, ID, BAUD, RETURN_DELAY, OPERATING_MODE = 0, 7, 8, 9, 11
-CURRENT_LIMIT, PORT_MODE, TORQUE_ENABLE, STATUS_LEVEL = 38, 55, 64, 68
-HARDWARE_ERROR, D_GAIN, I_GAIN, P_GAIN, BUS_WATCHDOG = 70, 80, 82, 84, 98
-MAX_POSITION, MIN_POSITION = 48, 52
-GOAL_CURRENT, GOAL_POSITION, PRESENT_CURRENT, PRESENT_VELOCITY, PRESENT_POSITION = 102, 116, 126, 128, 132
-_PRESENT_END: Final = PRESENT_POSITION + 4
-SHUTDOWN, REALTIME_TICK, MOVING, MOVING_THRESHOLD, PORT_DATA, END = 63, 120, 122, 24, 150, 158
-_EEPROM_END: Final = 64
-_GOALS: Final = frozenset((*range(100, 106), *range(116, 120)))
 _GOAL_POSITION_BYTES: Final = frozenset(range(116, 120))
+_COORDINATES: Final = frozenset((ct.DRIVE_MODE, ct.OPERATING_MODE, *range(20, 24)))
+_LIMITS: Final = frozenset((ct.TEMPERATURE_LIMIT, *range(32, 36)))
 _TRIPPED: Final = 0xFF
-_BAUDS: Final = {0: 9_600, 1: 57_600, 2: 115_200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000}
-
-_DEFAULTS: Final = (
-    (0, "<H", 1120),
-    (6, "<B", 48),
-    (BAUD, "<B", 3),
-    (RETURN_DELAY, "<B", 250),
-    (OPERATING_MODE, "<B", 3),
-    (12, "<B", 255),
-    (CURRENT_LIMIT, "<H", 2047),
-    (MIN_POSITION, "<I", 0),
-    (MAX_POSITION, "<I", 4095),
-    (MOVING_THRESHOLD, "<I", 10),
-    (SHUTDOWN, "<B", 52),
-    (STATUS_LEVEL, "<B", 2),
-    (GOAL_CURRENT, "<H", 2047),
-    (D_GAIN, "<H", 0),
-    (P_GAIN, "<H", 800),
-    (144, "<H", 240),
-    (146, "<B", 32),
-)
-_RANGES: Final = {
-    ID: (0, 252),
-    RETURN_DELAY: (0, 254),
-    **dict.fromkeys(range(PORT_MODE + 1, PORT_MODE + 4), (0, 3)),
-    TORQUE_ENABLE: (0, 1),
-    STATUS_LEVEL: (0, 2),
-    BUS_WATCHDOG: (0, 127),
-}
-"""Allowed values of one-byte registers."""
-_MODES: Final = frozenset((0, 1, 3, 4, 5, 16))
-_CURRENT_BASED_POSITION: Final = 5
-_SINGLE_TURN: Final = 3
-_MULTI_TURN_COUNTS: Final = 1_048_575
-_READ_ONLY: Final = frozenset((*range(7), *range(69, 76), *range(120, PORT_DATA + 2)))
+_SINGLE_TURN_OFFSET: Final = 1_024
+"""In position control mode, a Homing Offset beyond this is ignored."""
+_IN_POSITION_COUNTS: Final = 20
+"""The manual states no limit for "in position"."""
 
 
-class Servo:
-    """One drive on the bus. The table stores written values; values that the drive changes are updated when they are read."""
+class _Inspected:
+    """What faults and tests see of a servo without a request on the bus."""
 
-    def __init__(self, drive: Drive, baud: int) -> None:
+    table: bytearray
+    _volt: float
+    _temperature_c: int
+
+    def stored(self, address: int, size: int) -> bytes:
+        """Return what is in its registers, without a request on the bus."""
+        return bytes(self.table[address : address + size])
+
+    def store(self, address: int, data: bytes) -> None:
+        """Change its registers, without a request on the bus."""
+        self.table[address : address + len(data)] = data
+
+    @property
+    def environment(self) -> tuple[float, int]:
+        """The supply's voltage, V, and the servo's temperature, degrees Celsius."""
+        return self._volt, self._temperature_c
+
+
+class Servo(_Inspected):
+    """One servo on the bus. The table stores written values; values that the drive changes are updated when they are read."""
+
+    def __init__(self, drive: Drive, baud: int, model: int = _MODEL) -> None:
         """Its id is the motor's number.
 
         :raises ValueError: when it does not support the baud rate.
@@ -81,177 +70,302 @@ class Servo:
         self.drive = drive
         self.registered: tuple[int, bytes] | None = None
         """Address and data of a registered write that waits for an Action."""
+        self.boot_until_ns = 0
+        """It answers nothing before this time."""
         self.zero = ZERO_COUNT
-        """The count at angle 0, from the mounting of the encoder and the turns since power-up."""
-        self.table = bytearray(END)
-        codes = [code for code, rate in _BAUDS.items() if rate == baud]
-        if not codes:
+        """The encoder's count at angle 0, from its mounting and the turns since power-up."""
+        self.mounted_sign = 1  # -1: mounted so that it counts down while the angle grows.
+        self.gain_share = 1.0  # Of the nominal torque for the same gain: motors and gears differ.
+        self.plugged_in = True  # False: connected neither to the bus nor to power.
+        self.table = ct.factory_table(model)
+        self._model = model
+        self._backup: bytes | None = None
+        self._volt, self._temperature_c = 0.0, 32
+        if baud not in ct.BAUDS.values():
             raise ValueError(f"the servos do not support {baud} baud")
-        self._baud_code = codes[0]
+        self._baud_code = next(code for code, rate in ct.BAUDS.items() if rate == baud)
         self.exchange(drive.motor)
 
     @property
     def id(self) -> int:
         """Its id on the bus."""
-        return self.table[ID]
+        return self.table[ct.ID]
 
     @property
     def alert(self) -> int:
         """Alert bit of the error byte of its answers."""
-        return protocol.ALERT if self.table[HARDWARE_ERROR] else 0
+        return protocol.ALERT if self.table[ct.HARDWARE_ERROR] else 0
 
     @property
     def baud(self) -> int:
         """Baud rate in register 8."""
-        return _BAUDS[self.table[BAUD]]
+        return ct.BAUDS[self.table[ct.BAUD]]
 
     @property
     def return_delay_s(self) -> float:
         """Return delay in register 9, seconds."""
-        return self.table[RETURN_DELAY] * 2e-6
+        return self.table[ct.RETURN_DELAY] * 2e-6
+
+    # -- the table --------------------------------------------------------------------------------------------------
 
     def read(self, address: int, length: int, now_ns: int) -> tuple[int, bytes]:
         """Return error byte and data."""
-        if address + length > END:
-            return protocol.DATA_RANGE_ERROR, b""
-        self._update_table(address, address + length, now_ns)
-        return 0, bytes(self.table[address : address + length])
+        end = address + length
+        if not access.is_readable(address, end):
+            return protocol.ACCESS_ERROR, b""
+        if access.is_indirect(address, end):
+            places = access.places(self.table, address, end)
+            self._update_table(min(places), max(places) + 1, now_ns)
+            return 0, access.bytes_at(self.table, places)
+        self._update_table(address, end, now_ns)
+        return 0, bytes(self.table[address:end])
 
-    def write(self, address: int, data: bytes) -> int:
-        """Write registers; return the error byte."""
-        touched = range(address, address + len(data))
-        if touched.stop > END or not data:
-            return protocol.DATA_RANGE_ERROR
-        if not _READ_ONLY.isdisjoint(touched):
+    def write(self, address: int, data: bytes, *, ram_only: bool = False) -> int:
+        """Write registers, all or none; return the error byte. ``ram_only``: as by the secondary id."""
+        if address + len(data) > ct.END or not data:
             return protocol.ACCESS_ERROR
-        if self.drive.torque_on and address < _EEPROM_END:
+        parts = list(access.written_parts(self.table, address, data))
+        if parts[0][0] < ct.EEPROM_END and (ram_only or self.drive.torque_on):
             return protocol.ACCESS_ERROR
         self._update_goal()
-        if error := self._write_error(touched, data):
+        if error := self._error_of(parts):
             return error
-        self.table[address : touched.stop] = data
-        self._apply(touched)
+        for start, part in parts:
+            touched = range(start, start + len(part))
+            before = self.table[touched.start : touched.stop]
+            self.table[touched.start : touched.stop] = part
+            self._apply(touched, before)
         return 0
 
-    def reboot(self) -> None:
-        """Torque off, RAM back to its defaults, hardware error forgotten."""
-        eeprom = bytes(self.table[:_EEPROM_END])
-        self._fill_defaults()
-        self.table[:_EEPROM_END] = eeprom
+    def _error_of(self, parts: Iterable[tuple[int, bytes]]) -> int:
+        tripped = self.drive.tripped
+        errors = (access.write_error(self.table, start, part, tripped=tripped) for start, part in parts)
+        return next((error for error in errors if error), 0)
+
+    # -- instructions -------------------------------------------------------------------------------------------------
+
+    def register(self, address: int, data: bytes) -> int:
+        """Store a write for an Action; return the error byte."""
+        if error := self._error_of(access.written_parts(self.table, address, data)):
+            return error
+        self.registered = (address, data)
+        self.table[ct.REGISTERED] = 1
+        return 0
+
+    def act(self) -> int:
+        """Execute the registered write; return the error byte."""
+        registered, self.registered = self.registered, None
+        self.table[ct.REGISTERED] = 0
+        return self.write(*registered) if registered else protocol.INSTRUCTION_ERROR
+
+    def reboot(self, now_ns: int | None = None) -> None:
+        """Torque off, RAM back to its defaults or its backup, hardware error forgotten. ``now_ns``: begin of the boot time."""
+        if now_ns is not None:
+            self.boot_until_ns = now_ns + BOOT_NS
+        self.table[ct.EEPROM_END :] = ct.ram_of(self.table, self._backup)
         self._power_up()
 
-    def mount(self, zero: int) -> None:
-        """Mount the encoder so that it reports ``zero`` at angle 0, before power-up."""
-        self.zero = zero
+    def reset(self, option: int, now_ns: int) -> int:
+        """Reset to factory values, except id (option 1) and baud rate (option 2), and reboot; return the error byte."""
+        if option not in (0xFF, 1, 2):
+            return protocol.DATA_RANGE_ERROR
+        drive_id, baud = self.table[ct.ID], self.table[ct.BAUD]
+        self.table[:] = ct.factory_table(self._model)
+        if option != 0xFF:
+            self.table[ct.ID] = drive_id
+        if option == 2:
+            self.table[ct.BAUD] = baud
+        self.reboot(now_ns)
+        return 0
+
+    def clear(self) -> int:
+        """Reset the turns of the present position; return the error byte. Not while it moves."""
+        self._update_moving()
+        if self.table[ct.MOVING]:
+            return protocol.RESULT_FAIL
+        self._forget_turns()
+        return 0
+
+    def back_up(self, option: int, now_ns: int) -> int:
+        """Store the table (option 1), or restore its EEPROM and reboot (option 2); return the error byte."""
+        if self.drive.torque_on or option not in (1, 2) or (option == 2 and self._backup is None):
+            return protocol.RESULT_FAIL
+        if option == 1 or self._backup is None:
+            self._backup = bytes(self.table)
+            self.table[ct.BACKUP_READY] = 1
+            return 0
+        self.table[: ct.EEPROM_END] = self._backup[: ct.EEPROM_END]
+        self.reboot(now_ns)
+        return 0
+
+    # -- from outside ---------------------------------------------------------------------------------------------------
+
+    def mount(self, zero: int, sign: int = 1) -> None:
+        """Mount the encoder so that it counts ``zero`` at angle 0, before power-up. ``sign`` -1: the other way round."""
+        self.zero, self.mounted_sign = zero, sign
         self._power_up()
 
     def exchange(self, drive_id: int, model: int | None = None) -> None:
         """Replace the drive by another with default registers, except id and baud rate."""
-        self._fill_defaults()
-        self.table[ID] = drive_id
-        self.table[BAUD] = self._baud_code
-        if model is not None:
-            struct.pack_into("<H", self.table, MODEL, model)
-        self._power_up()
-
-    def _fill_defaults(self) -> None:
-        self.table[:] = bytes(END)
-        for address, form, value in _DEFAULTS:
-            struct.pack_into(form, self.table, address, value)
-
-    def _power_up(self) -> None:
-        """Switch torque off; the encoder then only knows its position within a turn: 0 to 4095."""
-        self.registered = None
-        self._apply(range(_EEPROM_END, GOAL_CURRENT))
-        self.zero -= (self.zero + round(self.drive.angle * COUNTS_A_RAD)) // COUNTS_A_TURN * COUNTS_A_TURN
+        self._model = _MODEL if model is None else model
+        self._volt = ct.MODELS.get(self._model, ct.UNKNOWN_MODEL).volt
+        self.table[:] = ct.factory_table(self._model)
+        self.table[ct.ID] = drive_id
+        self.table[ct.BAUD] = self._baud_code
+        self._backup = None
+        self.reboot()
 
     def fail(self, code: int) -> None:
         """Set the hardware error, 0 for none. Errors in register 63 switch torque off."""
-        self.table[HARDWARE_ERROR] = code
+        self.table[ct.HARDWARE_ERROR] = code
         if self._shut_down:
             self.drive.switch(on=False)
 
+    def expose(self, volt: float | None = None, temperature_c: int | None = None) -> None:
+        """Change the supply's voltage and the servo's temperature."""
+        self._volt = self._volt if volt is None else volt
+        self._temperature_c = self._temperature_c if temperature_c is None else temperature_c
+        self._check_limits()
+
+    def _check_limits(self) -> None:
+        """Add the errors of voltage and temperature. Only a start clears them."""
+        in_range = self._word(ct.MIN_VOLTAGE) <= round(10 * self._volt) <= self._word(ct.MAX_VOLTAGE)
+        error = 0 if in_range else ct.VOLTAGE_ERROR
+        error |= ct.OVERHEATING_ERROR if self._temperature_c > self.table[ct.TEMPERATURE_LIMIT] else 0
+        if error:
+            self.fail(self.table[ct.HARDWARE_ERROR] | error)
+
+    # -- effects of the values -----------------------------------------------------------------------------------------------
+
+    def _word(self, address: int) -> int:
+        return int.from_bytes(self.table[address : address + 2], "little")
+
     @property
     def _shut_down(self) -> bool:
-        return self.table[HARDWARE_ERROR] & self.table[SHUTDOWN] != 0
+        return self.table[ct.HARDWARE_ERROR] & self.table[ct.SHUTDOWN] != 0
 
-    def _write_error(self, touched: range, data: bytes) -> int:
-        """Return the error of a write, 0 for none."""
-        for address, value in zip(touched, data, strict=True):
-            low, high = _RANGES.get(address, (0, 255))
-            if not low <= value <= high:
-                return protocol.DATA_RANGE_ERROR
-        if BAUD in touched and data[BAUD - touched.start] not in _BAUDS:
-            return protocol.DATA_RANGE_ERROR
-        if OPERATING_MODE in touched and data[OPERATING_MODE - touched.start] not in _MODES:
-            return protocol.DATA_RANGE_ERROR
-        if self.drive.tripped:
-            cleared = BUS_WATCHDOG in touched and data[BUS_WATCHDOG - touched.start] == 0
-            if not cleared and not (_GOALS | {BUS_WATCHDOG}).isdisjoint(touched):
-                return protocol.DATA_RANGE_ERROR
-        after = self.table[:]
-        after[touched.start : touched.stop] = data
-        return protocol.DATA_LIMIT_ERROR if _beyond_limits(after, touched) else 0
+    @property
+    def _nm_a_unit(self) -> float:
+        return AMPERE_A_UNIT * ct.MODELS.get(self._model, ct.UNKNOWN_MODEL).nm_a
 
-    def _apply(self, touched: range) -> None:
-        """Apply written registers to the drive."""
+    @property
+    def _sign(self) -> int:
+        return -self.mounted_sign if self.table[ct.DRIVE_MODE] & ct.REVERSE else self.mounted_sign
+
+    @property
+    def _offset(self) -> int:
+        (offset,) = struct.unpack_from("<i", self.table, ct.HOMING_OFFSET)
+        ignored = self.table[ct.OPERATING_MODE] == ct.POSITION and abs(offset) > _SINGLE_TURN_OFFSET
+        return 0 if ignored else int(offset)
+
+    def _counts(self, angle: float) -> int:
+        """Return the position that the servo reports for an angle of its shaft, radians."""
+        return self._sign * (self.zero + round(angle * COUNTS_A_RAD)) + self._offset
+
+    def _angle(self, counts: int) -> float:
+        return (self._sign * (counts - self._offset) - self.zero) / COUNTS_A_RAD
+
+    def _forget_turns(self) -> None:
+        """Reset the position, without the Homing Offset, to one turn: 0 to 4095."""
+        self.zero -= self._sign * ((self._counts(self.drive.angle) - self._offset) // COUNTS_A_TURN * COUNTS_A_TURN)
+
+    def _power_up(self) -> None:
+        """Switch torque off; the encoder then only knows its position within a turn."""
+        self.registered = None
+        self.drive.switch(on=False)
+        self._apply(range(ct.EEPROM_END, ct.GOAL_CURRENT), b"")
+        self._forget_turns()
+        self._check_limits()
+        if self.table[ct.STARTUP] & ct.TORQUE_AT_STARTUP:
+            self.drive.switch(on=not self._shut_down)
+
+    def _apply(self, touched: range, before: bytes | bytearray) -> None:
+        """Apply written registers to the drive. ``before``: the bytes there before."""
         table, drive = self.table, self.drive
-        d, i, p = struct.unpack_from("<HHH", table, D_GAIN)
-        limit = struct.unpack_from("<H", table, CURRENT_LIMIT)[0]
-        if table[OPERATING_MODE] == _CURRENT_BASED_POSITION:
-            limit = min(limit, abs(struct.unpack_from("<h", table, GOAL_CURRENT)[0]))
-        drive.tune(p * P_NM_RAD, i * I_NM_RAD_S, d * D_NM_S_RAD, limit * _NM_A_UNIT)
         drive.feed_watchdog()
-        if BUS_WATCHDOG in touched:
-            drive.watchdog_s = table[BUS_WATCHDOG] * _WATCHDOG_STEP_S
+        if ct.OPERATING_MODE in touched and before and before[ct.OPERATING_MODE - touched.start] != table[11]:
+            _reset_goals(table)
+        self._tune()
+        if not _COORDINATES.isdisjoint(touched) and table[ct.OPERATING_MODE] == ct.POSITION:
+            self._forget_turns()
+        if not _LIMITS.isdisjoint(touched):
+            self._check_limits()
+        if ct.BUS_WATCHDOG in touched:
+            drive.watchdog_s = table[ct.BUS_WATCHDOG] * _WATCHDOG_STEP_S
             drive.tripped = False
         if not _GOAL_POSITION_BYTES.isdisjoint(touched):
-            (goal,) = struct.unpack_from("<i", table, GOAL_POSITION)
-            drive.set_goal((goal - self.zero) / COUNTS_A_RAD)
-        if TORQUE_ENABLE in touched:
-            drive.switch(table[TORQUE_ENABLE] != 0 and not self._shut_down)
+            (goal,) = struct.unpack_from("<i", table, ct.GOAL_POSITION)
+            drive.set_goal(self._angle(goal))
+        if ct.TORQUE_ENABLE in touched:
+            self._switch(table[ct.TORQUE_ENABLE] != 0)
+        elif table[ct.DRIVE_MODE] & ct.TORQUE_ON_BY_GOAL and not ct.GOAL_BYTES.isdisjoint(touched):
+            goal_angle = drive.goal
+            self._switch(on=True)
+            drive.goal = goal_angle
+
+    def _switch(self, on: bool) -> None:
+        if on and not self.drive.torque_on and self.table[ct.OPERATING_MODE] == ct.POSITION:
+            self._forget_turns()
+        self.drive.switch(on and not self._shut_down)
+
+    def _tune(self) -> None:
+        d, i, p = struct.unpack_from("<HHH", self.table, ct.D_GAIN)
+        limit = self._word(ct.CURRENT_LIMIT)
+        if self.table[ct.OPERATING_MODE] == ct.CURRENT_BASED_POSITION:
+            limit = min(limit, abs(struct.unpack_from("<h", self.table, ct.GOAL_CURRENT)[0]))
+        p, i = p * self.gain_share, i * self.gain_share
+        self.drive.tune(p * P_NM_RAD, i * I_NM_RAD_S, d * D_NM_S_RAD, limit * self._nm_a_unit)
+
+    # -- values that the drive changes ------------------------------------------------------------------------------------
 
     def _update_table(self, begin: int, end: int, now_ns: int) -> None:
         """Update those of these registers that the drive changes."""
         table, drive = self.table, self.drive
-        table[TORQUE_ENABLE] = drive.torque_on
+        table[ct.TORQUE_ENABLE] = drive.torque_on
         if drive.tripped:
-            table[BUS_WATCHDOG] = _TRIPPED
-        if begin < PRESENT_CURRENT and end > GOAL_POSITION:
+            table[ct.BUS_WATCHDOG] = _TRIPPED
+        if begin < ct.PRESENT_CURRENT and end > ct.GOAL_POSITION:
             self._update_goal()
-            struct.pack_into("<H", table, REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
-            (threshold,) = struct.unpack_from("<I", table, MOVING_THRESHOLD)
-            table[MOVING] = abs(round(drive.report.speed / _RAD_S_A_UNIT)) > threshold
-        if begin < _PRESENT_END and end > PRESENT_CURRENT:
+            struct.pack_into("<H", table, ct.REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
+            self._update_moving()
+        if begin < ct.TRAJECTORY and end > ct.PRESENT_PWM:
             report = drive.report
             struct.pack_into(
-                "<hii",
+                "<hhii",
                 table,
-                PRESENT_CURRENT,
-                round(report.torque_nm / _NM_A_UNIT),
-                round(report.speed / _RAD_S_A_UNIT),
-                self.zero + round(report.angle * COUNTS_A_RAD),
+                ct.PRESENT_PWM,
+                self._sign * (_pwm(report) if drive.torque_on else 0),
+                self._sign * round(report.torque_nm / self._nm_a_unit),
+                self._sign * round(report.speed / _RAD_S_A_UNIT),
+                self._counts(report.angle),
             )
-        if end > PORT_DATA:
+        if begin < ct.BACKUP_READY and end > ct.TRAJECTORY:
+            counts = self._counts(drive.smoothed_goal)
+            struct.pack_into("<iiHB", table, ct.TRAJECTORY, 0, counts, round(10 * self._volt), self._temperature_c)
+        if end > ct.PORT_DATA:
             for port in (1, 2, 3):
-                pulled_up = table[PORT_MODE + port] == 2
-                table[PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
+                pulled_up = table[ct.PORT_MODE + port] == 2
+                table[ct.PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
 
     def _update_goal(self) -> None:
-        struct.pack_into("<i", self.table, GOAL_POSITION, self.zero + round(self.drive.goal * COUNTS_A_RAD))
+        struct.pack_into("<i", self.table, ct.GOAL_POSITION, self._counts(self.drive.goal))
+
+    def _update_moving(self) -> None:
+        report = self.drive.report
+        (threshold,) = struct.unpack_from("<I", self.table, ct.MOVING_THRESHOLD)
+        self.table[ct.MOVING] = abs(round(report.speed / _RAD_S_A_UNIT)) > threshold
+        near = abs(self._counts(self.drive.goal) - self._counts(report.angle)) <= _IN_POSITION_COUNTS
+        self.table[ct.MOVING + 1] = self.drive.torque_on and near
 
 
-def _beyond_limits(table: bytearray, touched: range) -> bool:
-    """True if the drive's limits forbid a goal among these registers."""
-    if GOAL_CURRENT in touched:
-        (current,) = struct.unpack_from("<h", table, GOAL_CURRENT)
-        (limit,) = struct.unpack_from("<H", table, CURRENT_LIMIT)
-        if abs(current) > limit:
-            return True
-    if GOAL_POSITION in touched:
-        low, high = -_MULTI_TURN_COUNTS, _MULTI_TURN_COUNTS
-        if table[OPERATING_MODE] == _SINGLE_TURN:
-            high, low = struct.unpack_from("<II", table, MAX_POSITION)
-        (position,) = struct.unpack_from("<i", table, GOAL_POSITION)
-        return not low <= position <= high
-    return False
+def _reset_goals(table: bytearray) -> None:
+    """Reset gains, goals and profile, as another operating mode does."""
+    ram = ct.ram_of(table)
+    for span in (range(76, 80), range(80, 86), range(88, 92), range(100, 104), range(108, 116)):
+        table[span.start : span.stop] = ram[span.start - ct.EEPROM_END : span.stop - ct.EEPROM_END]
+
+
+def _pwm(report: DriveReport) -> int:
+    """Return the PWM for torque and speed, in 0.113 %."""
+    volt = RESISTANCE_OHM * report.torque_nm / NM_AN_AMPERE + NM_AN_AMPERE * report.speed
+    return round(max(-885, min(885, 885 * volt / SUPPLY_V)))

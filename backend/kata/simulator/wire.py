@@ -10,6 +10,7 @@ import tty
 from pathlib import Path
 from typing import Final
 
+from kata.simulator.adapter import AdapterLatency
 from kata.simulator.bus_answer import transmission_s
 from kata.simulator.fault_injector import FaultInjector
 from kata.simulator.lines import BusLine
@@ -23,8 +24,9 @@ _TERMIOS_2: Final = struct.Struct("@4I20s2I")
 class Wire:
     """A pseudo-terminal with a constant path, like a serial adapter's path by id, also after it was unplugged."""
 
-    def __init__(self, line: BusLine, faults: FaultInjector, path: Path) -> None:
-        """``path``: becomes a link to the pseudo-terminal."""
+    def __init__(self, line: BusLine, faults: FaultInjector, path: Path, latency: AdapterLatency | None = None) -> None:
+        """``path``: becomes a link to the pseudo-terminal. ``latency``: of the adapter."""
+        self._latency = latency or AdapterLatency()
         self._line = line
         self._faults = faults
         self._path = path
@@ -60,7 +62,7 @@ class Wire:
     def serve(self, now_ns: int) -> None:
         """Execute due requests and send due answers."""
         for at_ns, answer in self._line.execute(now_ns):
-            self._send_at(at_ns + int(answer.after_s * 1e9), answer.data)
+            self._send_at(self._latency.arrival_ns(at_ns + int(answer.after_s * 1e9)), answer.data)
         while self._outgoing and self._outgoing[0][0] <= now_ns:
             _, _, data = heapq.heappop(self._outgoing)
             if self._fd is not None:

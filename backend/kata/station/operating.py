@@ -93,7 +93,9 @@ class Operating:
 
     async def _act(self, due: Due, holder: Browser) -> None:
         refusal = await self._command(Pause() if due == "pause" else Stop(because="browser_lost"))
-        log.warning("%s's browser is absent: %s %s", holder.name, due, refusal.code if refusal else "done")
+        log.warning(
+            "the browser with login session %s is absent: %s %s", holder.id, due, refusal.code if refusal else "done"
+        )
         if refusal is None:
             if due == "pause":
                 self._lease.note_pause()

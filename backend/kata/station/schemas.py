@@ -87,6 +87,35 @@ class AxisLive(_Schema):
     torque_nm: float = Field(description="Newton metres, from the drive's current.")
     torque: TorqueState = Field(description="unknown: the drive may hold the arm.")
     age_ms: float | None = Field(ge=0, description="Time from the drive's last answer to the snapshot, milliseconds.")
+    voltage_v: float | None = Field(None, description="Supply voltage, volts; null: unknown, or not reported.")
+    temperature_c: float | None = Field(
+        None, description="Temperature of the drive, degrees Celsius; null: unknown, or not reported."
+    )
+
+
+class DriveWarningLive(_Schema):
+    """A drive is near one of its own limits. It is not a stop."""
+
+    code: str = Field(examples=["drive_hot"])
+    motor: Motor
+    message: str = Field(examples=["Motor 3 is 72 °C warm. It switches off above 80 °C."])
+    next_step: str = Field(
+        examples=["End the motion and let the motor cool down. If it stays warm, check what the arm pushes against."]
+    )
+    message_key: OptionalKey = None
+    next_step_key: OptionalKey = None
+
+
+class DriveTrendPoint(_Schema):
+    """What the drives reported at one time."""
+
+    at: datetime
+    voltage_v: list[float | None] = Field(
+        min_length=5, max_length=5, description="Axis order: supply voltage, volts; null: unknown."
+    )
+    temperature_c: list[float | None] = Field(
+        min_length=5, max_length=5, description="Axis order: temperature, degrees Celsius; null: unknown."
+    )
 
 
 class StopCauseLive(_Schema):
@@ -95,7 +124,9 @@ class StopCauseLive(_Schema):
     code: str = Field(examples=["estop_pressed"])
     category: Literal[0, 1, 2] = Field(description="0: torque off at once. 1: ramped down, then torque off. 2: held.")
     message: str = Field(examples=["The emergency stop was pressed."])
-    next_step: str = Field(examples=["Look after the patient, release the switch, then acknowledge."])
+    next_step: str = Field(
+        examples=["Support the arm and look after the patient. Release the switch, then acknowledge."]
+    )
     axis: int | None = Field(ge=1, le=5, description="Motor number, if the cause belongs to a motor.")
     cleared: bool = Field(
         description="The condition has ended. A stop can be acknowledged when every cause is cleared."
@@ -255,6 +286,7 @@ class Live(_Schema):
     )
     lease: LeaseLive
     loop: LoopLive | None
+    warnings: list[DriveWarningLive] = Field([], description="Drives near their own limits, in axis order.")
     database: DatabaseStatus = DatabaseStatus()
 
 

@@ -103,6 +103,7 @@ class SnapshotTracker:
             "teaching": None,
             "refusals": {name: refusal for name in COMMAND_NAMES if name != "stop"},
             "loop": None,
+            "warnings": (),
         }
 
     def _note_verification(self, snapshot: Snapshot) -> None:

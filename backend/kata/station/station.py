@@ -32,6 +32,7 @@ from kata.device.messages import (
 from kata.motion.axes import Side
 from kata.station import texts
 from kata.station.device_process import DeviceLaunch, DeviceProcess
+from kata.station.drive_trend import DriveTrend
 from kata.station.guard import StateClock
 from kata.station.lease import Browser, Due
 from kata.station.operating import Operating
@@ -48,6 +49,11 @@ _NOT_NOW: Final = Refusal.of(
     code="not_idle",
     message=texts.TURN_ONLY_WHEN_IDLE(),
     next_step=texts.END_OR_ACKNOWLEDGE_FIRST(),
+)
+_COMMISSIONING: Final = Refusal.of(
+    code="commissioning_runs",
+    message=texts.COMMISSIONING_RUNS(),
+    next_step=texts.WAIT_FOR_COMMISSIONING(),
 )
 _MAY_HOLD: Final = Refusal.of(
     code="torque_not_off",
@@ -82,31 +88,35 @@ class Station:
         simulated: bool,
         on_journal: Callable[[Path | None], None],
         on_due: Callable[[Browser, Due], None] = lambda browser, due: None,
+        not_commissioned: Refusal | None = None,
     ) -> None:
         """``on_journal`` is called with each complete journal, and with None when a device process has ended and may have left
-        journals behind. ``on_due`` is called when the station pauses or stops because the operator's browser is unreachable.
+        journals behind. ``not_commissioned``: refuses every motion for a patient. ``on_due`` is called when the station pauses or stops because the operator's browser is unreachable.
         """
         self.config = config
-        self.info = StationInfo(
-            name=config.name,
-            rate_hz=config.rate_hz,
-            cycle_hz=config.cycle_hz,
-            simulated=simulated,
-            axes=[
-                AxisInfo(motor=n, min_deg=a.min_deg, max_deg=a.max_deg, max_speed_deg_s=a.max_speed_deg_s)
-                for n, a in enumerate(config.axes, start=1)
-            ],
-        )
+        self.info = _info(config, simulated=simulated)
         self._on_journal = on_journal
         self._station_file = launch.station_file
+        self._unfit: dict[CommandName, Refusal] = {}
+        """Commands that this station refuses as it is."""
         self._setting_side = asyncio.Lock()
+        self._stop_user: Callable[[], Awaitable[Refusal | None]] | None = None
+        """Stops the program that uses the drives in place of the device process; None while the device process does."""
         self._process = DeviceProcess(launch, self._take, self._ended, self._occupation_id)
         self._numbers = itertools.count(1)
         self._pending: dict[int, _PendingCommand] = {}
         self._tracker = SnapshotTracker()
         self._subscriptions = Subscriptions()
+        self.drive_trend = DriveTrend()
         self.clock = StateClock()
         self.operating = Operating(self.command, self._subscriptions.note_change, on_due)
+        self.set_not_commissioned(not_commissioned)
+
+    def set_not_commissioned(self, refusal: Refusal | None) -> None:
+        """Refuse every motion for a patient, or allow it again."""
+        commands: tuple[CommandName, ...] = ("load", "teach")
+        self._unfit = dict.fromkeys(commands, refusal) if refusal else {}
+        self._subscriptions.note_change()
 
     def start(self) -> None:
         """Start the device process and restart it whenever it ends."""
@@ -133,6 +143,8 @@ class Station:
         after the timeout. ``by``: the browser, which needs the lease for every command but Stop, and takes a free lease. None: the
         station itself, which needs no lease.
         """
+        if self._stop_user is not None:
+            return await self._stop_user() if isinstance(command, Stop) else _COMMISSIONING
         # Checked last: another browser may have taken over while the recording was checked.
         if by and not isinstance(command, Stop) and (elsewhere := self.operating.take(by)):
             return elsewhere
@@ -161,10 +173,39 @@ class Station:
         return refusal
 
     def refusal(self, name: CommandName) -> Refusal | None:
-        """Return the device's refusal of this command by its newest snapshot; None if the snapshot has none."""
+        """Return why this command is refused, by the device's newest snapshot or because the station is not commissioned; else None."""
+        if self._stop_user is not None:
+            return _COMMISSIONING
         if not self._process.running or self._tracker.snapshot is None:
             return _OFFLINE
-        return self._tracker.snapshot.refusals.get(name)
+        return self._tracker.snapshot.refusals.get(name) or self._unfit.get(name)
+
+    async def hand_over(self, stop: Callable[[], Awaitable[Refusal | None]]) -> Refusal | None:
+        """End the device process, so that another program can use the drives. Return None when they are free.
+
+        :param stop: stops that program; a user's Stop calls it until :meth:`take_back`.
+        """
+        async with self._setting_side:
+            if self._stop_user is not None:
+                return _COMMISSIONING
+            # Without a device process, or with one that does not connect, nothing holds an arm that this service has switched on.
+            running = self._process.running and self._tracker.snapshot is not None
+            if running and (refusal := self._side_refusal()):
+                return refusal
+            self._stop_user = stop
+            await self._process.close()
+            self._ended()
+        return None
+
+    def take_back(self, config: StationConfig | None = None) -> None:
+        """Start the device process again after :meth:`hand_over`. ``config``: the configuration from now on; None: as before."""
+        if config is not None:
+            self.config = msgspec.structs.replace(config, side=self.config.side)
+            self.info = _info(self.config, simulated=self.info.simulated)
+            write(self.config, self._station_file)
+        self._stop_user = None
+        self._process.start()
+        self._subscriptions.note_change()
 
     async def set_side(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
         """Set the side of the apparatus. Return None if the side is set, or was set before.
@@ -247,8 +288,10 @@ class Station:
         tracker = self._tracker
         if self._process.running and tracker.snapshot is not None:
             device, state = "running", tracker.known_fields(tracker.snapshot)
+            state["refusals"] = msgspec.to_builtins(self._unfit) | state["refusals"]
         else:
-            device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(_OFFLINE)
+            why = _OFFLINE if self._stop_user is None else _COMMISSIONING
+            device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(why)
         around = {
             "device": device,
             "at": self.clock.now(),
@@ -280,6 +323,7 @@ class Station:
                 self._take_reply(message)
             case Snapshot():
                 self._tracker.take(message)
+                self.drive_trend.take(message)
                 self._subscriptions.note_change()
                 self.operating.act_if_due(message)
             case Event():
@@ -331,3 +375,16 @@ class Station:
         self._pending.clear()
         self._subscriptions.note_change()
         self._on_journal(None)
+
+
+def _info(config: StationConfig, *, simulated: bool) -> StationInfo:
+    return StationInfo(
+        name=config.name,
+        rate_hz=config.rate_hz,
+        cycle_hz=config.cycle_hz,
+        simulated=simulated,
+        axes=[
+            AxisInfo(motor=n, min_deg=a.min_deg, max_deg=a.max_deg, max_speed_deg_s=a.max_speed_deg_s)
+            for n, a in enumerate(config.axes, start=1)
+        ],
+    )

@@ -43,3 +43,7 @@ LOOK_BEFORE_TRYING_AGAIN: Final = message(
     "look_before_trying_again",
     "Look at the apparatus before trying again: the command may still have been carried out.",
 )
+COMMISSIONING_RUNS: Final = message("commissioning_runs", "The station is being commissioned.")
+WAIT_FOR_COMMISSIONING: Final = message(
+    "wait_for_commissioning", "Wait until the technician has ended the commissioning."
+)

@@ -1,20 +1,32 @@
 import { Box, Group } from "@mantine/core";
 import { Link, Outlet, useRouterState } from "@tanstack/react-router";
+import { lazy, Suspense } from "react";
 import { AccountMenu } from "../features/auth/AccountMenu";
 import { useHasPermission } from "../features/auth/hooks";
+import { SearchButton } from "../features/search/SearchButton";
 import { t } from "../lib/i18n";
 import { useSavedRecords } from "../lib/live/hooks";
 import { useRefetchAfterOutage } from "../lib/offline";
 import { StateBar } from "../safety/StateBar";
 import { PageLink } from "../ui/links";
+import { UndoBar } from "../ui/UndoBar";
 import { Brand } from "./Brand";
 import classes from "./Shell.module.css";
 
+const NotificationButton = lazy(() =>
+  import("../features/notifications/NotificationButton").then((module) => ({
+    default: module.NotificationButton,
+  })),
+);
+const BELL_PX = 44;
+
 const PAGES = [
-  { to: "/", label: t("common:shell.station"), needs: "see_station" },
+  { to: "/", label: t("common:shell.home"), needs: "see_station" },
+  { to: "/station", label: t("common:shell.station"), needs: "see_station" },
   { to: "/stations", label: t("common:shell.stations"), needs: "see_station" },
   { to: "/patients", label: t("common:shell.patients"), needs: "read_records" },
   { to: "/sessions", label: t("common:shell.sessions"), needs: "read_records" },
+  { to: "/clinic", label: t("common:shell.clinic"), needs: "see_station" },
   { to: "/administration", label: t("common:shell.administration"), needs: "administer" },
 ] as const;
 
@@ -26,10 +38,11 @@ export function Shell() {
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
     // The station page shows a stop in place of its panels.
-    <StateBar top={<Top />} stopBanner={page !== "/"}>
+    <StateBar top={<Top />} stopBanner={page !== "/station"}>
       <Box p="md" maw={1400} mx="auto">
         <Outlet />
       </Box>
+      <UndoBar />
     </StateBar>
   );
 }
@@ -43,15 +56,26 @@ function Top() {
         fz={22}
         c="var(--kata-brand)"
         underline="never"
+        visibleFrom="md"
         style={{ whiteSpace: "nowrap" }}
       >
         <Brand />
       </PageLink>
-      <Group component="nav" gap={4} wrap="nowrap" aria-label={t("common:shell.pages")}>
+      <Group
+        component="nav"
+        gap={4}
+        wrap="nowrap"
+        className={classes.nav ?? ""}
+        aria-label={t("common:shell.pages")}
+      >
         {PAGES.map((page) => (
           <Tab key={page.to} {...page} />
         ))}
       </Group>
+      <SearchButton />
+      <Suspense fallback={<Box w={BELL_PX} />}>
+        <NotificationButton />
+      </Suspense>
       <AccountMenu />
     </>
   );

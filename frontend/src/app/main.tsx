@@ -12,6 +12,7 @@ import { ActivityTracker, authMiddleware, startSessionGuard } from "../features/
 import { client } from "../lib/api/client";
 import { store } from "../lib/live/store";
 import { loadServerTexts } from "../lib/serverText";
+import { startPaperScheme } from "./paper";
 import { router } from "./router";
 import { scheme, theme, variables } from "./theme";
 
@@ -22,10 +23,12 @@ if (!root) throw new Error("index.html has no root");
 
 const activity = new ActivityTracker();
 client.use(authMiddleware(authStore, activity));
+router.subscribe("onBeforeNavigate", activity.open);
 startSessionGuard(authStore, activity, queries, store, switchLanguage);
 // Mantine's dialogs add a style element that stops the page behind them from scrolling. It needs the CSP
 // nonce.
 setNonce(nonce);
+startPaperScheme();
 const reactRoot = createRoot(root);
 void loadServerTexts().then(() =>
   reactRoot.render(

@@ -9,29 +9,53 @@ import {
 } from "@tanstack/react-router";
 import { readAuditFilters } from "../features/administration/auditFilters";
 import { Gate } from "../features/auth/Gate";
-import { LinkPage } from "../features/auth/LinkPage";
-import { OpenIdPage } from "../features/auth/OpenIdPage";
 import { OPENID_PATH } from "../features/auth/openId";
+import { readCommissioningSearch } from "../features/commissioning/commissioningTabs";
+import { readPatientTab } from "../features/patients/patientTabs";
 import { readFilters } from "../features/sessions/sessionFilters";
-import { StationPage } from "../features/station/StationPage";
+import { readSessionView } from "../features/sessions/sessionTabs";
+import { readSearch } from "../features/statistics/figuresSearch";
 import { ProblemError } from "../lib/api/client";
 import { t } from "../lib/i18n";
 import { InlineSlot } from "../ui/InlineSlot";
 import { PageLink } from "../ui/links";
 import { Shell } from "./Shell";
 
-// The first bundle holds only the station page, the state bar and the sign-in pages. Every other page loads
-// on demand.
+// The first bundle holds only the state bar and the sign-in pages. Every page loads on demand.
 const rootRoute = createRootRoute({
   component: GatedShell,
   notFoundComponent: NotFound,
   errorComponent: PageError,
 });
 
-const stationRoute = createRoute({
+/** The patient and the recording of the station's page, as the address holds them. */
+const readStation = (search: Record<string, unknown>): { patient?: string; recording?: string } => ({
+  ...(typeof search.patient === "string" && { patient: search.patient }),
+  ...(typeof search.recording === "string" && { recording: search.recording }),
+});
+
+const homeRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/",
-  component: StationPage,
+  component: lazyRouteComponent(() => import("../features/home/HomePage"), "HomePage"),
+  validateSearch: (search): { whose?: "mine"; patient?: string; recording?: string } => ({
+    ...(search.whose === "mine" && { whose: "mine" }),
+    ...readStation(search),
+  }),
+  // The station's page was here before. Its old addresses lead to it.
+  beforeLoad: ({ search: { patient, recording } }) => {
+    if (patient || recording)
+      throw redirect({
+        to: "/station",
+        search: { ...(patient && { patient }), ...(recording && { recording }) },
+        replace: true,
+      });
+  },
+});
+const stationRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: "/station",
+  component: lazyRouteComponent(() => import("../features/station/StationPage"), "StationPage"),
   // Starts these imports while the service is still asked who is signed in. The components that use them
   // report a failed import.
   loader: () =>
@@ -39,10 +63,18 @@ const stationRoute = createRoute({
       import("../features/station/lazyStationPanels"),
       import("../features/station/AxisSparkline"),
     ]),
-  validateSearch: (search): { patient?: string; recording?: string } => ({
-    ...(typeof search.patient === "string" && { patient: search.patient }),
-    ...(typeof search.recording === "string" && { recording: search.recording }),
-  }),
+  validateSearch: readStation,
+});
+const figuresEntryRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: "/clinic",
+  component: lazyRouteComponent(() => import("../features/statistics/FiguresPage"), "FiguresEntry"),
+});
+const figuresRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: "/clinic/$subject",
+  component: lazyRouteComponent(() => import("../features/statistics/FiguresPage"), "FiguresPage"),
+  validateSearch: readSearch,
 });
 const patientsRoute = createRoute({
   getParentRoute: () => rootRoute,
@@ -53,6 +85,7 @@ const patient = createRoute({
   getParentRoute: () => rootRoute,
   path: "/patients/$patientId",
   component: lazyRouteComponent(() => import("../features/patients/PatientPage"), "PatientPage"),
+  validateSearch: readPatientTab,
 });
 const recording = createRoute({
   getParentRoute: () => rootRoute,
@@ -69,6 +102,7 @@ const sessionRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/sessions/$sessionId",
   component: lazyRouteComponent(() => import("../features/sessions/SessionPage"), "SessionPage"),
+  validateSearch: readSessionView,
 });
 
 const progressRoute = createRoute({
@@ -97,7 +131,11 @@ const accountRoute = createRoute({
   component: lazyRouteComponent(() => import("../features/auth/AccountPage"), "AccountPage"),
 });
 // Pages before sign-in. The links of the demonstration clinic lead to /sign-in.
-const signInRoute = createRoute({ getParentRoute: () => rootRoute, path: "/sign-in", component: LinkPage });
+const signInRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: "/sign-in",
+  component: lazyRouteComponent(() => import("../features/auth/LinkPage"), "LinkPage"),
+});
 const setUpRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/set-up",
@@ -106,7 +144,7 @@ const setUpRoute = createRoute({
 const openIdRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: OPENID_PATH,
-  component: OpenIdPage,
+  component: lazyRouteComponent(() => import("../features/auth/OpenIdPage"), "OpenIdPage"),
 });
 const setPasswordRoute = createRoute({
   getParentRoute: () => rootRoute,
@@ -118,6 +156,16 @@ const stationsRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/stations",
   component: lazyRouteComponent(() => import("../features/fleet/StationsPage"), "StationsPage"),
+});
+
+const commissioningRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: "/commissioning",
+  component: lazyRouteComponent(
+    () => import("../features/commissioning/CommissioningPage"),
+    "CommissioningPage",
+  ),
+  validateSearch: readCommissioningSearch,
 });
 
 const administrationRoute = createRoute({
@@ -155,16 +203,32 @@ const emergencyAccessRoute = createRoute({
   ),
 });
 
+const clinicRoute = createRoute({
+  getParentRoute: () => administrationRoute,
+  path: "/clinic",
+  component: lazyRouteComponent(() => import("../features/administration/ClinicPage"), "ClinicPage"),
+});
 const backupsRoute = createRoute({
   getParentRoute: () => administrationRoute,
   path: "/backups",
   component: lazyRouteComponent(() => import("../features/administration/BackupsPage"), "BackupsPage"),
 });
 
+// The components and their rules, for those who change the page.
+const designRoute = createRoute({
+  getParentRoute: () => rootRoute,
+  path: "/design",
+  component: lazyRouteComponent(() => import("../features/design/DesignPage"), "DesignPage"),
+});
+
 export const router = createRouter({
   routeTree: rootRoute.addChildren([
+    homeRoute,
     stationRoute,
+    figuresEntryRoute,
+    figuresRoute,
     stationsRoute,
+    commissioningRoute,
     patientsRoute,
     patient,
     recording,
@@ -173,6 +237,7 @@ export const router = createRouter({
     progressRoute,
     programmeRoute,
     newProgrammeRoute,
+    ...(import.meta.env.DEV ? [designRoute] : []),
     accountRoute,
     signInRoute,
     openIdRoute,
@@ -184,6 +249,7 @@ export const router = createRouter({
       auditRoute,
       emergencyAccessRoute,
       backupsRoute,
+      clinicRoute,
     ]),
   ]),
   defaultNotFoundComponent: NotFound,
@@ -214,7 +280,7 @@ function NotFound() {
       </Title>
       <Text>
         <InlineSlot words={(link) => t("app:noPage.old", { link })}>
-          <PageLink to="/">{t("app:noPage.toStation")}</PageLink>
+          <PageLink to="/station">{t("app:noPage.toStation")}</PageLink>
         </InlineSlot>
       </Text>
     </Stack>

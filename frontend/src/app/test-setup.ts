@@ -1,9 +1,11 @@
-import { beforeEach } from "vitest";
+import { cleanup } from "@testing-library/react";
+import { afterAll, beforeEach, vi } from "vitest";
 import { authStore } from "../features/auth/authState";
 import { ME } from "../features/auth/examples";
 
 // Browser functions that Mantine calls and jsdom lacks.
 Object.defineProperty(window, "matchMedia", {
+  configurable: true,
   value: (query: string) => ({
     matches: false,
     media: query,
@@ -19,7 +21,18 @@ class NoResizeObserver {
 window.ResizeObserver = NoResizeObserver;
 window.HTMLElement.prototype.scrollIntoView = () => {};
 // Mantine's growing text area measures again when fonts have loaded.
-Object.defineProperty(document, "fonts", { value: new EventTarget() });
+Object.defineProperty(document, "fonts", { value: new EventTarget(), configurable: true });
 
 // Every test starts with a signed-in administrator.
 beforeEach(() => authStore.signedIn(ME));
+
+// Most files share an environment, so each file leaves it as it found it.
+afterAll(() => {
+  cleanup();
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+  vi.unstubAllEnvs();
+  localStorage.clear();
+  sessionStorage.clear();
+  document.body.replaceChildren();
+});

@@ -10,7 +10,13 @@ export const theme = createTheme({
   defaultRadius: "md",
   components: {
     // Dialogs open below the header, so Stop stays reachable. A press outside a dialog does not close it.
-    Modal: { defaultProps: { yOffset: 140, closeOnClickOutside: false } },
+    Modal: {
+      defaultProps: {
+        yOffset: 140,
+        closeOnClickOutside: false,
+        closeButtonProps: { "aria-label": t("ui:dialog.close") },
+      },
+    },
     // Links in text are underlined, because colour alone is not enough (WCAG 1.4.1).
     Anchor: { defaultProps: { underline: "always" } },
     Button: { defaultProps: { size: "md" } },
@@ -47,6 +53,9 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-chosen-edge": mantineTheme.colors.indigo[8],
     "--kata-quiet": mantineTheme.colors.gray[2],
     "--kata-limb": mantineTheme.colors.gray[5],
+    "--kata-stage-1": mantineTheme.colors.gray[2],
+    "--kata-stage-2": mantineTheme.colors.gray[4],
+    "--kata-stage-3": mantineTheme.colors.indigo[1],
     "--kata-setpoint": TRACES.light.setpoint,
     "--kata-measured": TRACES.light.measured,
   },
@@ -66,6 +75,9 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-chosen-edge": mantineTheme.colors.indigo[3],
     "--kata-quiet": mantineTheme.colors.dark[5],
     "--kata-limb": mantineTheme.colors.dark[2],
+    "--kata-stage-1": mantineTheme.colors.dark[5],
+    "--kata-stage-2": mantineTheme.colors.dark[4],
+    "--kata-stage-3": mantineTheme.colors.indigo[9],
     "--kata-setpoint": TRACES.dark.setpoint,
     "--kata-measured": TRACES.dark.measured,
   },

@@ -1,6 +1,7 @@
 import { useQuery } from "@tanstack/react-query";
 import { api, type Session } from "./api/client";
 import { POLL_OFFLINE_MS, useDatabaseUnavailable, withOfflineCopy } from "./offline";
+import { usePagedQuery } from "./usePagedQuery";
 
 /** All recordings of a patient, archived ones included. */
 export function useRecordings(patientId: string | null) {
@@ -20,6 +21,11 @@ export function useRecordings(patientId: string | null) {
 /** All episodes of care of a patient, closed ones included. */
 export function useEpisodes(patientId: string) {
   return useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
+}
+
+/** The assessments of an episode, newest first, withdrawn ones included; each page has the baseline. */
+export function useAssessments(episodeId: string) {
+  return usePagedQuery(["assessments", episodeId], (after) => api.assessments(episodeId, after));
 }
 
 /** The highest resistance level allowed in an episode, or null if none is set. */

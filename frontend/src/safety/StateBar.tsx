@@ -22,14 +22,14 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBann
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
           <Box flex={1} miw={0}>
-            <Group gap="sm" mb={8} wrap="nowrap">
+            <Group gap="sm" mb={{ base: 2, sm: 8 }} wrap="nowrap">
               {top ?? (
                 <Text fw={700} fz={22} c="var(--kata-brand)">
                   <Brand />
                 </Text>
               )}
             </Group>
-            <Group gap="sm">
+            <Group className={classes.state ?? ""}>
               <EstopBadge />
               <ModeBadge />
               <ConnectionBadge />
@@ -39,7 +39,7 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBann
         </Group>
       </AppShell.Header>
       <AppShell.Main>
-        <div className={classes.banners ?? ""}>
+        <div className={classes.banners ?? ""} data-screen-only>
           {stopBanner && <StopBanner />}
           <Alarms />
         </div>
@@ -83,7 +83,7 @@ function ConnectionBadge() {
   return (
     <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
-      <Text size="sm" role="status">
+      <Text size="sm" role="status" className={classes.connectionWords ?? ""}>
         {connected ? connectedText : noConnection}
       </Text>
       <StateAge />

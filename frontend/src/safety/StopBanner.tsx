@@ -13,8 +13,8 @@ import { useHold } from "./useHold";
 
 /**
  * A latched stop with its causes, next steps and the acknowledgement. Every page shows it as a banner; the
- * station page shows it as `fullPage`, in place of its panels. Without a live connection it is greyed and never
- * more reassuring than before.
+ * station page shows it as `fullPage`, in place of its panels. Without a live connection its causes are greyed, the
+ * instruction to support the arm stays readable, and nothing is more reassuring than before.
  */
 export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
   const alive = useAlive();
@@ -25,28 +25,26 @@ export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
   const held = stop.arm_held;
   return (
     <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner">
-      <div className={alive ? "" : "stale"}>
-        <StopTitle fullPage={fullPage} held={held} />
-        <Group justify="space-between" align="start" gap="xl">
-          <List size={fullPage ? "xl" : "md"} spacing={4} flex="1 1 20rem">
-            {!alive && <List.Item>{t("common:stopped.notKnownNext")}</List.Item>}
-            {stop.causes.map((cause) => (
-              <List.Item key={`${cause.code}-${cause.axis}`}>
-                <Text span inherit fw={600}>
-                  {translateServerText(cause.message, cause.message_key)}
-                </Text>{" "}
-                {alive && cause.cleared && !held ? t("common:stopped.cleared") : ""}
-                {translateServerText(cause.next_step, cause.next_step_key)}
-              </List.Item>
-            ))}
-          </List>
-          {mayOperate ? (
-            <Reset fullPage={fullPage} held={held} />
-          ) : (
-            <Text maw={320}>{t("common:stopped.byWhom")}</Text>
-          )}
-        </Group>
-      </div>
+      <StopTitle fullPage={fullPage} held={held} />
+      <Group justify="space-between" align="start" gap="xl">
+        <List size={fullPage ? "xl" : "md"} spacing={4} flex="1 1 20rem">
+          {!alive && <List.Item>{t("common:stopped.notKnownNext")}</List.Item>}
+          {stop.causes.map((cause) => (
+            <List.Item key={`${cause.code}-${cause.axis}`} {...(!alive && { c: "dimmed" })}>
+              <Text span inherit fw={600}>
+                {translateServerText(cause.message, cause.message_key)}
+              </Text>{" "}
+              {alive && cause.cleared && !held ? t("common:stopped.cleared") : ""}
+              {translateServerText(cause.next_step, cause.next_step_key)}
+            </List.Item>
+          ))}
+        </List>
+        {mayOperate ? (
+          <Reset fullPage={fullPage} held={held} />
+        ) : (
+          <Text maw={320}>{t("common:stopped.byWhom")}</Text>
+        )}
+      </Group>
     </AlarmFrame>
   );
 }

@@ -87,18 +87,23 @@ describe("Stop with a live connection", () => {
 
 describe("the Esc key", () => {
   it.each(["approaching", "playing", "paused", "returning"] as const)("stops while %s", (mode) => {
-    expect(escapeStops(true, mode)).toBe(true);
+    expect(escapeStops(true, { mode })).toBe(true);
   });
 
   it.each(["idle", "teaching", "ready", "stopped", "offline"] as const)(
     "is left to dialogs while %s",
     (mode) => {
-      expect(escapeStops(true, mode)).toBe(false);
+      expect(escapeStops(true, { mode })).toBe(false);
     },
   );
 
+  it("stops while a technician commissions the station", () => {
+    const teach = { code: "commissioning_runs", message: "It runs.", next_step: "Wait." };
+    expect(escapeStops(true, { mode: "offline", refusals: { teach } })).toBe(true);
+  });
+
   it("stops when the state is unknown", () => {
-    expect(escapeStops(false, "idle")).toBe(true);
-    expect(escapeStops(true, undefined)).toBe(true);
+    expect(escapeStops(false, { mode: "idle" })).toBe(true);
+    expect(escapeStops(true, null)).toBe(true);
   });
 });

@@ -12,9 +12,12 @@ type StopProgress =
   | { state: "confirmed"; at: number }
   | { state: "failed"; reason: string };
 
-/** True if Esc triggers Stop: while something moves, or while the state is unknown. */
-export function escapeStops(connected: boolean, mode: Live["mode"] | undefined): boolean {
-  return !connected || mode === undefined || isMoving(mode);
+type KnownState = Pick<Live, "mode"> & { refusals?: Live["refusals"] };
+
+/** True if Esc triggers Stop: while something moves or a technician commissions the station, or while the state is unknown. */
+export function escapeStops(connected: boolean, live: KnownState | null): boolean {
+  const commissioned = live?.refusals?.teach?.code === "commissioning_runs";
+  return !connected || live === null || isMoving(live.mode) || commissioned;
 }
 
 /** Send Stop over the live connection, or by a separate request if it is not answered there. */
@@ -47,7 +50,7 @@ export function StopButton() {
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       const { connected, live } = store.get();
-      if (event.key !== "Escape" || event.repeat || !escapeStops(connected, live?.mode)) return;
+      if (event.key !== "Escape" || event.repeat || !escapeStops(connected, live)) return;
       event.preventDefault();
       event.stopPropagation();
       void stop();
@@ -62,8 +65,9 @@ export function StopButton() {
       <Button
         color="red.8"
         h={88}
-        w={176}
-        fz={28}
+        w={{ base: 108, sm: 176 }}
+        px={{ base: 4, sm: "md" }}
+        fz={{ base: 22, sm: 28 }}
         radius="md"
         leftSection={<IconHandStop size={32} />}
         onClick={() => void stop()}

@@ -6,6 +6,7 @@ import { Plot } from "./Plot";
 const plotly = vi.hoisted(() => {
   const listeners: Record<string, (change: Record<string, unknown>) => void> = {};
   const plot = {
+    layout: {} as Record<string, unknown>,
     on: (name: string, listener: (change: Record<string, unknown>) => void) => {
       listeners[name] = listener;
     },
@@ -13,6 +14,7 @@ const plotly = vi.hoisted(() => {
   };
   return {
     listeners,
+    plot,
     react: vi.fn(
       async (_element: unknown, _data: unknown, layout: Record<string, unknown>, _config: unknown) => {
         layout.written = "by Plotly";
@@ -53,4 +55,37 @@ test("a zoom requests a window and redraws in place", async () => {
 
   unmount();
   expect(plotly.purge).toHaveBeenCalledTimes(1);
+});
+
+test("prints in light colours on a sheet and keeps the zoom", async () => {
+  const drawn = {
+    data: [],
+    layout: { height: 300, paper_bgcolor: "white", xaxis: { title: "Time" } },
+    texts: [],
+  };
+  const { unmount } = render(
+    <MantineProvider forceColorScheme="dark">
+      <Plot figure={drawn} label="Motor 1" />
+    </MantineProvider>,
+  );
+  await waitFor(() => expect(plotly.listeners.plotly_relayout).toBeDefined());
+  const layout = () => plotly.react.mock.lastCall?.[2];
+  expect(layout()).toMatchObject({ paper_bgcolor: "#242424" });
+  vi.spyOn(HTMLElement.prototype, "clientWidth", "get").mockReturnValue(1200);
+  plotly.plot.layout = { xaxis: { range: [10, 20], autorange: false } };
+
+  window.dispatchEvent(new Event("beforeprint"));
+  expect(layout()).toMatchObject({
+    paper_bgcolor: "white",
+    width: 640,
+    xaxis: { title: "Time", range: [10, 20], autorange: false },
+  });
+  window.dispatchEvent(new Event("afterprint"));
+  expect(layout()).toMatchObject({ paper_bgcolor: "#242424", xaxis: { range: [10, 20] } });
+  expect(layout()).not.toHaveProperty("width");
+
+  unmount();
+  const before = plotly.react.mock.calls.length;
+  window.dispatchEvent(new Event("beforeprint"));
+  expect(plotly.react).toHaveBeenCalledTimes(before);
 });

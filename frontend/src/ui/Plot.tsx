@@ -4,7 +4,7 @@ import type { Schemas } from "../lib/api/client";
 import { t } from "../lib/i18n";
 import { LANGUAGE } from "../lib/language";
 import { translatePlaced } from "../lib/serverText";
-import { recolour } from "./plotColours";
+import { keepZoom, recolour, toPaper } from "./plotColours";
 import { type PlotWindow, toWindow } from "./plotWindow";
 
 // A double click shows the whole figure.
@@ -16,21 +16,27 @@ const config = {
   modeBarButtonsToRemove: ["resetScale2d"],
 };
 
-/**
- * A Plotly figure from the service. Plotly is large and loads on first use.
- *
- * The service reduces a long motion to what a screen can show. `onWindow` receives the zoomed part, to
- * request its details.
- */
-export function Plot({
-  figure,
-  label,
-  onWindow,
-}: {
-  figure: Schemas["Figure"];
-  label: string;
-  onWindow?: (window: PlotWindow | null) => void;
-}) {
+type Figure = Schemas["Figure"];
+type OnWindow = ((window: PlotWindow | null) => void) | undefined;
+
+/** Return a ref whose function is called before (true) and after (false) the page is printed. The browser prints when it returns. */
+function usePrinting() {
+  const print = useRef<(onPaper: boolean) => void>(() => {});
+  useEffect(() => {
+    const before = () => print.current(true);
+    const after = () => print.current(false);
+    window.addEventListener("beforeprint", before);
+    window.addEventListener("afterprint", after);
+    return () => {
+      window.removeEventListener("beforeprint", before);
+      window.removeEventListener("afterprint", after);
+    };
+  }, []);
+  return print;
+}
+
+/** Draws the figure into `elementRef`, again for each new figure or colour scheme and for `retry`. */
+function usePlotly(figure: Figure, onWindow: OnWindow) {
   const elementRef = useRef<HTMLElement>(null);
   const [drawn, setDrawn] = useState(false);
   const [failed, setFailed] = useState(false);
@@ -38,6 +44,7 @@ export function Plot({
   const onWindowRef = useRef(onWindow);
   onWindowRef.current = onWindow;
   const cleanup = useRef(() => {});
+  const print = usePrinting();
   const scheme = useComputedColorScheme();
   // biome-ignore lint/correctness/useExhaustiveDependencies: another try draws again
   useEffect(() => {
@@ -52,14 +59,23 @@ export function Plot({
       }
       if (cancelled) return;
       // Plotly modifies the layout that it gets, so this is a copy.
-      const { data, layout } = recolour(translatePlaced(figure), scheme);
+      const translated = translatePlaced(figure);
+      const { data, layout } = recolour(translated, scheme);
       const plot = await Plotly.react(element, data, layout, config);
+      print.current = (onPaper) => {
+        const next = onPaper ? toPaper(translated, element.clientWidth) : recolour(translated, scheme);
+        keepZoom(plot.layout, next.layout);
+        void Plotly.react(element, next.data, next.layout, config);
+      };
       plot.removeAllListeners("plotly_relayout");
       plot.on("plotly_relayout", (change) => {
         const window = toWindow(change);
         if (window !== undefined) onWindowRef.current?.(window);
       });
-      cleanup.current = () => Plotly.purge(element);
+      cleanup.current = () => {
+        print.current = () => {};
+        Plotly.purge(element);
+      };
       setFailed(false);
       setDrawn(true);
     };
@@ -69,15 +85,26 @@ export function Plot({
     return () => {
       cancelled = true;
     };
-  }, [figure, scheme, attempt]);
+  }, [figure, scheme, attempt, print]);
   useEffect(() => () => cleanup.current(), []);
+  return { elementRef, drawn, failed, retry: () => setAttempt(attempt + 1) };
+}
+
+/**
+ * A Plotly figure from the service. Plotly is large and loads on first use.
+ *
+ * The service reduces a long motion to what a screen can show. `onWindow` receives the zoomed part, to
+ * request its details.
+ */
+export function Plot({ figure, label, onWindow }: { figure: Figure; label: string; onWindow?: OnWindow }) {
+  const { elementRef, drawn, failed, retry } = usePlotly(figure, onWindow);
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
     <div style={{ position: "relative", minHeight: height }}>
       {failed && (
         <Group role="alert">
           <Text>{t("ui:figure.failed")}</Text>
-          <Button variant="default" onClick={() => setAttempt(attempt + 1)}>
+          <Button variant="default" onClick={retry}>
             {t("ui:figure.retry")}
           </Button>
         </Group>

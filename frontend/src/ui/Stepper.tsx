@@ -1,6 +1,6 @@
 import { ActionIcon, Group, NumberInput, Stack, Text } from "@mantine/core";
 import { IconMinus, IconPlus } from "@tabler/icons-react";
-import { useId } from "react";
+import { type ReactNode, useId } from "react";
 import { t } from "../lib/i18n";
 
 /** A number's label, unit, bounds and step. */
@@ -32,15 +32,13 @@ export function Stepper(props: {
         {label}
       </Text>
       <Group wrap="nowrap" gap="xs">
-        <ActionIcon
-          size={44}
-          variant="default"
-          aria-label={t("station:settings.decrease", { label })}
+        <StepButton
+          label={t("station:settings.decrease", { label })}
           disabled={disabled || value <= min}
           onClick={() => changeTo(value - step)}
         >
           <IconMinus size={22} />
-        </ActionIcon>
+        </StepButton>
         <NumberInput
           size="lg"
           flex={1}
@@ -58,15 +56,13 @@ export function Stepper(props: {
           onChange={(input) => onChange(typeof input === "number" ? input : Number.NaN)}
           styles={{ input: { textAlign: "center" } }}
         />
-        <ActionIcon
-          size={44}
-          variant="default"
-          aria-label={t("station:settings.increase", { label })}
+        <StepButton
+          label={t("station:settings.increase", { label })}
           disabled={disabled || value >= max}
           onClick={() => changeTo(value + step)}
         >
           <IconPlus size={22} />
-        </ActionIcon>
+        </StepButton>
       </Group>
       {!valid && !disabled && (
         <Text size="sm" c="grape.9" role="alert">
@@ -75,4 +71,9 @@ export function Stepper(props: {
       )}
     </Stack>
   );
+}
+
+function StepButton(props: { label: string; disabled: boolean; onClick: () => void; children: ReactNode }) {
+  const { label, ...button } = props;
+  return <ActionIcon size={44} variant="default" aria-label={label} {...button} />;
 }

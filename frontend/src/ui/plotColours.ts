@@ -20,6 +20,24 @@ export const DARK_COLOURS: Record<string, string> = {
   "#2a3f5f": "#e6e8eb",
 };
 
+/** The greatest width of a figure on paper, CSS pixels: an upright sheet of A4 or Letter without its margins and the card's padding. */
+const PAPER_PX = 640;
+
+/** Return a copy of the figure for paper. It has the light colours and fits on the sheet. */
+export function toPaper(figure: Schemas["Figure"], width: number): Schemas["Figure"] {
+  const light = recolour(figure, "light");
+  return { ...light, layout: { ...light.layout, width: Math.min(width, PAPER_PX) } };
+}
+
+/** Copy the shown part of each axis, which the user may have changed, from one layout to another. */
+export function keepZoom(from: Record<string, unknown>, to: Record<string, unknown>): void {
+  for (const [name, axis] of Object.entries(from)) {
+    if (!/^[xy]axis\d*$/.test(name)) continue;
+    const { range, autorange } = axis as { range?: unknown[]; autorange?: unknown };
+    to[name] = { ...(to[name] as object | undefined), autorange, ...(range && { range: [...range] }) };
+  }
+}
+
 /**
  * Return a copy of the figure in the scheme's colours. Plotly modifies its input, so even the light figure is
  * copied.

@@ -1,69 +1,72 @@
 """The Dynamixel driver: conformance and its protocol."""
 
+import struct
+from itertools import pairwise
+from typing import Any
+
+import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel.packets import FastParser, StatusParser, encode
+from kata.device.bus.dynamixel.registers import VERIFIED_BLOCKS
 from kata.device.bus.port import Bus, BusError
 from kata.device.bus.serial_transport import Transport
-from kata.device.config import Inputs
+from kata.device.config import Inputs, StationConfig
 from kata.simulator import protocol
+from kata.simulator.adapter import AdapterLatency
 from kata.simulator.protocol import Instruction
-from tests.support.driver_conformance import Conformance
-from tests.support.simulated_world import World
+from kata.testing.conformance import Conformance
+from kata.testing.world import RecordingWorld
+from tests.support.drive_registers import Registers, expected_registers
 
 _INSTRUCTION_AT = 7
 
 
-class TestDynamixel(Conformance):
+class DynamixelConformance(Conformance):
+    """What all configurations of the driver have in common."""
+
+    protocol = "dynamixel"
+    arming_request = 3
+    inputs_come_with_drive = True
+    alerts = True
+    reports_health = True
+    resolution_deg = 0.1
+    read_only = {"model number": r"is model 0, which Kata does not know; it knows .*1120 \(XM540"}  # noqa: RUF012
+
+    def expected_registers(self, config: StationConfig, motor: int) -> Registers:
+        return expected_registers(config, motor)
+
+
+class TestDynamixel(DynamixelConformance):
     """With Fast Sync Read."""
 
-    protocol = "dynamixel"
-    arming_request = 3
-    alerts = True
-    resolution_deg = 0.1
 
-
-class TestOlderDynamixel(Conformance):
+class TestOlderDynamixel(DynamixelConformance):
     """Drives without Fast Sync Read."""
-
-    protocol = "dynamixel"
-    arming_request = 3
-    alerts = True
-    resolution_deg = 0.1
 
     @pytest.fixture(autouse=True)
     def _older(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(
-            "kata.simulator.bus.ServoBus._fast_sync_read", lambda self, listening, parameters, now_ns: []
-        )
+        monkeypatch.setattr("kata.simulator.bus.ServoBus._fast_read", lambda self, listening, wanted, now_ns: [])
 
 
-class TestDynamixelInPieces(Conformance):
+class TestDynamixelInPieces(DynamixelConformance):
     """Behind an adapter that delivers every byte separately."""
 
-    protocol = "dynamixel"
-    arming_request = 3
-    alerts = True
-    resolution_deg = 0.1
     byte_by_byte = True
 
 
-class TestSlowDynamixel(Conformance):
+class TestSlowDynamixel(DynamixelConformance):
     """At 115,200 bit/s, with the drives' own return delay."""
 
-    protocol = "dynamixel"
-    arming_request = 3
-    alerts = True
-    resolution_deg = 0.1
     settings = {"baud": 115_200, "return_delay_us": 500, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 
 
 @pytest.mark.parametrize("cycles", [1, 3])
 def test_answer_late_by_whole_cycles_is_recognized_by_its_length(cycles: int) -> None:
-    world = World()
+    world = RecordingWorld()
     bus = make_bus(world.config, world.open_transport)
     bus.open()
     bus.configure(range(5))
@@ -108,14 +111,14 @@ class _Twice:
 
 
 def test_late_duplicate_ping_answer_is_no_second_drive() -> None:
-    world = World()
+    world = RecordingWorld()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_transport(port, baud), times=1))
     bus.open()
     bus.configure([0])
 
 
 def test_two_drives_that_answer_one_after_another_are_found() -> None:
-    world = World()
+    world = RecordingWorld()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_transport(port, baud), times=2))
     bus.open()
     with pytest.raises(BusError, match="two drives answer to id 1, motor 1's"):
@@ -152,7 +155,7 @@ def test_packet_with_one_wrong_byte_is_never_accepted(answer: tuple[int, int, by
 @given(st.integers(0, 5), st.data())
 def test_parts_before_a_damaged_part_of_a_packet_are_accepted(count: int, data: st.DataObject) -> None:
     answers = [(n, 0, bytes([n] * 10)) for n in range(1, count + 1)]
-    blocks = protocol.fast_blocks(answers, 5, 10)
+    blocks = protocol.fast_blocks(answers, [10] * 5)
     good = data.draw(st.integers(0, count))
     stream = bytearray(b"".join(blocks))
     if good < count:
@@ -175,8 +178,48 @@ def test_both_implementations_reproduce_the_checksum_of_the_specification() -> N
     assert [one.valid for one in protocol.InstructionParser().feed(ping)] == [True]
 
 
-def test_drives_support_fast_sync_read_and_it_is_used() -> None:
-    world = World()
+def test_drive_of_another_model_is_named() -> None:
+    world = RecordingWorld()
+    world.fault("exchanged_model", 2, 1030)
+    bus = make_bus(world.config, world.open_transport)
+    bus.open()
+    with pytest.raises(BusError, match=r"motor 2 \(id 2\) is model 1030; the station.s file requires 1120"):
+        bus.configure([1])
+
+
+def test_drive_with_too_old_firmware_is_refused() -> None:
+    world = RecordingWorld()
+    world.set_registers(3, 6, b"\x25")
+    bus = make_bus(world.config, world.open_transport)
+    bus.open()
+    with pytest.raises(BusError, match=r"motor 3 \(id 3\) has firmware 37; Kata needs 38 or newer"):
+        bus.configure([2])
+
+
+@pytest.mark.parametrize(
+    ("model", "nm_a"), [(1100, 9.9 / 4.9), (1120, 10.6 / 4.4), (1140, 9.2 / 2.4), (1020, 4.1 / 2.3)]
+)
+def test_torque_is_the_models(model: int, nm_a: float) -> None:
+    """The current limit written to a drive, and the torque read from it, follow from the model's data sheet."""
+    config = RecordingWorld().config
+    axes = tuple(msgspec.structs.replace(axis, model=model, max_torque_nm=2.0) for axis in config.axes)
+    world = RecordingWorld(axes=axes)
+    for servo in world.drives:
+        servo.exchange(servo.drive.motor, model)
+    bus = ready(world)
+    bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
+    (current,) = struct.unpack("<H", world.registers(1, 38, 2))
+    assert current == round(2.0 / nm_a / 0.00269)
+    bus.write_setpoints([25.0, 109.0, 8.0, 0.0, 0.0])
+    world.wait(0.03)
+    drive = bus.read().drives[0]
+    assert drive is not None
+    assert drive.torque_nm == pytest.approx(world.apparatus.drives[0].torque_nm, abs=0.1)
+    assert drive.torque_nm > 0.5
+
+
+def test_one_fast_sync_read_a_cycle_reads_everything() -> None:
+    world = RecordingWorld()
     heard: list[int] = []
     execute = world.line._bus.execute  # type: ignore[attr-defined]
 
@@ -187,11 +230,73 @@ def test_drives_support_fast_sync_read_and_it_is_used() -> None:
     world.line._bus.execute = listen  # type: ignore[attr-defined]
     bus = ready(world)
     heard.clear()
-    bus.read()
-    assert heard == [protocol.FAST_SYNC_READ, protocol.READ, protocol.READ]
+    for sample in Conformance.cycles(world, bus, 100):
+        assert all(sample.drives)
+        assert sample.inputs is not None
+        assert [status.axis for status in sample.statuses] == [0, 1, 2, 3, 4]
+    assert heard.count(protocol.FAST_SYNC_READ) == 100
+    # The rotation reads four blocks of five drives in two seconds.
+    assert 10 <= heard.count(protocol.READ) == len(heard) - 100 <= 13
 
 
-def ready(world: World) -> Bus:
+@pytest.mark.parametrize("kind", ["reboot", "exchanged"])
+def test_restarted_drive_says_nothing_until_it_is_read(kind: Any) -> None:
+    """Its Indirect Data reads 0, and a closed contact reads 0 too."""
+    world = RecordingWorld()
+    bus = ready(world)
+    bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
+    world.apparatus.press_estop(True)
+    world.fault(kind, 1)
+    (sample,) = Conformance.cycles(world, bus, 1)
+    assert (sample.drives[0], sample.inputs) == (None, None)
+    assert all(sample.drives[1:])
+    assert [status.axis for status in sample.statuses] == [1, 2, 3, 4]
+    later = Conformance.cycles(world, bus, 3)
+    assert all(sample.drives[0] for sample in later)
+    assert (1, "configured marker (LED)") in {
+        (status.axis + 1, status.mismatch) for sample in later for status in sample.statuses
+    }
+
+
+def test_changed_map_is_never_read_as_registers() -> None:
+    world = RecordingWorld()
+    bus = ready(world)
+    true_deg = Conformance.cycles(world, bus, 1)[0].drives[3].position_deg
+    world.set_registers(4, 168, bytes(56))
+    for sample in Conformance.cycles(world, bus, 20):
+        assert sample.drives[3] is None or sample.drives[3].position_deg == pytest.approx(true_deg, abs=1.0)
+
+
+def test_drives_without_a_map_are_read_and_not_written() -> None:
+    world = RecordingWorld()
+    bus = ready(world)
+    bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
+    for motor in range(1, 6):
+        world.set_registers(motor, 168, bytes(56))
+    again = make_bus(world.config, world.open_transport)
+    again.open()
+    samples = Conformance.cycles(world, again, 60)
+    assert all(all(sample.drives) for sample in samples)
+    assert all(world.torque)
+    assert [world.registers(motor, 168, 56) for motor in range(1, 6)] == [bytes(56)] * 5
+
+
+def test_silent_drive_silences_no_inputs() -> None:
+    """The drive of the inputs answers first."""
+    inputs = Inputs(drive_id=4, estop_second_port=3, max_age_cycles=10)
+    world = RecordingWorld(inputs=inputs)
+    drive = world.apparatus.drives[3]
+    drive.contacts, world.apparatus.drives[0].contacts = dict(world.apparatus.drives[0].contacts), {}
+    bus = ready(world)
+    for motor in (1, 2, 3, 5):
+        world.fault("silent", motor)
+        for sample in Conformance.cycles(world, bus, 15):
+            assert sample.inputs is not None
+        world.faults.clear()
+        Conformance.cycles(world, bus, 60)
+
+
+def ready(world: RecordingWorld) -> Bus:
     """Return a bus whose drives are configured and verified."""
     bus = make_bus(world.config, world.open_transport)
     bus.open()
@@ -202,7 +307,7 @@ def ready(world: World) -> Bus:
     return bus
 
 
-def mismatches(world: World, bus: Bus, cycles: int) -> set[tuple[int, str]]:
+def mismatches(world: RecordingWorld, bus: Bus, cycles: int) -> set[tuple[int, str]]:
     """Return the motors with their mismatched registers."""
     found = set()
     for _ in range(cycles):
@@ -212,7 +317,7 @@ def mismatches(world: World, bus: Bus, cycles: int) -> set[tuple[int, str]]:
 
 
 def test_missing_marker_is_found_although_every_register_is_right() -> None:
-    world = World()
+    world = RecordingWorld()
     bus = ready(world)
     world.set_registers(3, 65, b"\0")
     assert mismatches(world, bus, 8) == {(3, "configured marker (LED)")}
@@ -220,7 +325,7 @@ def test_missing_marker_is_found_although_every_register_is_right() -> None:
 
 def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
     """A factory-default drive's ports read 0: with one contact that is "closed", with two it is "pressed"."""
-    world = World()
+    world = RecordingWorld()
     bus = ready(world)
     assert bus.read().inputs is not None
     world.fault("exchanged", world.config.inputs.drive_id)
@@ -236,7 +341,7 @@ def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
 
 def test_mismatch_of_another_register_hides_no_pressed_switch() -> None:
     """The position limits lie in the block with the modes of the ports. A held arm waits for a press of the switch."""
-    world = World()
+    world = RecordingWorld()
     bus = ready(world)
     inputs_motor = world.config.inputs.drive_id
     world.set_registers(inputs_motor, 48, b"\xff\x0f\0\0\0\0\0\0")
@@ -250,7 +355,7 @@ def test_mismatch_of_another_register_hides_no_pressed_switch() -> None:
 
 
 def test_single_drive_without_an_armed_watchdog_is_found() -> None:
-    world = World()
+    world = RecordingWorld()
     bus = ready(world)
     bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
     bus.read()
@@ -262,7 +367,9 @@ def test_single_drive_without_an_armed_watchdog_is_found() -> None:
     ("estop", "second", "pedal"), [(1, 3, 2), (3, 1, 2), (2, None, 1), (1, None, 3), (3, None, 2), (2, 3, 1)]
 )
 def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: int) -> None:
-    world = World(inputs=Inputs(estop_port=estop, estop_second_port=second, pedal_port=pedal, max_age_cycles=30))
+    world = RecordingWorld(
+        inputs=Inputs(estop_port=estop, estop_second_port=second, pedal_port=pedal, max_age_cycles=30)
+    )
     bus = ready(world)
     drive = world.apparatus.drives[world.config.inputs.drive_id - 1]
     for pressed in (False, True):
@@ -278,7 +385,7 @@ def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: 
 
 
 def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
-    world = World()
+    world = RecordingWorld()
     bus = make_bus(world.config, world.open_transport)
     bus.open()
     bus.configure(range(5))
@@ -296,3 +403,115 @@ def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
         assert reading.corrupt == frozenset()
     assert protocol.FAST_SYNC_READ in heard
     assert protocol.SYNC_READ not in heard
+
+
+@pytest.mark.parametrize(("fixed_ms", "jitter_ms"), [(0.25, 0.0), (1.0, 0.5), (2.0, 0.0), (1.0, 1.0), (4.0, 0.0)])
+def test_late_adapter_loses_no_inputs(fixed_ms: float, jitter_ms: float) -> None:
+    """From the first read after opening, through configuration, to verified drives with torque."""
+    world = RecordingWorld()
+    world.latency = AdapterLatency(fixed_ms, jitter_ms)
+    bus = make_bus(world.config, world.open_transport)
+    bus.open()
+    bus.configure(range(5))
+    samples = Conformance.cycles(world, bus, 300)
+    verified = next(n for n in range(300) if samples[n].inputs is not None)
+    assert all(sample.inputs is not None for sample in samples[verified:])
+    assert verified < 20
+    assert all(all(sample.drives) for sample in samples[200:])
+    assert all(status.verified for sample in samples[200:] for status in sample.statuses)
+    bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
+    for sample in Conformance.cycles(world, bus, 100):
+        assert sample.inputs is not None
+        assert all(sample.drives)
+        assert bus.read_inputs() is not None
+
+
+_LOST_MS = 30.0
+"""An answer as late as this belongs to no cycle."""
+
+
+@settings(max_examples=30)
+@given(
+    segments=st.lists(
+        st.tuples(
+            st.integers(0, 6).map(lambda lost: [_LOST_MS] * lost),
+            st.lists(st.floats(0.0, 5.2), min_size=1, max_size=4),
+        ),
+        min_size=1,
+        max_size=4,
+    )
+)
+def test_timely_drives_are_read_soon_after_lost_answers(
+    segments: list[tuple[list[float], list[float]]],
+) -> None:
+    """A busy computer loses some answers and stays slow: no drive may stay unread because it was silent once."""
+    world = RecordingWorld()
+    bus = ready(world)
+    for lost, late in segments:
+        for latency_ms in lost:
+            world.latency = AdapterLatency(latency_ms)
+            bus.read()
+            world.wait(0.004)
+        for latency_ms in late:
+            world.latency = AdapterLatency(latency_ms)
+            samples = Conformance.cycles(world, bus, 30)[20:]
+            assert all(sample.inputs for sample in samples)
+            for before, after in pairwise(samples):
+                assert all(a or b for a, b in zip(before.drives, after.drives, strict=True))
+
+
+@pytest.mark.parametrize(("fixed_ms", "jitter_ms"), [(2.0, 0.0), (1.0, 1.0)])
+def test_cycle_with_a_late_adapter_fits_100_hz(fixed_ms: float, jitter_ms: float) -> None:
+    world = RecordingWorld()
+    world.latency = AdapterLatency(fixed_ms, jitter_ms)
+    bus = ready(world)
+    for _ in range(200):
+        began_ns = world.t_ns
+        bus.read()
+        bus.write_setpoints([15.0, 109.0, 8.0, 0.0, 0.0])
+        assert world.t_ns - began_ns < 8_000_000
+        world.wait(max(0.0, 0.01 - (world.t_ns - began_ns) / 1e9))
+
+
+@pytest.mark.parametrize("latency_ms", [0.25, 1.0, 2.0, 4.0])
+def test_cycles_take_what_bytes_and_latency_take(latency_ms: float) -> None:
+    """Without a pause: 95 % of the cycles that bytes, and one latency for each answer, allow."""
+    world = RecordingWorld()
+    world.latency = AdapterLatency(latency_ms)
+    bus = ready(world)
+    assert world.opened is not None
+    carried, began_ns, answers = world.opened.carried, world.t_ns, 0
+    execute = world.line._bus.execute  # type: ignore[attr-defined]
+
+    def listen(instruction: Instruction, baud: int, now_ns: int) -> object:
+        nonlocal answers
+        answers += instruction.code != protocol.SYNC_WRITE
+        return execute(instruction, baud, now_ns)
+
+    world.line._bus.execute = listen  # type: ignore[attr-defined]
+    for _ in range(200):
+        assert bus.read().inputs is not None
+        bus.write_setpoints([15.0, 109.0, 8.0, 0.0, 0.0])
+    assert answers <= 200 * 1.2
+    least_ns = (world.opened.carried - carried) * 10_000 + answers * latency_ms * 1e6
+    assert least_ns / (world.t_ns - began_ns) >= 0.95
+
+
+def test_health_adds_no_request() -> None:
+    """Voltage and temperature come with the block of the cycle, their limits with a verified block."""
+    world = RecordingWorld()
+    bus = ready(world)
+    heard: list[tuple[int, int]] = []
+    execute = world.line._bus.execute  # type: ignore[attr-defined]
+
+    def listen(instruction: Instruction, baud: int, now_ns: int) -> object:
+        heard.append((instruction.code, int.from_bytes(instruction.parameters[:2], "little")))
+        return execute(instruction, baud, now_ns)
+
+    world.line._bus.execute = listen  # type: ignore[attr-defined]
+    reported = [one for sample in Conformance.cycles(world, bus, 200) for one in sample.health]
+    assert len(reported) >= 5 * 10
+    cycles = [address for code, address in heard if code == protocol.FAST_SYNC_READ]
+    assert cycles == [224] * 200
+    rotation = {address for code, address in heard if code != protocol.FAST_SYNC_READ}
+    assert rotation == {block.start for block in VERIFIED_BLOCKS}

@@ -6,42 +6,50 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.bus.modbus.frames import encode, find_answer
-from kata.device.config import ModbusMap
-from tests.support.driver_conformance import Conformance
+from kata.device.config import ModbusMap, StationConfig
+from kata.testing.conformance import Conformance
+from tests.support.drive_registers import Registers, expected_registers
 
 
-class TestModbus(Conformance):
+class ModbusConformance(Conformance):
+    """What all configurations of the driver have in common."""
+
+    protocol = "modbus"
+    arming_request = 7
+    resolution_deg = 0.1
+
+    def expected_registers(self, config: StationConfig, motor: int) -> Registers:
+        return expected_registers(config, motor)
+
+
+class TestModbus(ModbusConformance):
     """With function 23."""
 
-    protocol = "modbus"
-    arming_request = 7
-    resolution_deg = 0.1
 
-
-class TestModbusWithoutFunction23(Conformance):
+class TestModbusWithoutFunction23(ModbusConformance):
     """Drives that need separate reads and writes."""
 
-    protocol = "modbus"
-    arming_request = 7
-    resolution_deg = 0.1
     settings = {"modbus": ModbusMap(function_23=False)}  # noqa: RUF012
 
 
-class TestModbusInPieces(Conformance):
+class TestModbusWithHealth(ModbusConformance):
+    """Drives whose voltage and temperature the map names."""
+
+    reports_health = True
+    settings = {  # noqa: RUF012
+        "modbus": ModbusMap(supply_voltage=0x26, temperature=0x27, voltage_limits=0x09, temperature_limit=0x0B)
+    }
+
+
+class TestModbusInPieces(ModbusConformance):
     """Behind an adapter that delivers every byte separately."""
 
-    protocol = "modbus"
-    arming_request = 7
-    resolution_deg = 0.1
     byte_by_byte = True
 
 
-class TestSlowModbus(Conformance):
+class TestSlowModbus(ModbusConformance):
     """At 115,200 bit/s."""
 
-    protocol = "modbus"
-    arming_request = 7
-    resolution_deg = 0.1
     settings = {"baud": 115_200, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 
 

@@ -38,6 +38,7 @@ class Loinc:
     """LOINC codes of one motion. They do not state the side or the position of the arm."""
 
     active: str
+    """Empty if we have verified none without a side."""
     passive: str
 
 
@@ -55,9 +56,18 @@ class Measure:
     reference_deg: float
     loinc: Loinc | None = None
 
+    def loinc_of(self, kind: str) -> str:
+        """Return the LOINC code of ``active`` or ``passive``; empty if we have verified none."""
+        if self.loinc is None:
+            return ""
+        return self.loinc.active if kind == "active" else self.loinc.passive
+
 
 _EXTERNAL: Final = Loinc("41387-2", "41388-0")
 _INTERNAL: Final = Loinc("41391-4", "41392-2")
+_HORIZONTAL_ADDUCTION: Final = Loinc("", "56046-6")
+"""Horizontal flexion is LOINC's horizontal adduction: 56046-6, Shoulder Horizontal adduction Passive Range of Motion. Of the active codes we
+have verified only the right shoulder's (56044-1)."""
 
 MEASURES: Final = (
     Measure("flexion", "", texts.ROM_FLEXION(), "屈曲", -20, 200, 180, Loinc("41389-8", "41390-6")),
@@ -70,7 +80,7 @@ MEASURES: Final = (
     Measure("internal_rotation", "abducted_90", texts.ROM_INTERNAL_ROTATION_2(), "内旋(2nd)", -60, 120, 70, _INTERNAL),
     Measure("external_rotation", "flexed_90", texts.ROM_EXTERNAL_ROTATION_3(), "外旋(3rd)", -60, 130, 25, _EXTERNAL),
     Measure("internal_rotation", "flexed_90", texts.ROM_INTERNAL_ROTATION_3(), "内旋(3rd)", -60, 120, 80, _INTERNAL),
-    Measure("horizontal_flexion", "", texts.ROM_HORIZONTAL_FLEXION(), "水平屈曲", -30, 170, 135),
+    Measure("horizontal_flexion", "", texts.ROM_HORIZONTAL_FLEXION(), "水平屈曲", -30, 170, 135, _HORIZONTAL_ADDUCTION),
     Measure("horizontal_extension", "", texts.ROM_HORIZONTAL_EXTENSION(), "水平伸展", -60, 90, 30),
     Measure("scapular_flexion", "", texts.ROM_SCAPULAR_FLEXION(), "肩甲帯 屈曲", -20, 60, 20),
     Measure("scapular_extension", "", texts.ROM_SCAPULAR_EXTENSION(), "肩甲帯 伸展", -20, 60, 20),

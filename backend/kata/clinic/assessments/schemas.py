@@ -145,11 +145,21 @@ class AssessmentWithdraw(Schema):
 
 
 class SpadiScore(Schema):
-    """Scores from 0 (none) to 100 (worst). Null if more than two items of a subscale are unanswered."""
+    """Scores from 0 (none) to 100 (worst). Null if more than two of the 13 items are unanswered."""
 
     pain: float | None = Field(ge=0, le=100)
     disability: float | None = Field(ge=0, le=100)
     total: float | None = Field(ge=0, le=100, description="The mean of both subscales.", examples=[54.6])
+
+
+class QuestionnaireScore(Schema):
+    """An answered questionnaire."""
+
+    code: str = Field(examples=["quickdash"])
+    title: str
+    answers: list[int | None] = Field(description="One for each item in order; null if unanswered.")
+    total_points: float | None = Field(description="Null if too many items are unanswered.")
+    highest_points: float | None = Field(description="The highest total.")
 
 
 class Assessment(Schema):
@@ -166,6 +176,7 @@ class Assessment(Schema):
     pain_average: Pain | None = Field(description="Over the last week.")
     spadi: SpadiAnswers | None
     spadi_score: SpadiScore | None = Field(description="Null if the questionnaire was not asked.")
+    questionnaires: list[QuestionnaireScore] = Field([], description="Other questionnaires than the SPADI.")
     note: str
     updated_at: Moment
     withdrawn_at: Moment | None = Field(description="When it was marked as entered by mistake. UTC.")
@@ -204,10 +215,12 @@ class AssessmentForm(Schema):
     spadi: list[SpadiItem]
     spadi_perhaps_important: float = Field(ge=0, le=100, description="A smaller change is not important to patients.")
     spadi_important: float = Field(ge=0, le=100, description="A change of this size or more is important to patients.")
+    spadi_detectable: float = Field(ge=0, le=100, description="A smaller change of one patient may be chance.")
 
 
 def has_findings(assessment: "AssessmentCreate | Assessment") -> bool:
     """True if the assessment contains a finding."""
     pains = (assessment.pain_rest, assessment.pain_active, assessment.pain_passive, assessment.pain_average)
     answered = any(answer is not None for answer in assessment.spadi or [])
-    return bool(assessment.rom or assessment.note or answered or any(pain is not None for pain in pains))
+    others = isinstance(assessment, Assessment) and assessment.questionnaires
+    return bool(assessment.rom or assessment.note or answered or others or any(pain is not None for pain in pains))

@@ -16,6 +16,7 @@ from kata.clinic.assessments.schemas import (
     AssessmentCreate,
     AssessmentForm,
     AssessmentUpdate,
+    QuestionnaireScore,
     RomEntry,
     RomMeasure,
     SpadiItem,
@@ -25,6 +26,7 @@ from kata.clinic.assessments.schemas import (
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
+from kata.clinic.questionnaires.definitions import DEFINITIONS, score
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found
 from kata.pagination import Keyset
@@ -49,7 +51,13 @@ def form() -> AssessmentForm:
     ]
     items = [SpadiItem(subscale=item.subscale, text=item.english, text_ja=item.japanese) for item in spadi.ITEMS]
     perhaps, surely = spadi.IMPORTANT_CHANGE
-    return AssessmentForm(rom=measures, spadi=items, spadi_perhaps_important=perhaps, spadi_important=surely)
+    return AssessmentForm(
+        rom=measures,
+        spadi=items,
+        spadi_perhaps_important=perhaps,
+        spadi_important=surely,
+        spadi_detectable=spadi.DETECTABLE_CHANGE,
+    )
 
 
 def episode_of(session: Session, episode_id: UUID) -> EpisodeRow:
@@ -103,22 +111,38 @@ def of_patient(
     return _find(session, AssessmentRow.episode_id.in_(episodes), limit, after)
 
 
-def create(session: Session, episode_id: UUID, found: AssessmentCreate) -> AssessmentRow:
+def check_not_archived(session: Session, episode: EpisodeRow) -> None:
+    """Check that the patient of an episode is not archived.
+
+    :raises ProblemError: 409.
+    """
+    patient = patients.get(session, episode.patient_id)
+    if patient.archived_at:
+        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
+
+
+def create(
+    session: Session,
+    episode_id: UUID,
+    found: AssessmentCreate,
+    questionnaires: dict[str, list[int | None]] | None = None,
+) -> AssessmentRow:
     """Store an assessment.
+
+    ``questionnaires``: answers by code, of other questionnaires than the SPADI.
 
     :raises ProblemError: 404; 409 for an archived patient.
     """
     episode = episode_of(session, episode_id)
-    patient = patients.get(session, episode.patient_id)
-    if patient.archived_at:
-        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
+    check_not_archived(session, episode)
     row = AssessmentRow(
         id=uuid4(),
         episode_id=episode_id,
         updated_at=utc_now(),
         withdrawn_at=None,
         rom=_rows(found.rom),
-        spadi_score=_total(found.spadi),
+        spadi_score=spadi.total(found.spadi),
+        questionnaires=questionnaires or {},
         **found.model_dump(exclude={"rom"}),
     )
     session.add(row)
@@ -141,7 +165,7 @@ def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> As
         row.rom = _rows(given.rom)
     if not has_findings(as_assessment(row)):
         raise ProblemError(422, "nothing_found", texts.ASSESSMENT_WOULD_BE_EMPTY(), texts.WITHDRAW_IF_MISTAKEN())
-    row.spadi_score = _total(row.spadi)
+    row.spadi_score = spadi.total(row.spadi)
     row.updated_at = utc_now()
     session.flush()
     return row
@@ -179,6 +203,7 @@ def as_assessment(row: AssessmentRow) -> Assessment:
         pain_average=row.pain_average,
         spadi=row.spadi,
         spadi_score=scored,
+        questionnaires=[_answered(code, answers) for code, answers in row.questionnaires.items()],
         note=row.note,
         updated_at=row.updated_at,
         withdrawn_at=row.withdrawn_at,
@@ -202,6 +227,19 @@ def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> Assessm
     return row
 
 
+def _answered(code: str, answers: list[int | None]) -> QuestionnaireScore:
+    """Return a stored questionnaire. One that only another version knows has no score."""
+    definition = DEFINITIONS.get(code)
+    fits = definition is not None and definition.fits(answers)
+    return QuestionnaireScore(
+        code=code,
+        title=definition.title if definition else code,
+        answers=answers,
+        total_points=score(definition, answers).total if definition and fits else None,
+        highest_points=definition.highest_total if definition else None,
+    )
+
+
 def _entry(row: RomRow) -> RomEntry:
     """Return a stored entry without validation: it may have been stored under other bounds."""
     stored: dict[str, Any] = {"side": row.side, "motion": row.motion, "kind": row.kind, "position": row.position}
@@ -210,7 +248,3 @@ def _entry(row: RomRow) -> RomEntry:
 
 def _rows(entries: list[RomEntry]) -> list[RomRow]:
     return [RomRow(**entry.model_dump()) for entry in entries]
-
-
-def _total(answers: list[int | None] | None) -> float | None:
-    return spadi.score(answers).total if answers else None

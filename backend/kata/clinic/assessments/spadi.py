@@ -2,27 +2,26 @@
 
 Roach, Budiman-Mak, Songsiridej and Lertratanakul 1991, Arthritis Care Res 4(4), 143-149; items answered 0 to 10 as in Williams, Holleman
 and Simel 1995, J Rheumatol 22(4), 727-732. The item texts are our own words. They remind the person who types the answers in; the patient
-fills in the questionnaire itself.
+fills in the questionnaire itself. In Japanese that is the SPADI-Jp (Sekiguchi, Hagiwara, Ando et al. 2020, "Validation and reliability of a
+Japanese version of the Shoulder Pain and Disability Index: A cross-sectional study", copyright The Japanese Orthopaedic Association). No
+licence to distribute it is known to us, so Kata does not contain it. Our own words are not validated, and are never exported.
 
-An item that does not apply or is unanswered is left out of its subscale's sum and of the highest possible sum. The total is the mean of
-both subscales (Roach et al.). Some printed forms divide the sum of all 13 items by 130, which weighs disability more. Do not mix their
-totals with these.
+Score and thresholds are in ``kata/clinic/questionnaires/definitions/spadi.toml``.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-Subscale = Literal["pain", "disability"]
-HIGHEST: Final = 10
-MOST_UNANSWERED: Final = 2
-"""A subscale with more unanswered items has no score."""
-IMPORTANT_CHANGE: Final = (8.0, 13.0)
-"""The least change that patients call important lies between these: Roy, MacDermid and Woodhouse 2009, Arthritis Rheum 61(5), 623-632.
+from kata.clinic.questionnaires import definitions
+from kata.clinic.questionnaires.definitions import SPADI
 
-A smaller change is not important, a larger one is. (For a single patient a change below 17 or 18 may also be chance: the same authors;
-Tveita et al. 2008, BMC Musculoskelet Disord 9, 161, in adhesive capsulitis.)
-"""
+Subscale = Literal["pain", "disability"]
+HIGHEST: Final = SPADI.scales[0].highest
+IMPORTANT_CHANGE: Final = (SPADI.important.points, SPADI.important.up_to or SPADI.important.points)
+"""The least change that patients call important lies between these."""
+DETECTABLE_CHANGE: Final = SPADI.detectable.points
+"""Only a larger change of one patient is real. A change up to this may be chance."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +62,10 @@ class Score:
 
 def score(answers: Sequence[int | None]) -> Score:
     """Return the score of 13 answers in the items' order, 0 to 10 each, None if unanswered."""
-    pain, disability = (_subscale(answers, subscale) for subscale in ("pain", "disability"))
-    total = None if pain is None or disability is None else (pain + disability) / 2
-    return Score(pain, disability, total)
+    found = definitions.score(SPADI, answers)
+    return Score(found.scales["pain"], found.scales["disability"], found.total)
 
 
-def _subscale(answers: Sequence[int | None], subscale: str) -> float | None:
-    asked = [answer for item, answer in zip(ITEMS, answers, strict=True) if item.subscale == subscale]
-    answered = [answer for answer in asked if answer is not None]
-    if len(asked) - len(answered) > MOST_UNANSWERED:
-        return None
-    return 100 / HIGHEST * sum(answered) / len(answered)
+def total(answers: Sequence[int | None] | None) -> float | None:
+    """Return the total score; None if the questionnaire was not asked or too many items are unanswered."""
+    return score(answers).total if answers else None

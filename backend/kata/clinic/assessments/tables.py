@@ -27,6 +27,9 @@ class AssessmentRow(Base):
     spadi: Mapped[list[int | None] | None] = mapped_column(JSON(none_as_null=True))
     """Answers to the 13 items in their order, 0 to 10 each, None if unanswered."""
     spadi_score: Mapped[float | None]
+    """Written for programs from before 0011, which read it; nothing else does."""
+    questionnaires: Mapped[dict[str, list[int | None]]] = mapped_column(JSON, default=dict)
+    """Answers to other questionnaires by code, as in ``spadi``."""
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     withdrawn_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 

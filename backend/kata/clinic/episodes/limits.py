@@ -1,8 +1,16 @@
 """Check a planned motion against a doctor's limits.
 
-The limits apply to the body's angles. The device also receives the limits that belong to one motor alone, and refuses setpoints beyond
-them. This module checks the others before anything moves: motions 1 and 2, which both turn motors 1 and 2, and which of its two motions
-motor 4 makes.
+The limits apply to the body's angles, and a doctor names them by motion. The pose of the arm counts and not the name of the motion that
+leads to it:
+
+* motion 4 (abduction) and motion 5 (flexion) limit the **elevation** of the upper arm sideways and forward, and between them in proportion;
+* motion 3 (horizontal flexion) limits the **plane** of the raised arm, whichever motors raised it;
+* the lowest angle of motion 5 (extension), and that of motion 3 with the level arm, limit motor 4 backward.
+
+Limits that were stored when each motion had its own motor are read in the same way. What they forbade then is still forbidden: the angle
+of motion 5 up to 45 deg of abduction, that of motion 3 from there on.
+
+The device receives the limits of single motors and those of the pose, and lets no setpoint leave them.
 """
 
 import math
@@ -24,6 +32,15 @@ from kata.motion.axes import AXES, BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method, reference
+from kata.motion.reach import (
+    FREE_DEG,
+    LEVEL_BACK_DEG,
+    POSE_ROUNDING_DEG,
+    ArmLimits,
+    doctors_set,
+    nearest,
+    setpoint_times,
+)
 from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.texts import SIDES
 from kata.motion.trajectory import Trajectory
@@ -32,10 +49,10 @@ from kata.types import side_of
 MotorLimits = tuple[tuple[float, float], ...]
 """Lowest and highest angle of each motor, or empty (:attr:`kata.device.messages.Load.limits_deg`)."""
 
-_STEP_S: Final = 0.01
-"""The smallest distance of two setpoints."""
-_FREE_DEG: Final = (-360.0, 360.0)
+_FREE_DEG: Final = (-FREE_DEG, FREE_DEG)
 """No motor can reach these angles."""
+_WHOLE_ELEVATION_DEG: Final = 180.0
+"""No arm is raised further."""
 _SCAPULA: Final = (1, 2)
 _MOTOR_4: Final = (3, 5)
 
@@ -56,7 +73,7 @@ class DoctorLimits:
         """Refuse a run beyond the limits. Needs no database. Takes seconds for a motion of an hour.
 
         :param motion: what the run asks of the motors.
-        :returns: the limits that the device itself can check.
+        :returns: the limits of single motors; the device also gets :attr:`arm`.
         :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
         """
         if self.max_load_level is not None and load_level > self.max_load_level:
@@ -81,6 +98,29 @@ class DoctorLimits:
             _check_speed(path, self.max_speed_deg_s, self.by)
         if self.motions:
             _check_path(self._by_motion, self.side, path, self.by)
+        if self.arm:
+            _check_arm(self.arm, self.side, path, self.by)
+
+    @property
+    def arm(self) -> ArmLimits | None:
+        """The limits of the pose; None without any."""
+        limits = self._by_motion
+        if not any(motion in limits for motion in (1, 2, 3, 4, 5)):
+            return None
+        side_deg, front_deg = (_highest(limits, motion, _WHOLE_ELEVATION_DEG) for motion in (4, 5))
+        hanging_deg = _lowest(limits, 5)
+        return ArmLimits(
+            scapula_deg=(_range(limits, 1), _range(limits, 2)),
+            side_deg=side_deg,
+            front_deg=front_deg,
+            # Behind the body the arm may go as far as sideways, and as far as extension may go.
+            back_deg=max(side_deg, BASIC_MOTIONS[4].range_deg[0] * -1.0),
+            plane_deg=_range(limits, 3),
+            flexion_from_deg=(
+                hanging_deg,
+                hanging_deg if hanging_deg == -FREE_DEG else max(_lowest(limits, 3), LEVEL_BACK_DEG),
+            ),
+        )
 
     @property
     def _by_motion(self) -> dict[int, MotionLimit]:
@@ -137,7 +177,7 @@ def _check_speed(path: Trajectory, limit_deg_s: float, doctor: str) -> None:
 
 
 def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, doctor: str) -> None:
-    times_s = np.append(np.arange(0.0, path.duration_s, _STEP_S), path.duration_s)
+    times_s = setpoint_times(path)
     angles = path.along(times_s)
     if any(number in limits for number in _SCAPULA):
         angles = _body(angles, side)
@@ -166,6 +206,40 @@ def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, do
                 else texts.MOTION_BELOW_LOWEST(**beyond_limit, lowest_deg=lowest),
                 texts.CHOOSE_LESS_RANGE(),
             )
+
+
+def _check_arm(arm: ArmLimits, side: Side, path: Trajectory, doctor: str) -> None:
+    times_s = setpoint_times(path)
+    worst = nearest(path.along(times_s), lambda motors_deg: doctors_set(motors_deg, side, arm))
+    if worst.margin_deg >= -POSE_ROUNDING_DEG:
+        return
+    # Rounded beyond the limit: a refused angle must not read like an allowed one.
+    shown = (math.ceil if worst.upper else math.floor)(worst.value_deg * 10) / 10
+    beyond_limit = {
+        "quantity": worst.quantity, "angle_deg": shown, "at_s": times_s[worst.row], "doctor": doctor
+    }  # fmt: skip
+    raise ProblemError(
+        422,
+        "beyond_doctors_limit",
+        texts.ARM_BEYOND_HIGHEST(**beyond_limit, highest_deg=worst.limit_deg)
+        if worst.upper
+        else texts.ARM_BELOW_LOWEST(**beyond_limit, lowest_deg=worst.limit_deg),
+        texts.CHOOSE_LESS_RANGE(),
+    )
+
+
+def _range(limits: dict[int, MotionLimit], motion: int) -> tuple[float, float]:
+    return _lowest(limits, motion), _highest(limits, motion, FREE_DEG)
+
+
+def _lowest(limits: dict[int, MotionLimit], motion: int) -> float:
+    found = limits[motion].lowest_deg if motion in limits else None
+    return -FREE_DEG if found is None else found
+
+
+def _highest(limits: dict[int, MotionLimit], motion: int, free_deg: float) -> float:
+    found = limits[motion].highest_deg if motion in limits else None
+    return free_deg if found is None else found
 
 
 def _body(motors_deg: Floats, side: Side) -> Floats:

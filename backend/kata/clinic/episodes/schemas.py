@@ -6,6 +6,7 @@ from uuid import UUID
 from pydantic import Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
+from kata.clinic.episodes.diagnoses import DiagnosisCode, Verification
 from kata.motion.axes import BASIC_MOTIONS
 from kata.station.schemas import LoadLevel
 from kata.types import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
@@ -62,6 +63,8 @@ _SPEED: Final = (
     "The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as "
     "the station allows."
 )
+_CODE: Final = "ICD-10 code of the diagnosis that the clinician chose. Empty: none was chosen."
+_VERIFICATION: Final = "How certain the diagnosis is. Empty: not stated."
 _DOCTOR: Final = "The doctor who set the limits: needed where there are any."
 SPEED_RANGE_DEG_S: Final = (1.0, 150.0)
 """A lower limit makes an approach last minutes. No station moves a motor faster than the highest."""
@@ -73,7 +76,9 @@ class EpisodeCreate(_Given):
     """A new episode of care."""
 
     side: Side
-    diagnosis: Diagnosis = Field("", examples=["Adhesive capsulitis"])
+    diagnosis: Diagnosis = Field("", description="As written.", examples=["Adhesive capsulitis"])
+    diagnosis_code: DiagnosisCode = Field("", description=_CODE, examples=["M75.0"])
+    verification: Verification = Field("", description=_VERIFICATION)
     onset_on: PastDay | None = Field(None, description="When the complaint began.", examples=["2026-05-01"])
     contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
     limits: Limits = Field(default_factory=list)
@@ -86,6 +91,8 @@ class EpisodeUpdate(_Given):
     """A change of an episode. ``updated_at`` is the version that the editor saw. If the episode has changed since, nothing is saved."""
 
     diagnosis: Diagnosis | None = None
+    diagnosis_code: DiagnosisCode | None = Field(None, description=_CODE)
+    verification: Verification | None = Field(None, description=_VERIFICATION)
     onset_on: PastDay | None = None
     contraindications: Note | None = None
     limits: Limits | None = None
@@ -122,7 +129,9 @@ class Episode(Schema):
     id: UUID
     patient_id: UUID
     side: Side
-    diagnosis: str
+    diagnosis: str = Field(description="As written.")
+    diagnosis_code: DiagnosisCode = Field(description=_CODE)
+    verification: Verification = Field(description=_VERIFICATION)
     onset_on: PastDay | None
     contraindications: str
     limits: Limits

@@ -51,7 +51,7 @@ def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> Episo
     """Open an episode of care.
 
     :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode; 422 where limits have no
-        doctor, or a day lies before birth.
+        doctor, a certainty has no diagnosis, or a day lies before birth.
     """
     patient = patients.get(session, patient_id, to_change=True)
     _may_open(session, patient, wanted.side)
@@ -67,8 +67,8 @@ def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> Episo
 def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeRow:
     """Change the given fields only.
 
-    :raises ProblemError: 404; 409 when it is closed, or it was changed meanwhile; 422 where limits have no doctor, or
-        the onset lies before birth.
+    :raises ProblemError: 404; 409 when it is closed, or it was changed meanwhile; 422 where limits have no doctor, a
+        certainty has no diagnosis, or the onset lies before birth.
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
@@ -179,6 +179,8 @@ def _check(row: EpisodeRow, patient: PatientRow) -> None:
             texts.LIMITS_WITHOUT_DOCTOR(),
             texts.WRITE_DOCTOR_NAME(),
         )
+    if row.verification and not (row.diagnosis or row.diagnosis_code):
+        raise ProblemError(422, "no_diagnosis", texts.CERTAINTY_WITHOUT_DIAGNOSIS(), texts.WRITE_DIAGNOSIS())
     if row.onset_on:
         _not_before_birth(row.onset_on, patient, texts.ONSET_BEFORE_BIRTH)
 

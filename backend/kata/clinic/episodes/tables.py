@@ -19,6 +19,10 @@ class EpisodeRow(Base):
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
     side: Mapped[str] = mapped_column(String(8))
     diagnosis: Mapped[str] = mapped_column(String(200), default="")
+    diagnosis_code: Mapped[str] = mapped_column(String(8), default="")
+    """ICD-10 code that the clinician chose (:mod:`kata.clinic.episodes.diagnoses`). Empty: none."""
+    verification: Mapped[str] = mapped_column(String(16), default="")
+    """How certain the diagnosis is, in HL7's words. Empty: not stated."""
     onset_on: Mapped[date | None]
     contraindications: Mapped[str] = mapped_column(Text, default="")
     limits: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)

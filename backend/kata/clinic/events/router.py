@@ -5,11 +5,9 @@ from uuid import UUID
 
 from fastapi import APIRouter, Query
 
-from kata.auth.permissions import OF_ROLE
 from kata.clinic.events import service
 from kata.clinic.events.schemas import DeviceEvent, EventKind
 from kata.clinic.events.service import EventFilter
-from kata.clinic.restricted import service as restricted
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.pagination import After, Limit, Page
 
@@ -35,8 +33,4 @@ def list_events(
     with database.read() as session:
         wanted = EventFilter(station, session_id, patient_id, kind, code)
         rows, following = service.find(session, wanted, limit, after)
-        hidden = restricted.hidden_among(session, actor, (row.patient_id for row in rows if row.patient_id))
-        reads_records = "read_records" in OF_ROLE[actor.role]
-        items = [DeviceEvent.model_validate(row) for row in rows]
-        shown = [item if reads_records and item.patient_id not in hidden else item.of_nobody() for item in items]
-        return Page[DeviceEvent](items=shown, next=following)
+        return Page[DeviceEvent](items=service.shown_to(session, actor, rows), next=following)

@@ -9,9 +9,12 @@ from uuid import UUID
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
+from kata.actor import Actor
+from kata.auth.permissions import ROLE_PERMISSIONS
 from kata.clinic.events.observer import ESTOP_TESTED
-from kata.clinic.events.schemas import EventKind
+from kata.clinic.events.schemas import DeviceEvent, EventKind
 from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.restricted import service as restricted
 from kata.pagination import Keyset
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], DeviceEventRow.at, DeviceEventRow.id, descending=True)
@@ -55,6 +58,14 @@ def find(
     query = select(DeviceEventRow).where(*(column == value for column, value in columns if value is not None))
     rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
     return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.id))
+
+
+def shown_to(session: Session, actor: Actor, rows: Sequence[DeviceEventRow]) -> list[DeviceEvent]:
+    """Return the events. Patient, session and run are left out of those whose record is not open to the user."""
+    hidden = restricted.hidden_among(session, actor, (row.patient_id for row in rows if row.patient_id))
+    reads_records = "read_records" in ROLE_PERMISSIONS[actor.role]
+    items = [DeviceEvent.model_validate(row) for row in rows]
+    return [item if reads_records and item.patient_id not in hidden else item.of_nobody() for item in items]
 
 
 def estop_tested_at(session: Session, station: str, since: datetime) -> datetime | None:

@@ -14,7 +14,7 @@ from kata.clinic import texts
 from kata.clinic.episodes import limits
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.programmes.schemas import ItemWanted
+from kata.clinic.programmes.schemas import ProgrammeItemRequest
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
 from kata.database.arrays import UnreadableError
@@ -57,13 +57,15 @@ class ItemPlayback:
     method: Method
 
 
-def playback_of(item: ItemWanted) -> ItemPlayback:
+def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
     """Return the settings that an item's duration depends on."""
     asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
     return ItemPlayback(item.recording_id, asked, item.method)
 
 
-def item_problems(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> dict[int, ProblemError]:
+def item_problems(
+    session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItemRequest]
+) -> dict[int, ProblemError]:
     """Return the items that cannot be in this episode's programme, by place from 1, with the reason."""
     found = {}
     for place, item in enumerate(items, start=1):
@@ -73,7 +75,7 @@ def item_problems(session: Session, episode: EpisodeRow, items: Sequence[ItemWan
     return found
 
 
-def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> CheckData:
+def look_up(session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItemRequest]) -> CheckData:
     """Return the records that the check needs."""
     problems = item_problems(session, episode, items)
     fitting = {item.recording_id for place, item in enumerate(items, start=1) if place not in problems}
@@ -82,7 +84,7 @@ def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) 
 
 
 def check(
-    worker: FigureWorker, found: CheckData, items: Sequence[ItemWanted], config: StationConfig
+    worker: FigureWorker, found: CheckData, items: Sequence[ProgrammeItemRequest], config: StationConfig
 ) -> list[float | ProblemError]:
     """Return each item's duration in seconds, or why it cannot be played. Waits for the worker: call it from a worker thread."""
     playbacks = {playback_of(item) for place, item in enumerate(items, start=1) if place not in found.problems}
@@ -110,7 +112,7 @@ def _duration(
         found = repetition_times(motion, playback.asked)
         # Two repetitions contain all that many repetitions contain.
         few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
-        config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg))
+        config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg), allowed.side)
         allowed.check_path(few, playback.method)
     except UnreadableError:
         return ItemProblem(texts.ITEM_SAMPLES_DAMAGED())
@@ -126,7 +128,7 @@ def _unplayable(place: int, unfit: ItemProblem) -> ProblemError:
 
 
 def _item_problem(
-    recording: RecordingRow | None, item: ItemWanted, episode: EpisodeRow, place: int
+    recording: RecordingRow | None, item: ProgrammeItemRequest, episode: EpisodeRow, place: int
 ) -> ProblemError | None:
     if recording is None:
         return not_found(texts.RECORDING_NOT_FOUND)

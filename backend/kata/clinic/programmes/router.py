@@ -12,12 +12,12 @@ from kata.clinic.programmes.checks import CheckData
 from kata.clinic.programmes.planned import SessionPlan
 from kata.clinic.programmes.schemas import (
     ItemPreview,
-    ItemWanted,
     Preview,
-    PreviewWanted,
     Programme,
     ProgrammeCreate,
     ProgrammeDetail,
+    ProgrammeItemRequest,
+    ProgrammePreviewRequest,
     ProgrammeUpdate,
     VersionCreate,
 )
@@ -67,7 +67,7 @@ def create_programme(
     responses=PROBLEMS.of(404, 409, 422),
 )
 def preview_programme(
-    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: PreviewWanted
+    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: ProgrammePreviewRequest
 ) -> Preview:
     """Return how long each item would take, or why it cannot be played. Nothing is stored."""
     with database.read() as session:
@@ -145,7 +145,9 @@ def get_adherence(
         return adherence.of_episode(session, episode_id, utc_offset_minutes)
 
 
-def _durations(worker: FigureWorker, found: CheckData, items: Sequence[ItemWanted], station: Station) -> list[float]:
+def _durations(
+    worker: FigureWorker, found: CheckData, items: Sequence[ProgrammeItemRequest], station: Station
+) -> list[float]:
     """:raises ProblemError: names the first item that cannot be played, with the reason."""
     durations_s = []
     for checked in checks.check(worker, found, items, station.config):

@@ -29,7 +29,7 @@ Timer = Annotated[
 Wish = Annotated[int | None, Field(ge=1, le=21, description="Prescribed sessions per week.", examples=[3])]
 
 
-class ItemWanted(PlaybackSettings):
+class ProgrammeItemRequest(PlaybackSettings):
     """One recording and its settings. By default as taught, once."""
 
     recording_id: UUID
@@ -37,19 +37,19 @@ class ItemWanted(PlaybackSettings):
     method: Method = "smooth"
 
 
-class ItemsWanted(Schema):
+class ProgrammeItemsRequest(Schema):
     """Recordings in the order of playback."""
 
-    items: list[ItemWanted] = Field(min_length=1, max_length=MOST_ITEMS)
+    items: list[ProgrammeItemRequest] = Field(min_length=1, max_length=MOST_ITEMS)
 
 
-class PreviewWanted(ItemsWanted):
+class ProgrammePreviewRequest(ProgrammeItemsRequest):
     """The programme to be checked."""
 
     episode_id: UUID | None = Field(None, description="By default the open episode.")
 
 
-class VersionWanted(ItemsWanted):
+class VersionWanted(ProgrammeItemsRequest):
     """The content of a version."""
 
     made_by: By = Field("", description="Prescribing person: you unless another name is given.", examples=["Aoki Rin"])
@@ -82,7 +82,7 @@ class ProgrammeUpdate(Schema):
     updated_at: Moment | None = None
 
 
-class ProgrammeItem(ItemWanted):
+class ProgrammeItem(ProgrammeItemRequest):
     """One recording of a version."""
 
     position: Position

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 from kata.clinic import texts
-from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
+from kata.clinic.assessments.spadi import DETECTABLE_CHANGE, IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import (
     KINDS,
@@ -110,17 +110,25 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
     if lines[0].points:
         baseline = lines[0].points[0].value
-        least, most = IMPORTANT_CHANGE
+        least, _ = IMPORTANT_CHANGE
         traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"))
         traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=least), baseline - least, last, _GREEN, "dash"))
-        traces.append(_level(texts.FIGURE_BETTER_IMPORTANT(points=most), baseline - most, last, _GREEN, "longdashdot"))
+        traces.append(
+            _level(
+                texts.FIGURE_BETTER_IMPORTANT(points=DETECTABLE_CHANGE),
+                baseline - DETECTABLE_CHANGE,
+                last,
+                _GREEN,
+                "longdashdot",
+            )
+        )
         layout["shapes"] = [
             {
                 "type": "rect",
                 "xref": "paper",
                 "x0": 0,
                 "x1": 1,
-                "y0": baseline - most,
+                "y0": baseline - DETECTABLE_CHANGE,
                 "y1": baseline - least,
                 "fillcolor": _GREEN,
                 "opacity": 0.12,

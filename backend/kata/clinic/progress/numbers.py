@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Literal
 
 from kata.clinic import texts
-from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
+from kata.clinic.assessments.spadi import DETECTABLE_CHANGE, IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import KINDS, METHODS, LineSeries, RomPanel, SpadiPoint, Tracked
 from kata.plotting import texts as plotting_texts
@@ -72,7 +72,8 @@ def pain(lines: Sequence[LineSeries]) -> NumberTable:
     rows: list[list[Cell]] = [
         [at, *(values.get(line.name) for line in lines)] for at, values in sorted(values_at.items())
     ]
-    return NumberTable(columns=[_moment(texts.FIGURE_WHEN()), *(_number(line.name) for line in lines)], rows=rows)
+    columns = [_moment(texts.FIGURE_WHEN()), *(_number(texts.FIGURE_OF_10(score=line.name)) for line in lines)]
+    return NumberTable(columns=columns, rows=rows)
 
 
 def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
@@ -82,23 +83,24 @@ def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
     for point in points:
         change = None if point.total is None or baseline is None else point.total - baseline
         rows.append([point.at, point.total, point.pain, point.disability, change, verdict(change)])
-    numbers = ("SPADI", texts.FIGURE_PAIN(), texts.FIGURE_DISABILITY(), texts.FIGURE_CHANGE())
+    scores = (texts.FIGURE_SPADI(), texts.FIGURE_PAIN(), texts.FIGURE_DISABILITY())
     columns = [
         _moment(texts.FIGURE_ASSESSED()),
-        *(_number(name, digits=1) for name in numbers),
+        *(_number(texts.FIGURE_OF_100(score=score), digits=1) for score in scores),
+        _number(texts.FIGURE_CHANGE_POINTS(), digits=1),
         _text(texts.FIGURE_IMPORTANT_CHANGE()),
     ]
     return NumberTable(columns=columns, rows=rows)
 
 
 def verdict(change: float | None) -> str:
-    """Return whether a change of the SPADI matters to patients. A lower score is better."""
-    least, most = IMPORTANT_CHANGE
+    """Return whether a change of the SPADI is important to patients and larger than chance. A lower score is better."""
+    least, _ = IMPORTANT_CHANGE
     if change is None:
         return ""
     if abs(change) < least:
         return texts.FIGURE_NO()
-    if abs(change) >= most:
+    if abs(change) > DETECTABLE_CHANGE:
         return texts.FIGURE_BETTER() if change < 0 else texts.FIGURE_WORSE()
     return texts.FIGURE_PERHAPS_BETTER() if change < 0 else texts.FIGURE_PERHAPS_WORSE()
 

@@ -45,6 +45,7 @@ def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart) -> Respo
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
         found = read(session, service.timeline_of(session, episode_id))
+        simulated = chart not in ("rom", "spadi") and service.any_simulated(session, episode_id)
     table = with_texts(asdict(tabulate(found)))
-    body = msgspec.json.encode({"figure": with_texts(draw(found)), "table": table})
+    body = msgspec.json.encode({"figure": with_texts(draw(found)), "table": table, "simulated": simulated})
     return Response(body, media_type="application/json")

@@ -29,3 +29,4 @@ class Progress(Schema):
 
     figure: Figure
     table: ProgressTable
+    simulated: bool = Field(False, description="True if some of its sessions were on a simulated apparatus.")

@@ -170,6 +170,12 @@ def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:
     return adherence.of_episode(session, timeline.episode_id, utc_offset_minutes=0).weeks
 
 
+def any_simulated(session: Session, episode_id: UUID) -> bool:
+    """True if a session of the episode was on a simulated apparatus."""
+    simulated = select(SessionRow.id).where(SessionRow.episode_id == episode_id, SessionRow.simulated)
+    return session.scalar(simulated.limit(1)) is not None
+
+
 def _counted(episode_id: UUID) -> tuple[ColumnElement[bool], ...]:
     """Select assessments that were not withdrawn."""
     return AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None)

@@ -57,7 +57,7 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     series = pack({"time_s": made.times_s, "angle_deg": made.angles_deg}, SAMPLE_COLUMNS)
     # Check the stored samples: they are what will be played.
     stored = unpack(series)
-    config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
+    config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]), side)
     downsampled = downsampling.of_recording(stored["time_s"], stored["angle_deg"])
     return Derived(series, downsampled, side, made.done, float(stored["time_s"][-1]), len(stored["time_s"]))
 

@@ -34,7 +34,7 @@ class Hold(_Edit):
 
 
 class Scale(_Edit):
-    """Reduce the range of some motors towards the middle of each motor's range."""
+    """Reduce the range of some motors towards the posture in which the motion starts."""
 
     do: Literal["scale"]
     percent: float = Field(

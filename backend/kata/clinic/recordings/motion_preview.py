@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from kata.motion.edit import Motion
+from kata.motion.linkage import Floats
 from kata.types import Schema, Side
 
 _STEP_S: Final = 0.05
@@ -22,11 +23,14 @@ class MotionPreview(Schema):
 
 def motion_preview(motion: Motion, side: Side) -> MotionPreview:
     """Return a motion at 20 samples a second; fewer for a motion longer than two and a half minutes."""
-    count = int(np.clip(np.ceil(motion.duration_s / _STEP_S) + 1, 2, _MOST))
-    times_s = np.linspace(0.0, motion.duration_s, count)
-    columns = [np.interp(times_s, motion.times_s, angles) for angles in motion.angles_deg.T]
-    return MotionPreview(
-        side=side,
-        times_s=np.round(times_s, 3).tolist(),
-        angles_deg=np.round(np.stack(columns, axis=-1), 2).tolist(),
-    )
+    times_s, angles_deg = thinned(motion.times_s, motion.angles_deg)
+    return MotionPreview(side=side, times_s=times_s, angles_deg=angles_deg)
+
+
+def thinned(times_s: Floats, angles_deg: Floats) -> tuple[list[float], list[list[float]]]:
+    """Return angles ``(n, 5)`` at times ``(n,)``, which begin at 0, with 20 samples a second and at most 3000 in all."""
+    duration_s = float(times_s[-1])
+    count = int(np.clip(np.ceil(duration_s / _STEP_S) + 1, 2, _MOST))
+    shown_s = np.linspace(0.0, duration_s, count)
+    columns = [np.interp(shown_s, times_s, angles) for angles in angles_deg.T]
+    return np.round(shown_s, 3).tolist(), np.round(np.stack(columns, axis=-1), 2).tolist()

@@ -14,6 +14,7 @@ from kata.clinic.recordings.motion_preview import MotionPreview, motion_preview
 from kata.clinic.recordings.schemas import (
     Figure,
     MotorRange,
+    ReachMargin,
     Recording,
     RecordingDetail,
     RecordingUpdate,
@@ -156,10 +157,12 @@ def _detail(database: Database, recording_id: UUID) -> RecordingDetail:
     with database.read() as session:
         row = service.get(session, recording_id)
         ranges: list[MotorRange] = []
+        margin: ReachMargin | None = None
         readable = True
         try:
-            ranges = service.ranges(service.samples(session, recording_id))
+            taught = service.samples(session, recording_id)
+            ranges, margin = service.ranges(taught), service.margin(taught, side_of(row.side))
         except ProblemError:
             readable = False
         plain = Recording.model_validate(row).model_dump()
-        return RecordingDetail(**plain, readable=readable, ranges=ranges)
+        return RecordingDetail(**plain, readable=readable, ranges=ranges, margin=margin)

@@ -46,6 +46,9 @@ class Recording(Schema):
     duration_s: float = Field(ge=0, description="Seconds.", examples=[22.1])
     rate_hz: int = Field(ge=1, description="Samples a second of the taught motion.", examples=[100])
     samples: int = Field(ge=2, examples=[2210])
+    simulated: bool = Field(
+        False, description="True if it was taught on a simulated apparatus, or derived from such a recording."
+    )
     note: str
     updated_at: Moment
     archived_at: Moment | None
@@ -60,11 +63,28 @@ class MotorRange(Schema):
     max_speed_deg_s: float = Field(ge=0, description="Fastest tenth of a second, degrees a second.")
 
 
+class ReachMargin(Schema):
+    """Where a motion is nearest to the reachable set's edge."""
+
+    margin_deg: float = Field(
+        description="By how many degrees the nearest angle may still change; below 0 it is beyond its limit. The apparatus tolerates 2 deg.",
+        examples=[12.5],
+    )
+    at_s: float = Field(description="Seconds from the start.", examples=[3.2])
+    quantity: str = Field(description="The angle that is nearest to its limit.", examples=["plane of elevation"])
+    quantity_key: OptionalKey = None
+    value_deg: float = Field(description="The angle there.", examples=[117.5])
+    limit_deg: float = Field(description="Its limit in this pose.", examples=[130.0])
+
+
 class RecordingDetail(Recording):
     """A recording with the ranges of its motors."""
 
     readable: bool = Field(description="False if its samples are damaged: it can be viewed but not played.")
     ranges: list[MotorRange] = Field(description="One entry per motor; empty if the samples are damaged.")
+    margin: ReachMargin | None = Field(
+        None, description="Smallest margin to the reachable set; null if the samples are damaged."
+    )
 
 
 class RecordingUpdate(Schema):

@@ -14,17 +14,21 @@ from sqlalchemy.orm import Session
 from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, Source
-from kata.clinic.recordings.schemas import MotorRange, RecordingUpdate
+from kata.clinic.recordings.schemas import MotorRange, ReachMargin, RecordingUpdate
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
+from kata.clinic.stations import service as stations
 from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
 from kata.messages import sent_key
+from kata.motion.axes import Side
+from kata.motion.reach import nearest, reachable_set
 from kata.pagination import Keyset
 from kata.plotting import downsampling
 from kata.plotting.figures import RecordingFigureSamples, Window
+from kata.station.schemas import TextKey
 from kata.types import LONGEST_NAME, side_of
 
 SHORTEST_TAKE_S: Final = 0.5
@@ -129,6 +133,19 @@ def ranges(taught: Samples) -> list[MotorRange]:
     return found
 
 
+def margin(taught: Samples, side: Side) -> ReachMargin:
+    """Return where the motion is nearest to the edge of the reachable set. Takes 1.4 s for an hour of motion."""
+    found = nearest(taught.angles_deg, lambda motors_deg: reachable_set(motors_deg, side))
+    return ReachMargin(
+        margin_deg=round(found.margin_deg, 1),
+        at_s=float(taught.times_s[found.row]),
+        quantity=str(found.quantity),
+        quantity_key=TextKey.of(found.quantity),
+        value_deg=round(found.value_deg, 1),
+        limit_deg=found.limit_deg,
+    )
+
+
 def source(session: Session, recording_id: UUID) -> Source:
     """Return the source for an edit.
 
@@ -162,6 +179,7 @@ def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | 
         duration_s=made.duration_s,
         rate_hz=parent.rate_hz,
         samples=made.samples,
+        simulated=parent.simulated,
         note="",
         archived_at=None,
     )
@@ -205,6 +223,7 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
         if times_s[-1] < SHORTEST_TAKE_S or session.get(RecordingRow, recording_id):
             continue
         angles_deg = journal.measured_deg[taken].astype(np.float64)
+        taught_at = _wall_time(journal, int(journal.t_ns[taken][0]))
         row = RecordingRow(
             id=recording_id,
             patient_id=teaching.patient_id,
@@ -215,10 +234,11 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
             station=journal.station,
             taught_by=teaching.taught_by,
             fixtures=list(teaching.fixtures),
-            taught_at=_wall_time(journal, int(journal.t_ns[taken][0])),
+            taught_at=taught_at,
             duration_s=float(times_s[-1]),
             rate_hz=journal.rate_hz,
             samples=len(times_s),
+            simulated=stations.is_simulated(session, journal.station, taught_at),
             note="",
             archived_at=None,
         )

@@ -57,6 +57,8 @@ class RecordingRow(Base):
     duration_s: Mapped[float]
     rate_hz: Mapped[int]
     samples: Mapped[int]
+    simulated: Mapped[bool] = mapped_column(default=False)
+    """True if its angles were taught on a simulated apparatus, also of a recording that was derived from one."""
     note: Mapped[str] = mapped_column(Text)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime, default=utc_now)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

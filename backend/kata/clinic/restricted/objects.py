@@ -9,11 +9,12 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.tables import GoniometerReadingRow, RunRow, SessionRow
 
 _Owner = Select[UUID]
 
@@ -21,6 +22,7 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     {
         "patient_id": lambda id_: select(PatientRow.id).where(PatientRow.id == id_),
         "erasure_id": lambda id_: select(ErasureRow.patient_id).where(ErasureRow.id == id_),
+        "contraindication_id": lambda id_: select(ContraindicationRow.patient_id).where(ContraindicationRow.id == id_),
         "episode_id": lambda id_: select(EpisodeRow.patient_id).where(EpisodeRow.id == id_),
         "stage_id": lambda id_: _of_episode(StageRow.episode_id, StageRow.id == id_),
         "assessment_id": lambda id_: _of_episode(AssessmentRow.episode_id, AssessmentRow.id == id_),
@@ -30,6 +32,11 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
             ProgrammeRow.id
             == select(ProgrammeVersionRow.programme_id).where(ProgrammeVersionRow.id == id_).scalar_subquery(),
         ),
+        "reading_id": lambda id_: (
+            select(SessionRow.patient_id)
+            .join(GoniometerReadingRow, GoniometerReadingRow.session_id == SessionRow.id)
+            .where(GoniometerReadingRow.id == id_)
+        ),
         "recording_id": lambda id_: select(RecordingRow.patient_id).where(RecordingRow.id == id_),
         "session_id": lambda id_: select(SessionRow.patient_id).where(SessionRow.id == id_),
         "run_id": lambda id_: (
@@ -38,7 +45,7 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     }
 )
 """Query of the owner by the id's name in paths, queries and bodies."""
-OF_NOBODY: Final = frozenset({"account_id", "account_ids", "backup_id", "glass_id", "sign_in_id"})
+OF_NOBODY: Final = frozenset({"account_id", "account_ids", "backup_id", "commissioning_id", "glass_id", "sign_in_id"})
 """Ids of records that belong to no patient."""
 
 

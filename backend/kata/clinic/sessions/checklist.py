@@ -15,7 +15,7 @@ from kata.clinic import texts
 from kata.messages import NO_TEXT, Text
 from kata.types import Fixture, Side
 
-CheckName = Literal["side", "fixtures", "belt", "pedal", "estop"]
+CheckName = Literal["identity", "side", "fixtures", "belt", "pedal", "estop"]
 _FIXTURE_WORDS: Final[dict[Fixture, Text]] = {
     "arm_fixer_1": texts.FIXTURE_ARM_FIXER_1(),
     "arm_fixer_2": texts.FIXTURE_ARM_FIXER_2(),
@@ -30,7 +30,7 @@ class Need:
 
     check: CheckName
     subject: str
-    """The side or fixtures that an answer is valid for; empty if the check has only one meaning."""
+    """The side or fixtures that an answer is valid for; empty if every answer is valid."""
     sentence: Text
     detected: bool
     """True if the apparatus answers the check itself. A user cannot confirm it."""
@@ -42,6 +42,7 @@ class Answer:
 
     check: CheckName
     subject: str
+    """The side or fixtures that it was given for; of ``identity``, the compared identifiers."""
     at: datetime
     by: str
     """Empty if the apparatus answered."""
@@ -68,6 +69,7 @@ def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fix
 def required_checks(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
     """Return all required checks, in the order of the checklist."""
     return (
+        Need("identity", "", texts.CHECK_IDENTITY(), detected=False),
         Need("side", side, texts.CHECK_LEFT_SIDE() if side == "left" else texts.CHECK_RIGHT_SIDE(), detected=False),
         Need("fixtures", "+".join(fixtures), texts.CHECK_FIXTURES(fixtures=_fixtures_text(fixtures)), detected=False),
         Need("belt", "", texts.CHECK_BELT(), detected=False),
@@ -101,6 +103,6 @@ def match_answers(
         newest = max(
             (answer for answer in answers if answer.check == need.check), key=lambda answer: answer.at, default=None
         )
-        return newest if newest and newest.subject == need.subject else None
+        return newest if newest and need.subject in ("", newest.subject) else None
 
     return tuple(CheckState(need, of(need)) for need in needs)

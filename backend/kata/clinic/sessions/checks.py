@@ -12,12 +12,14 @@ from uuid import UUID
 import numpy as np
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.actor import note_detail
 from kata.clinic import texts
 from kata.clinic.events import service as events
+from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import ending, service
+from kata.clinic.sessions import ending, identity, service
 from kata.clinic.sessions.checklist import (
     Answer,
     CheckName,
@@ -27,6 +29,7 @@ from kata.clinic.sessions.checklist import (
     playback_fixtures,
     required_checks,
 )
+from kata.clinic.sessions.identity import Identifier, PatientIdentity
 from kata.clinic.sessions.schemas import CheckConfirmation, Checklist, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
@@ -77,7 +80,9 @@ def check_states(
         "pedal": utc_now() if apparatus.pedal_answers else None,
         "estop": estop_test(estop_tested_at, apparatus),
     }
-    return match_answers(asked, given, detected)
+    # A session that was left open may be continued with another patient in the chair.
+    of_today = [answer for answer in given if answer.check != "identity" or answer.at >= today()]
+    return match_answers(asked, of_today, detected)
 
 
 def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetime | None:
@@ -105,6 +110,15 @@ class TeachingRequest:
     fixtures: Collection[Fixture]
 
 
+@dataclass(frozen=True)
+class ConfirmedNow:
+    """The checks that the teaching person has just made."""
+
+    looked_at: Collection[CheckName]
+    identifiers: Collection[Identifier]
+    by: str
+
+
 def teaching_checklist(
     session: DatabaseSession, teaching: TeachingRequest, apparatus: ApparatusState, confirmed: Sequence[Answer] = ()
 ) -> tuple[CheckState, ...]:
@@ -119,18 +133,23 @@ def teaching_checklist(
 def require_teaching(
     session: DatabaseSession,
     teaching: TeachingRequest,
-    looked_at: Collection[CheckName],
-    by: str,
+    confirmed_now: ConfirmedNow,
     apparatus: ApparatusState,
 ) -> None:
     """Check that the motion may be taught. The answers are stored with the patient's open session, if there is one.
 
-    :raises ProblemError: 409 naming the open checks.
+    :raises ProblemError: 409 naming the open checks; 422 as :func:`kata.clinic.sessions.identity.subject`.
     """
     now = utc_now()
-    confirmed = [
-        Answer(need.check, need.subject, now, by) for need in _teaching_needs(teaching) if need.check in looked_at
-    ]
+    compared = confirmed_now.identifiers
+    subjects: dict[CheckName, str] = {
+        need.check: need.subject for need in _teaching_needs(teaching) if need.check in confirmed_now.looked_at
+    }
+    subjects.pop("identity", None)
+    if compared:
+        subjects["identity"] = identity.subject(compared, patients.get(session, teaching.patient_id).birth_date)
+        note_detail("identity", subjects["identity"])
+    confirmed = [Answer(check, subject, now, confirmed_now.by) for check, subject in subjects.items()]
     checks = teaching_checklist(session, teaching, apparatus, confirmed)
     require_all(checks)
     visit = service.open_of(session, teaching.patient_id)
@@ -159,12 +178,16 @@ def confirm(
     """Store a user's confirmation of a check.
 
     :raises ProblemError: 404; 409 for what only the apparatus tells, for fixtures of no recording, and when the session has
-        ended.
+        ended; 422 as :func:`kata.clinic.sessions.identity.subject`.
     """
     visit = service.to_change(session, session_id)
     ending.check_goes_on(visit.ended_at)
     need = confirmable(needs(session, visit, given.recording_id), check)
-    store_answer(visit, Answer(check, need.subject, utc_now(), given.checked_by))
+    subject = need.subject
+    if check == "identity":
+        subject = identity.subject(given.identifiers, visit.patient.birth_date)
+        note_detail("identity", subject)
+    store_answer(visit, Answer(check, subject, utc_now(), given.checked_by))
     return checklist(session, session_id, given.recording_id, apparatus)
 
 
@@ -194,8 +217,12 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, appa
 def require_all(checks: Sequence[CheckState]) -> None:
     """Check that every check is answered.
 
-    :raises ProblemError: 409 naming the open checks.
+    :raises ProblemError: 409 naming the open checks; ``identity_not_confirmed`` before any other.
     """
+    if any(check.need.check == "identity" and check.answer is None for check in checks):
+        raise ProblemError(
+            409, "identity_not_confirmed", texts.IDENTITY_NOT_CONFIRMED(), texts.COMPARE_TWO_IDENTIFIERS()
+        )
     still_open = [check.need.sentence for check in checks if check.answer is None]
     if still_open:
         raise ProblemError(
@@ -206,9 +233,10 @@ def require_all(checks: Sequence[CheckState]) -> None:
         )
 
 
-def as_checklist(checks: tuple[CheckState, ...]) -> Checklist:
+def as_checklist(checks: tuple[CheckState, ...], patient: PatientIdentity) -> Checklist:
     """Return the response model."""
     return Checklist(
+        patient=patient,
         checks=[
             SessionCheck(
                 check=check.need.check,

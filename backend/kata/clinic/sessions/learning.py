@@ -5,39 +5,61 @@ motion. The caller commits.
 """
 
 import logging
-from typing import Final
+from datetime import datetime
+from typing import Any, Final
 from uuid import UUID
 
 import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic.sessions.tables import RunCorrectionRow, RunRow
+from kata.clinic import texts
+from kata.clinic.sessions.tables import RunCorrectionRow, RunRow, SessionRow
+from kata.clinic.stations import service as stations
 from kata.database import arrays
 from kata.device.config import StationConfig
 from kata.device.journal import Journal
 from kata.device.messages import LOAD_LEVELS
-from kata.motion.edit import Motion
-from kata.motion.ilc import STEP_S, Correction, next_correction
+from kata.messages import Text, sent_key
+from kata.motion.axes import N_AXES
+from kata.motion.edit import Motion, PlaybackSettings
+from kata.motion.ilc import STEP_S, Correction, Lesson, next_correction
 from kata.motion.method import reference
+from kata.motion.tracking import MOVES_DEG
 
 log = logging.getLogger(__name__)
 
-COLUMNS: Final = (arrays.SampleColumn("time_s", "s", 1e-6), arrays.SampleColumn("correction_deg", "deg", 1e-6))
+COLUMNS: Final = (
+    arrays.SampleColumn("time_s", "s", 1e-6),
+    arrays.SampleColumn("correction_deg", "deg", 1e-6),
+    arrays.SampleColumn("played_deg", "deg", 1e-6),
+    arrays.SampleColumn("error_deg", "deg", 1e-6),
+    arrays.SampleColumn("gain", "1", 1e-6),
+    arrays.SampleColumn("fell_back", "1", 1e-6),
+)
+"""The last three have the same value in each row. Corrections of former versions have the first two or five columns only."""
 
 
-def newest(session: DatabaseSession, like: RunRow, station: str) -> UUID | None:
-    """Return the newest run with the same settings that has a correction, None if there is none."""
+def newest(
+    session: DatabaseSession, recording_id: UUID, asked: PlaybackSettings, station: str, at: datetime
+) -> UUID | None:
+    """Return the newest run with the same settings that has a correction for a run at this time, None if there is none.
+
+    What was learned on a simulated apparatus is never played on a real one, and the other way round.
+    """
+    simulated = stations.is_simulated(session, station, at)
     query = (
         select(RunRow.id)
         .join(RunCorrectionRow, RunCorrectionRow.run_id == RunRow.id)
+        .join(SessionRow, SessionRow.id == RunRow.session_id)
         .where(
+            SessionRow.simulated == simulated,
             RunCorrectionRow.station == station,
-            RunRow.recording_id == like.recording_id,
-            RunRow.speed_percent == like.speed_percent,
-            RunRow.repetitions == like.repetitions,
-            RunRow.pause_s == like.pause_s,
-            RunRow.range_percent == like.range_percent,
+            RunRow.recording_id == recording_id,
+            RunRow.speed_percent == asked.speed_percent,
+            RunRow.repetitions == asked.repetitions,
+            RunRow.pause_s == asked.pause_s,
+            RunRow.range_percent == asked.range_percent,
         )
         .order_by(RunRow.started_at.desc())
     )
@@ -54,14 +76,25 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
     except arrays.UnreadableError as error:
         log.warning("the correction of run %s is ignored: %s", run_id, error)
         return None
-    return Correction(float(columns["time_s"][1]), columns["correction_deg"])
+    lesson = None
+    if "gain" in columns:
+        fell_back = columns["fell_back"][0] if "fell_back" in columns else np.zeros(N_AXES)
+        motors = tuple(int(axis) + 1 for axis in np.flatnonzero(fell_back))
+        lesson = Lesson(columns["played_deg"], columns["error_deg"][0], columns["gain"][0], motors)
+    return Correction(float(columns["time_s"][1]), columns["correction_deg"], lesson)
 
 
 def learn_from_run(
     session: DatabaseSession, row: RunRow, journal: Journal, motion: Motion, config: StationConfig
 ) -> None:
-    """Learn from a run of the learned method that was played to its end on this station. Ignore other runs."""
-    if row.method != "learned" or row.outcome != "completed" or journal.station != config.name:
+    """Learn from a run of the learned method that was played to its end on this station, and store how with the run."""
+    if row.method != "learned":
+        return
+    if row.outcome != "completed":
+        row.learning = _stored([texts.NOT_LEARNED_NOT_COMPLETED()])
+        return
+    if journal.station != config.name:
+        row.learning = _stored([texts.NOT_LEARNED_OTHER_STATION()])
         return
     level = (row.load_level or LOAD_LEVELS) / LOAD_LEVELS
     try:
@@ -75,8 +108,43 @@ def learn_from_run(
         )
     except ValueError as error:
         log.warning("nothing is learned from run %s: %s", row.id, error)
+        row.learning = _stored([texts.NOT_LEARNED_NO_FIT()])
         return
-    times_s = np.arange(len(learned.angles_deg)) * STEP_S
-    data = arrays.encode({"time_s": times_s, "correction_deg": learned.angles_deg}, COLUMNS)
+    assert learned.lesson is not None
+    row.learning = _stored(fall_back(learned.lesson) + _not_compared(learned.lesson, motion))
+    if learned.lesson.fell_back:
+        log.warning(
+            "the error of motors %s grew in run %s: the earlier correction is used", learned.lesson.fell_back, row.id
+        )
+    count = len(learned.angles_deg)
+    stored = {
+        "time_s": np.arange(count) * STEP_S,
+        "correction_deg": learned.angles_deg,
+        "played_deg": learned.lesson.played_deg,
+        "error_deg": np.tile(learned.lesson.error_deg, (count, 1)),
+        "gain": np.tile(learned.lesson.gain, (count, 1)),
+        "fell_back": np.tile(np.isin(np.arange(N_AXES) + 1, learned.lesson.fell_back).astype(np.float64), (count, 1)),
+    }
+    data = arrays.encode(stored, COLUMNS)
     row.learned_rms_deg = float(np.sqrt(np.mean(learned.angles_deg**2, axis=0)).max())
     session.add(RunCorrectionRow(run_id=row.id, station=config.name, data=data))
+
+
+def fall_back(lesson: Lesson) -> list[Text]:
+    """Return why motors use an earlier correction. Empty if none does."""
+    return [texts.LEARNING_FELL_BACK(motors=_numbers(lesson.fell_back))] if lesson.fell_back else []
+
+
+def _not_compared(lesson: Lesson, motion: Motion) -> list[Text]:
+    """Return which motors could not be compared with the playback before. A motor that hardly moves has nothing to learn."""
+    moves = np.ptp(motion.angles_deg, axis=0) >= MOVES_DEG
+    motors = tuple(int(axis) + 1 for axis in np.flatnonzero(np.isnan(lesson.error_deg) & moves))
+    return [texts.LEARNING_DISTURBED(motors=_numbers(motors))] if motors else []
+
+
+def _numbers(motors: tuple[int, ...]) -> str:
+    return ", ".join(str(motor) for motor in motors)
+
+
+def _stored(found: list[Text]) -> list[dict[str, Any]]:
+    return [{"message": str(text), "message_key": sent_key(text)} for text in found]

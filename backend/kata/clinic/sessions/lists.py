@@ -4,13 +4,14 @@ A list shows the session's own row and loads no run. A page is read from an inde
 station, or of time.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
 from pydantic import Field
-from sqlalchemy import Select, func, select
+from sqlalchemy import ColumnElement, Select, Subquery, func, select
 from sqlalchemy.orm import InstrumentedAttribute
 from sqlalchemy.orm import Session as DatabaseSession
 
@@ -33,6 +34,7 @@ class SessionSummary(Schema):
     therapist: str = Field(description="Empty if unknown.")
     station: str = Field(description="Empty if nothing was played, and for sessions from before it was stored.")
     runs: int = Field(ge=0, description="Number of runs.")
+    simulated: bool = Field(False, description="True if the apparatus was simulated: its measured values are invented.")
     stops: int = Field(ge=0, description="Number of stopped runs.")
     signed_at: Moment | None = Field(description="Null until the note is signed.")
 
@@ -75,16 +77,14 @@ def find(
     # Find the ids first, which needs an index only; then load one page of rows.
     order = _BY_TIME if wanted.stop is None else _BY_STOP
     found = order.page(_ids(wanted), after, limit).subquery()
-    columns = (
-        SessionRow.id, SessionRow.started_at, SessionRow.ended_at, SessionRow.therapist, SessionRow.station,
-        SessionRow.run_count, SessionRow.stop_count, SessionRow.signed_at,
-        SessionRow.patient_id, PatientRow.name, PatientRow.clinic_number,
-    )  # fmt: skip
-    query = select(*columns).join(found, found.c.id == SessionRow.id)
-    query = query.join(PatientRow, PatientRow.id == SessionRow.patient_id)
-    rows = session.execute(query.order_by(SessionRow.started_at.desc(), SessionRow.id.desc())).all()
+    rows = _rows(session, found, SessionRow.started_at.desc(), SessionRow.id.desc())
     shown, further = order.cut(rows, limit, lambda row: (row.started_at, row.id))
     return [_summary(row) for row in shown], further
+
+
+def summaries(session: DatabaseSession, ids: Select[Any], *order: ColumnElement[Any]) -> list[SessionSummary]:
+    """Return the sessions whose ids this query selects, in this order."""
+    return [_summary(row) for row in _rows(session, ids.subquery(), *order)]
 
 
 def filter_options(session: DatabaseSession) -> SessionFilterOptions:
@@ -94,6 +94,17 @@ def filter_options(session: DatabaseSession) -> SessionFilterOptions:
         stations=_distinct_values(session, SessionRow.station),
         stops=_distinct_values(session, SessionStopRow.code),
     )
+
+
+def _rows(session: DatabaseSession, found: Subquery, *order: ColumnElement[Any]) -> Sequence[Any]:
+    columns = (
+        SessionRow.id, SessionRow.started_at, SessionRow.ended_at, SessionRow.therapist, SessionRow.station,
+        SessionRow.simulated, SessionRow.run_count, SessionRow.stop_count, SessionRow.signed_at,
+        SessionRow.patient_id, PatientRow.name, PatientRow.clinic_number,
+    )  # fmt: skip
+    query = select(*columns).join(found, found.c.id == SessionRow.id)
+    query = query.join(PatientRow, PatientRow.id == SessionRow.patient_id)
+    return session.execute(query.order_by(*order)).all()
 
 
 def _ids(wanted: SessionFilter) -> Select[Any]:
@@ -132,6 +143,7 @@ def _summary(row: Any) -> SessionSummary:
         ended_at=row.ended_at,
         therapist=row.therapist,
         station=row.station,
+        simulated=row.simulated,
         runs=row.run_count,
         stops=row.stop_count,
         signed_at=row.signed_at,

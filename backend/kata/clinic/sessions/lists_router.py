@@ -1,11 +1,9 @@
 """REST routes of session lists. Include them before the other session routes, which would take their paths for ids."""
 
-from datetime import UTC, datetime
 from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter, Query
-from pydantic import AfterValidator, AwareDatetime, BeforeValidator
 
 from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
@@ -13,20 +11,9 @@ from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionFilter, SessionFilterOptions, SessionSummary
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.pagination import After, Limit, Page
-from kata.types import LONGEST_NAME, NO_NUL, written_moment
+from kata.types import LONGEST_NAME, NO_NUL, GivenMoment
 
 router = APIRouter(tags=["sessions"])
-
-
-def _in_utc(moment: datetime) -> datetime:
-    """Return the time in UTC. At either end of the calendar there is no such time; no session lies there."""
-    try:
-        return moment.astimezone(UTC)
-    except OverflowError:
-        return moment.replace(tzinfo=UTC)
-
-
-_When = Annotated[AwareDatetime, BeforeValidator(written_moment), AfterValidator(_in_utc)]
 
 
 def _name(description: str, example: str) -> object:
@@ -38,10 +25,10 @@ def list_sessions(
     database: TheDatabase,
     actor: TheActor,
     since: Annotated[
-        _When | None, Query(description="Started at this time or later.", examples=["2026-11-01T00:00:00Z"])
+        GivenMoment | None, Query(description="Started at this time or later.", examples=["2026-11-01T00:00:00Z"])
     ] = None,
     until: Annotated[
-        _When | None, Query(description="Started before this time.", examples=["2026-12-01T00:00:00Z"])
+        GivenMoment | None, Query(description="Started before this time.", examples=["2026-12-01T00:00:00Z"])
     ] = None,
     therapist: Annotated[str | None, _name("Led by this therapist.", "Sato")] = None,
     station: Annotated[str | None, _name("At this station.", "Station 1")] = None,

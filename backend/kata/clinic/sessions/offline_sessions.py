@@ -10,15 +10,18 @@ from datetime import datetime
 from typing import Final
 from uuid import UUID, uuid4
 
+from kata.clinic.contraindications import service as contraindications
 from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.programmes import planned
-from kata.clinic.sessions import checks, ending, plans, runs
+from kata.clinic.sessions import checks, ending, identity, plans, runs
 from kata.clinic.sessions.checklist import Answer, CheckName, CheckState
+from kata.clinic.sessions.identity import PatientIdentity
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.prefetch import CachedPatient, CachedRecording
 from kata.clinic.sessions.replay import CheckAnswered, PainRecorded, RunStarted, SessionClosed, SessionOpened, written
 from kata.clinic.sessions.schemas import (
     CheckAnswer,
+    CheckConfirmation,
     EndReason,
     Outcome,
     PainWhen,
@@ -143,33 +146,34 @@ class OfflineSessions:
 
     def checklist(
         self, session_id: UUID, recording_id: UUID | None, apparatus: checks.ApparatusState
-    ) -> tuple[CheckState, ...] | None:
-        """As :func:`kata.clinic.sessions.checks.checklist`. None if session or recording is unknown."""
+    ) -> tuple[tuple[CheckState, ...], PatientIdentity] | None:
+        """As :func:`kata.clinic.sessions.checks.checklist`, and the record's identifiers. None if session or recording is unknown."""
         found = self._find_playable(session_id, recording_id)
-        return self._checked(*found, apparatus) if found else None
+        return (self._checked(*found, apparatus), found[0].identity) if found else None
 
-    def answer_check(
-        self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str
-    ) -> CheckAnswered | None:
+    def answer_check(self, session_id: UUID, check: CheckName, given: CheckConfirmation) -> CheckAnswered | None:
         """Store a user's answer to a check. None if session or recording is unknown. The caller spools the returned event.
 
-        :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end.
+        :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end; 422 as
+            :func:`kata.clinic.sessions.identity.subject`.
         """
         with self.cache.lock:
-            found = self._find_playable(session_id, recording_id)
+            found = self._find_playable(session_id, given.recording_id)
             if found is None:
                 return None
             known, visit, recording = found
             ending.check_goes_on(visit.ended_at)
-            need = checks.confirmable(recording.needs, check)
-            ticked = CheckAnswered(session_id, check, need.subject, utc_now(), by)
+            subject = checks.confirmable(recording.needs, check).subject
+            if check == "identity":
+                subject = identity.subject(given.identifiers, known.identity.birth_date)
+            ticked = CheckAnswered(session_id, check, subject, utc_now(), given.checked_by)
             self.cache.store(replace(known, visit=_with_answers(visit, [ticked])))
             return ticked
 
     def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
         """Check and start a run by the same rules as with the database. None if session or recording is unknown.
 
-        :raises ProblemError: as :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
+        :raises ProblemError: as :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """
         found = self._find_playable(request.session_id, request.recording_id)
@@ -184,6 +188,7 @@ class OfflineSessions:
             # The time played since the refresh is unknown; it is at most the time that has passed.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
+        contraindications.check(known.banner.contraindications_of(recording.side))
         motion = runs.with_settings(recording.taught, request.settings)
         limits = recording.allowed.check(motion, request.load_level, request.method)
         checked = self._checked(known, visit, recording, apparatus)

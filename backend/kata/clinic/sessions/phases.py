@@ -11,29 +11,37 @@ from kata.device.journal import PHASE_PAUSED, PHASE_REDUCED_RANGE, PHASE_REVERSI
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+from kata.motion.shoulder import rest_posture_deg
 from kata.types import side_of
 
 _FAR: Final = 0.7
-"""Share of the way from the middle to an end. Nearer to the middle, reduced and full range hardly differ."""
+"""Share of the way from rest to the far end. Nearer to rest, reduced and full range hardly differ."""
 
 
 def reversals(phase: NDArray[np.uint8]) -> int:
-    """Return how often resistance took the arm back. A pause on the way back does not count twice."""
-    back = phase[phase != PHASE_PAUSED] == PHASE_REVERSING
-    return int(np.count_nonzero(np.diff(back.astype(np.int8), prepend=0) == 1))
+    """Return how often resistance took the arm back."""
+    return len(reversal_starts(phase))
+
+
+def reversal_starts(phase: NDArray[np.generic]) -> NDArray[np.intp]:
+    """Return the indices ``(r,)`` of the samples at which resistance began to take the arm back. A pause on the way does not count twice."""
+    counted = np.flatnonzero(phase != PHASE_PAUSED)
+    back = phase[counted] == PHASE_REVERSING
+    starts: NDArray[np.intp] = counted[np.diff(back.astype(np.int8), prepend=0) == 1]
+    return starts
 
 
 def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats, measured_deg: Floats) -> float | None:
     """Return the smallest share of the requested range that was reached, in percent. None if the range was not reduced.
 
-    ``measured_deg`` ``(n, 5)`` is projected on the motion at the places ``path_s`` ``(n,)``, relative to the middle.
+    ``measured_deg`` ``(n, 5)`` is projected on the motion at the places ``path_s`` ``(n,)``, relative to its rest posture.
     """
     lessened = phase == PHASE_REDUCED_RANGE
     if not np.any(lessened):
         return None
-    middle = (motion.angles_deg.min(axis=0) + motion.angles_deg.max(axis=0)) / 2
-    asked = motion.at(np.clip(path_s[lessened], 0.0, motion.duration_s)) - middle
-    went = measured_deg[lessened] - middle
+    rest = rest_posture_deg(motion.angles_deg)
+    asked = motion.at(np.clip(path_s[lessened], 0.0, motion.duration_s)) - rest
+    went = measured_deg[lessened] - rest
     way = np.sum(asked**2, axis=1)
     far = way >= _FAR**2 * way.max()
     share = np.sum(asked[far] * went[far], axis=1) / np.maximum(way[far], 1e-9)

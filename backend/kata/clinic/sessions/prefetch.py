@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Final
 from uuid import UUID
@@ -12,6 +12,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 from sqlalchemy.orm import selectinload
 
+from kata.clinic import banner
+from kata.clinic.banner import PatientBanner
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.episodes.tables import EpisodeRow
@@ -21,8 +23,9 @@ from kata.clinic.programmes import service as programmes
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import checks, learning, plans, runs, service
 from kata.clinic.sessions.checklist import Need
+from kata.clinic.sessions.identity import PatientIdentity
 from kata.clinic.sessions.schemas import ReadyPatient, Session, SessionItem, SessionPatient, SessionProgramme
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion import edit
@@ -53,6 +56,8 @@ class CachedPatient:
     """A patient in the cache, in the state of the last refresh."""
 
     patient: SessionPatient
+    identity: PatientIdentity
+    banner: PatientBanner
     episode_id: UUID | None
     """The open episode; None without one."""
     side: Side | None
@@ -145,6 +150,8 @@ def fetch(
         playable = _playables(session, row, station, needed, items, had)
         found[row.id] = CachedPatient(
             patient=SessionPatient.model_validate(row),
+            identity=PatientIdentity.model_validate(row),
+            banner=banner.of_patient(session, row),
             episode_id=episode.id if episode else None,
             side=side_of(episode.side) if episode else None,
             contraindications=episode.contraindications if episode else "",
@@ -221,7 +228,7 @@ def _playable(
     taught = before.taught if before else runs.taught(session, recording_id)
     learned: dict[edit.PlaybackSettings, tuple[UUID, Correction]] = {}
     for asked in learning_asked:
-        newest = learning.newest(session, RunRow(recording_id=recording_id, **asdict(asked)), station)
+        newest = learning.newest(session, recording_id, asked, station, utc_now())
         had = before.learned.get(asked) if before else None
         if had and had[0] == newest:
             learned[asked] = had

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.audit import chain
 from kata.clinic import texts
+from kata.clinic.contraindications import service as contraindications
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.events.tables import DeviceEventRow
@@ -35,7 +36,7 @@ from kata.types import side_of
 
 CHANGED_MEANWHILE: Final = "changed_meanwhile"
 Change = Literal[
-    "ended", "archived", "closed", "limits",
+    "ended", "archived", "closed", "limits", "contraindicated",
     "another", "programme", "care_closed", "patient_archived", "restricted", "ended_already",
 ]  # fmt: skip
 CHANGED: Final[dict[Change, Text]] = {
@@ -44,6 +45,7 @@ CHANGED: Final[dict[Change, Text]] = {
     "archived": texts.PLAYED_ARCHIVED_RECORDING(),
     "closed": texts.PLAYED_IN_CLOSED_EPISODE(),
     "limits": texts.PLAYED_UNDER_OLD_LIMITS(),
+    "contraindicated": texts.PLAYED_CONTRAINDICATED(),
     # Of a session.
     "another": texts.BEGUN_BESIDE_ANOTHER(),
     "programme": texts.BEGUN_WITH_OLD_PROGRAMME(),
@@ -242,6 +244,10 @@ def _changed_of_run(
         yield "ended"
     if recording.archived_at and recording.archived_at <= begun.started_at:
         yield "archived"
+    try:
+        contraindications.require_none(session, visit.patient_id, recording.side)
+    except ProblemError:
+        yield "contraindicated"
     try:
         allowed = doctor.allowed(session, visit.patient_id, side_of(recording.side))
     except ProblemError:

@@ -1,16 +1,17 @@
-"""REST routes of sessions and runs."""
+"""REST routes of sessions."""
 
 from typing import Annotated, Protocol
 from uuid import UUID, uuid4
 
 from fastapi import APIRouter, Depends, Query, Request
-from fastapi.responses import StreamingResponse
 
+from kata.clinic import banner
+from kata.clinic.banner import PatientBanner
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
-from kata.clinic.recordings.motion_preview import MotionPreview, motion_preview
-from kata.clinic.sessions import checks, runs, service, signing
+from kata.clinic.sessions import checks, service, signing
 from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.identity import PatientIdentity
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.sessions.schemas import (
@@ -18,8 +19,6 @@ from kata.clinic.sessions.schemas import (
     CheckConfirmation,
     Checklist,
     ReadyPatient,
-    Run,
-    RunFigures,
     Session,
     SessionCreate,
     SessionEnd,
@@ -27,10 +26,9 @@ from kata.clinic.sessions.schemas import (
     SessionUpdate,
 )
 from kata.database.availability import DatabaseUnavailableError
-from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.pagination import Page
-from kata.plotting import figures
-from kata.types import Fixture, Side, side_of
+from kata.types import Fixture, Side
 
 router = APIRouter(tags=["sessions"])
 
@@ -92,6 +90,19 @@ def list_ready_patients(offline_cache: TheOfflineCache) -> Page[ReadyPatient]:
     Patients with a restricted record are left out. The list is empty while the database is available. It has no pages.
     """
     return Page[ReadyPatient].complete(offline_cache.ready())
+
+
+@router.get("/api/patients/{patient_id}/banner", summary="Get a patient's banner", responses=PROBLEMS.of(404, 422))
+def get_patient_banner(database: TheDatabase, offline_cache: TheOfflineCache, patient_id: UUID) -> PatientBanner:
+    """Return who the patient is, and what forbids or limits a motion; while the database is unavailable, of this day's patients."""
+    try:
+        with database.read() as session:
+            return banner.of_patient(session, patients.get(session, patient_id))
+    except DatabaseUnavailableError:
+        known = offline_cache.find_patient(patient_id)
+        if known is None:
+            raise
+        return known.banner
 
 
 @router.post(
@@ -182,12 +193,14 @@ def get_checklist(
     """Return the checklist of a recording with its answers. The apparatus answers some checks itself."""
     try:
         with database.read() as session:
-            return checks.as_checklist(checks.checklist(session, session_id, recording_id, apparatus))
+            found = checks.checklist(session, session_id, recording_id, apparatus)
+            patient = PatientIdentity.model_validate(service.get(session, session_id).patient)
+            return checks.as_checklist(found, patient)
     except DatabaseUnavailableError:
         known = offline_sessions.checklist(session_id, recording_id, apparatus)
         if known is None:
             raise
-        return checks.as_checklist(known)
+        return checks.as_checklist(*known)
 
 
 @router.put(
@@ -204,18 +217,20 @@ def confirm_check(
     check: CheckName,
     given: CheckConfirmation,
 ) -> Checklist:
-    """Confirm a check of the checklist."""
+    """Confirm a check of the checklist. `identity` needs two identifiers that the patient stated."""
     try:
         with database.write() as session:
-            checklist = checks.as_checklist(checks.confirm(session, session_id, check, given, apparatus))
-            patient_id = service.get(session, session_id).patient_id
+            confirmed = checks.confirm(session, session_id, check, given, apparatus)
+            patient = service.get(session, session_id).patient
+            patient_id = patient.id
+            checklist = checks.as_checklist(confirmed, PatientIdentity.model_validate(patient))
     except DatabaseUnavailableError:
-        ticked = offline_sessions.answer_check(session_id, given.recording_id, check, given.checked_by)
+        ticked = offline_sessions.answer_check(session_id, check, given)
         known = offline_sessions.checklist(session_id, given.recording_id, apparatus)
         if ticked is None or known is None:
             raise
         event_spool.put_offline_event(ticked)
-        return checks.as_checklist(known)
+        return checks.as_checklist(*known)
     offline_sessions.cache.attend(patient_id, session_id)
     return checklist
 
@@ -236,7 +251,8 @@ def get_teaching_checklist(
     with database.read() as session:
         patient = patients.get(session, patient_id)
         teach = checks.TeachingRequest(patient.id, checks.teaching_side(patient, side), set(fixtures))
-        return checks.as_checklist(checks.teaching_checklist(session, teach, apparatus))
+        found = checks.teaching_checklist(session, teach, apparatus)
+        return checks.as_checklist(found, PatientIdentity.model_validate(patient))
 
 
 @router.post("/api/sessions/{session_id}/end", summary="End a session", responses=PROBLEMS.of(404, 409, 422))
@@ -285,41 +301,3 @@ def add_addendum(database: TheDatabase, session_id: UUID, given: AddendumCreate)
     """Add an addendum to a signed note."""
     with database.write() as session:
         return service.as_session(signing.add(session, session_id, given))
-
-
-@router.get("/api/runs/{run_id}", summary="Get a run", responses=PROBLEMS.of(404, 422))
-def get_run(database: TheDatabase, run_id: UUID) -> Run:
-    """Return one run with its tracking errors."""
-    with database.read() as session:
-        return runs.as_run(runs.get(session, run_id))
-
-
-@router.get(
-    "/api/runs/{run_id}/motion",
-    summary="Get a run's motion for the 3-D apparatus",
-    responses=PROBLEMS.of(404, 410, 422),
-)
-def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionPreview:
-    """Return one repetition of a run's motion for the 3-D apparatus, with at most 20 samples a second.
-
-    It has the run's range and speed, so that it can be watched before it moves a patient.
-    """
-    with database.read() as session:
-        row = runs.get(session, run_id)
-        return motion_preview(runs.motion_of(session, row, once=True), side_of(row.recording.side))
-
-
-@router.get(
-    "/api/runs/{run_id}/figures",
-    summary="Get a run's figures",
-    response_model=RunFigures,
-    responses=PROBLEMS.of(404, 409, 410, 422),
-)
-def get_run_figures(database: TheDatabase, worker: TheFigures, window: TheWindow, run_id: UUID) -> StreamingResponse:
-    """Return a figure per motor: teaching and playback on the left axis, error on the right axis, as in the paper.
-
-    Peaks are preserved. A short run or window contains every sample.
-    """
-    with database.read() as session:
-        parts = runs.figure_samples(session, run_id, window)
-    return StreamingResponse(figures.pieces(worker.build(figures.run, parts)), media_type="application/json")

@@ -14,9 +14,11 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic import texts
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
-from kata.clinic.sessions import ending, learning, phases, plans
+from kata.clinic.sessions import compared, ending, learning, phases, plans
+from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.schemas import (
     Comparison,
+    LearningNote,
     MotionTracking,
     MotorTracking,
     Outcome,
@@ -28,7 +30,6 @@ from kata.clinic.sessions.tables import (
     SAMPLE_COLUMNS,
     SAMPLES,
     MotionTrackingRow,
-    MotorTrackingRow,
     RunRow,
     SessionRow,
     SessionStopRow,
@@ -41,12 +42,10 @@ from kata.device.messages import LOAD_LEVELS
 from kata.errors import ProblemError, not_found
 from kata.messages import text_of
 from kata.motion import edit
-from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+from kata.motion.linkage import Floats
 from kata.motion.method import Method
-from kata.motion.tracking import Tracking, compare, compare_motions
 from kata.plotting import downsampling
-from kata.plotting.figures import RunFigureSamples, Window
-from kata.types import side_of
+from kata.plotting.figures import Clock, RunFigureSamples, Window
 
 log = logging.getLogger(__name__)
 
@@ -105,7 +104,9 @@ def to_begin(session: DatabaseSession, request: RunRequest, station: str = "") -
 
 
 def _corrected_by(session: DatabaseSession, row: RunRow, station: str) -> UUID | None:
-    return learning.newest(session, row, station) if row.method == "learned" else None
+    if row.method != "learned":
+        return None
+    return learning.newest(session, row.recording_id, settings_of(row), station, row.started_at)
 
 
 def _allowed(session: DatabaseSession, request: RunRequest) -> RunRow:
@@ -221,24 +222,13 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
     if len(journal.t_ns):
         _complete_phases(row, journal, made)
     seen: bytes | None = None
-    played = journal.phase == PHASE_PLAYING
-    if np.any(played):
+    if np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
         motion = made.motion
-        path_s, measured_deg = journal.path_s[played], journal.measured_deg[played]
-        compared = compare(motion.times_s, motion.angles_deg, path_s, measured_deg, journal.torque_nm[played])
-        row.samples = compared.samples
-        seen = downsampling.of_run(motion, compared)
-        learning.learn_from_run(session, row, journal, motion, config)
-        row.motions = _compare_motions(row, motion, path_s, measured_deg)
-        row.tracking = [
-            MotorTrackingRow(motor=motor.motor, torque_peak_nm=motor.torque_peak_nm, **_columns(motor))
-            for motor in compared.motors
-        ]
-        phases.widen(
-            row.tracking, row.motions, journal.measured_deg[journal.phase == PHASE_REDUCED_RANGE], row.recording.side
-        )
-        row.worst_rmse_deg = max(motor.rmse_deg for motor in compared.motors)
-        row.worst_peak_deg = max(abs(motor.peak_deg) for motor in compared.motors)
+        whole = edit.without_range(motion, made.taught, row.range_percent)
+        result = compared.compare_run(row, journal, motion, whole)
+        if result is not None:
+            seen = downsampling.of_run(motion, result)
+            learning.learn_from_run(session, row, journal, motion, config)
     if len(journal.t_ns):
         SAMPLES.store(session, row.id, _series(journal), seen)
     if row.outcome == "stopped":
@@ -311,52 +301,27 @@ def _give_up(session: DatabaseSession, which: ColumnElement[bool]) -> int:
     return int(session.connection().execute(given_up).rowcount)
 
 
-def _compare_motions(row: RunRow, motion: edit.Motion, path_s: Floats, measured_deg: Floats) -> list[MotionTrackingRow]:
-    """Compare the basic motions. Empty if the motors had a pose that no scapula can have; the motors are compared all the same."""
-    side = side_of(row.recording.side)
-    try:
-        compared = compare_motions(
-            motion.times_s, motion.angles_deg, path_s, measured_deg, lambda angles: pose_deg(angles, side)
-        )
-    except OutOfReachError as error:
-        log.warning("run %s is compared by motors only: %s", row.id, error)
-        return []
-    return [MotionTrackingRow(motion=tracking.motion.number, **_columns(tracking)) for tracking in compared]
-
-
-def _columns(tracking: Tracking) -> dict[str, float | None]:
-    return {
-        "peak_deg": tracking.peak_deg,
-        "peak_at_s": tracking.peak_at_s,
-        "rmse_deg": tracking.rmse_deg,
-        "start_deg": tracking.start_deg,
-        "lag_ms": tracking.lag_ms,
-        "taught_min_deg": tracking.taught.min_deg,
-        "taught_max_deg": tracking.taught.max_deg,
-        "played_min_deg": tracking.played.min_deg,
-        "played_max_deg": tracking.played.max_deg,
-        "taught_smoothness": tracking.taught_smoothness,
-        "played_smoothness": tracking.played_smoothness,
-    }
-
-
-def figure_samples(session: DatabaseSession, run_id: UUID, window: Window | None = None) -> RunFigureSamples:
-    """Return the data of the run's figures, or of a window of the path.
+def figure_samples(
+    session: DatabaseSession, run_id: UUID, window: Window | None = None, clock: Clock = "path"
+) -> RunFigureSamples:
+    """Return the data of the run's figures, or of a window of their clock.
 
     :raises ProblemError: 404; 409 when nothing was played; 410 when what says where the samples are is damaged.
     """
     row = get(session, run_id)
     if row.samples is None:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
-    seen = None if window else SAMPLES.read_overview(session, run_id)
+    asked = settings_of(row)
+    seen = None if window or clock == "wall" else SAMPLES.read_overview(session, run_id)
     if seen is not None:
-        return RunFigureSamples(None, None, settings_of(row), seen, None)
+        return RunFigureSamples(None, None, asked, seen, None)
     taught = recordings.stored_samples(session, row.recording_id)
-    if window:
-        return RunFigureSamples(
-            taught, SAMPLES.read_within(session, run_id, "path_s", *window), settings_of(row), None, window
-        )
-    return RunFigureSamples(taught, SAMPLES.read(session, run_id), settings_of(row), None, None)
+    if window and clock == "path":
+        played = SAMPLES.read_within(session, run_id, "path_s", *window)
+    else:
+        # The wall clock is counted from where each part of the playback began, which may be before the window.
+        played = SAMPLES.read(session, run_id)
+    return RunFigureSamples(taught, played, asked, None, window, clock)
 
 
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
@@ -367,10 +332,14 @@ def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
     return unpack(SAMPLES.read(session, run_id))
 
 
-def as_run(row: RunRow, recording_name: str | None = None) -> Run:
-    """Return the response model. ``recording_name``: for a run that is not in the database yet."""
+def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles | None = None) -> Run:
+    """Return the response model.
+
+    :param recording_name: for a run that is not in the database yet.
+    :param angles: of the run's session; None: only apparatus angles.
+    """
     motors = [MotorTracking.model_validate(motor) for motor in row.tracking]
-    motions = [MotionTracking.model_validate(motion) for motion in row.motions]
+    motions = [_as_motion(row, motion, angles) for motion in row.motions]
     return Run(
         id=row.id,
         session_id=row.session_id,
@@ -384,11 +353,25 @@ def as_run(row: RunRow, recording_name: str | None = None) -> Run:
         else None,
         rate_hz=row.rate_hz,
         method=row.method,
+        learning=[LearningNote.model_validate(note) for note in row.learning or ()],
         load_level=row.load_level,
         **asdict(settings_of(row)),
         programme_position=row.programme_position,
         repetitions_done=row.repetitions_done,
         reversals=row.reversals,
         least_range_percent=row.least_range_percent,
+        compared_percent=row.compared_percent,
+        partial=row.partial,
+        clock_offset_s=row.clock_offset_s,
         comparison=Comparison(samples=row.samples, motors=motors, motions=motions) if row.samples else None,
     )
+
+
+def _as_motion(run: RunRow, row: MotionTrackingRow, angles: PatientAngles | None) -> MotionTracking:
+    motion = MotionTracking.model_validate(row)
+    known = angles.of_run(run, row) if angles else None
+    if known:
+        low, high = known
+        motion.patient_min_deg, motion.patient_min_uncertainty_deg = low.angle_deg, low.uncertainty_deg
+        motion.patient_max_deg, motion.patient_max_uncertainty_deg = high.angle_deg, high.uncertainty_deg
+    return motion

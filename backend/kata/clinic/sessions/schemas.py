@@ -7,6 +7,7 @@ from pydantic import Field
 
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.identity import Identifiers, PatientIdentity
 from kata.motion import edit
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel, OptionalKey
@@ -36,18 +37,42 @@ class PlaybackSettings(Schema):
         100.0,
         ge=edit.RANGE_PERCENT[0],
         le=edit.RANGE_PERCENT[1],
-        description="Range of motion, percent of the taught range, around the middle of each motor's range.",
+        description="Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.",
         examples=[80.0],
     )
 
 
 class Tracking(Schema):
-    """Errors of one angle: playback minus the requested motion, which is the taught motion with the run's settings."""
+    """Errors of one angle. Following is playback minus the requested motion, which is the taught samples with the run's settings."""
 
-    peak_deg: float = Field(description="Largest error with its sign, degrees.", examples=[-1.4])
-    peak_at_s: float = Field(description="Place on the motion, seconds.", examples=[6.2])
-    rmse_deg: float = Field(ge=0, description="Root mean square error, degrees.", examples=[0.4])
-    start_deg: float = Field(description="Error of the first sample, degrees.", examples=[0.1])
+    peak_deg: float = Field(
+        description="Following: largest error with its sign, degrees, the start excepted. Runs from before `compared_percent` "
+        "was stored include the start.",
+        examples=[-1.4],
+    )
+    peak_at_s: float = Field(description="Place of the peak on the motion, seconds.", examples=[6.2])
+    rmse_deg: float = Field(
+        ge=0,
+        description="Following: root mean square error, degrees, the start excepted as in `peak_deg`.",
+        examples=[0.4],
+    )
+    start_deg: float = Field(
+        description="Following: largest error of the first half second with its sign, degrees; of its first sample for runs "
+        "from before `compared_percent` was stored.",
+        examples=[0.1],
+    )
+    wall_peak_deg: float | None = Field(
+        None, description="As peak_deg, on the wall clock; null for older runs.", examples=[-1.6]
+    )
+    wall_rmse_deg: float | None = Field(
+        None, ge=0, description="As rmse_deg, on the wall clock; null for older runs.", examples=[0.5]
+    )
+    change_deg: float | None = Field(
+        None,
+        description="Change by settings: the largest difference, with its sign, of what was requested from what was taught, "
+        "degrees. It includes Reduce range. Null for older runs.",
+        examples=[-12.5],
+    )
     lag_ms: float | None = Field(
         description="Delay of the playback, milliseconds; null if the angle hardly moves.",
         examples=[12.5],
@@ -68,7 +93,7 @@ class Tracking(Schema):
 
 
 class MotorTracking(Tracking):
-    """Errors of one motor."""
+    """Errors of one motor, in the motor angle."""
 
     motor: Motor
     torque_peak_nm: float | None = Field(
@@ -77,11 +102,26 @@ class MotorTracking(Tracking):
 
 
 class MotionTracking(Tracking):
-    """Errors of one basic motion, in the body's angle."""
+    """Errors of one basic motion, in the apparatus angle. The patient's angle differs from it by slip at the cuff."""
 
     motion: int = Field(ge=1, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
     name: str = Field(examples=["Abduction / adduction of the shoulder"])
     name_key: OptionalKey = None
+    patient_min_deg: float | None = Field(
+        None,
+        description="Patient's angle where the apparatus reached `played_min_deg`, estimated from goniometer readings, degrees. Null "
+        "without readings of this motion at two poses: then only the apparatus angle is known.",
+        examples=[12.0],
+    )
+    patient_min_uncertainty_deg: float | None = Field(
+        None, gt=0, description="The angle lies within plus or minus this in 95 of 100 cases, degrees.", examples=[14.0]
+    )
+    patient_max_deg: float | None = Field(
+        None, description="As `patient_min_deg`, where the apparatus reached `played_max_deg`.", examples=[91.0]
+    )
+    patient_max_uncertainty_deg: float | None = Field(
+        None, gt=0, description="As `patient_min_uncertainty_deg`.", examples=[13.0]
+    )
     apparatus_min_deg: float = Field(description="Lower end of the apparatus' range, degrees.", examples=[0.0])
     apparatus_max_deg: float = Field(description="Upper end of the apparatus' range, degrees.", examples=[120.0])
     reference_min_deg: float = Field(description="Lower end of a healthy shoulder's range, degrees.", examples=[0.0])
@@ -106,6 +146,17 @@ class RunStop(Schema):
     message_key: OptionalKey = None
 
 
+class LearningNote(Schema):
+    """A fall-back of the learned method, or why it learned nothing."""
+
+    message: str = Field(
+        examples=[
+            "the error of motor 3 had grown by more than a tenth: its earlier correction is used, and it learns half as fast"
+        ]
+    )
+    message_key: OptionalKey = None
+
+
 class Run(PlaybackSettings):
     """One playback of one recording."""
 
@@ -125,6 +176,10 @@ class Run(PlaybackSettings):
         description="paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by earlier runs. Null for a run "
         "from before there were methods."
     )
+    learning: list[LearningNote] = Field(
+        [],
+        description="What the method `learned` reports of this run. Empty: it learned from every motor, or another method played.",
+    )
     load_level: LoadLevel | None = Field(
         description="Resistance at which the arm is taken back; null for a run from before there were levels."
     )
@@ -143,7 +198,24 @@ class Run(PlaybackSettings):
         le=100,
         description="Smallest share of the range that was played after the range was reduced; null if it was not reduced.",
     )
-    comparison: Comparison | None = Field(description="Null if nothing was played.")
+    compared_percent: float | None = Field(
+        None,
+        ge=0,
+        le=100,
+        description="Share of the playing time that was compared, percent. Null if nothing was played, and for a run from "
+        "before it was stored.",
+    )
+    partial: bool = Field(
+        False,
+        description="True if less than 90 % of the playing time was compared. The errors do not count in progress then.",
+    )
+    clock_offset_s: float | None = Field(
+        None,
+        description="Largest difference of the wall clock from the comparison's clock, seconds. The comparison's clock is "
+        "that of the motion, which starts slowly.",
+        examples=[0.094],
+    )
+    comparison: Comparison | None = Field(description="Null if nothing was played with the requested range.")
 
 
 class RunFigure(Schema):
@@ -221,6 +293,7 @@ class CheckConfirmation(Schema):
     """A user's confirmation of a check."""
 
     checked_by: By = Field("", description="Your name unless another is given.")
+    identifiers: Identifiers = Field(default_factory=set, description="Of the check `identity` only: two that agree.")
     recording_id: UUID | None = Field(None, description="The recording to be played; it determines the fixtures.")
 
 
@@ -228,7 +301,9 @@ class SessionCheck(Schema):
     """One check before teaching or playback."""
 
     check: CheckName
-    subject: str = Field(description="The side or fixtures that an answer is valid for.", examples=["arm_fixer_1"])
+    subject: str = Field(
+        description="The side or fixtures that an answer is valid for; empty: any answer.", examples=["arm_fixer_1"]
+    )
     sentence: str = Field(examples=["The belt holds the patient in the seat."])
     sentence_key: OptionalKey = None
     detected: bool = Field(description="True if the apparatus answers the check itself. A user cannot confirm it.")
@@ -240,6 +315,7 @@ class SessionCheck(Schema):
 class Checklist(Schema):
     """The checks and their answers."""
 
+    patient: PatientIdentity
     checks: list[SessionCheck]
     complete: bool = Field(description="True if every check is answered: a motion may be taught or loaded.")
 
@@ -248,9 +324,40 @@ class CheckAnswer(Schema):
     """An answer as stored with the session."""
 
     check: CheckName
-    subject: str = Field(description="The side or fixtures that it was given for.", examples=["arm_fixer_1"])
+    subject: str = Field(
+        description="The side or fixtures that it was given for; of `identity`, the compared identifiers.",
+        examples=["birth_date+name"],
+    )
     at: Moment
     by: str = Field(description="Empty if the apparatus answered.")
+
+
+class GoniometerReadingCreate(Schema):
+    """A goniometer reading of one basic motion at the present pose, or at a given apparatus angle."""
+
+    motion: int = Field(
+        ge=3, le=6, description="Row of Table 2 of Sun et al. (2025), of the shoulder joint.", examples=[4]
+    )
+    patient_deg: float = Field(ge=-180, le=210, description="What the goniometer shows, degrees.", examples=[82.0])
+    apparatus_deg: float | None = Field(
+        None,
+        ge=-180,
+        le=210,
+        description="Apparatus angle of the motion at that moment, degrees. By default what the apparatus measures now.",
+        examples=[90.0],
+    )
+    read_by: By = Field("", description="Your name unless another is given.")
+
+
+class GoniometerReading(Schema):
+    """A stored goniometer reading."""
+
+    id: UUID
+    motion: int = Field(ge=3, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
+    apparatus_deg: float = Field(description="Apparatus angle at that moment, degrees.", examples=[90.0])
+    patient_deg: float = Field(description="What the goniometer showed, degrees.", examples=[82.0])
+    read_at: Moment
+    read_by: str
 
 
 class SessionItem(PlaybackSettings):
@@ -304,6 +411,7 @@ class Session(Schema):
     side: Side | None = Field(description="The treated shoulder, from the episode.")
     therapist: str
     station: str
+    simulated: bool = Field(False, description="True if the apparatus was simulated: its measured values are invented.")
     programme: SessionProgramme | None = Field(description="Null if recordings were chosen one by one.")
     started_at: Moment
     ended_at: Moment | None
@@ -316,5 +424,8 @@ class Session(Schema):
     signed_at: Moment | None = Field(description="Afterwards only addenda can be added.")
     signed_by: str
     addenda: list[Addendum]
+    goniometer_readings: list[GoniometerReading] = Field(
+        [], description="Oldest first. With two poses of a motion, its patient's angles are estimated."
+    )
     updated_at: Moment
     runs: list[Run]

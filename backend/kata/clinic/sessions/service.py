@@ -9,11 +9,12 @@ from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import texts
 from kata.clinic.patients import service as patients
-from kata.clinic.sessions import ending, plans, runs
+from kata.clinic.sessions import ending, patient_angles, plans, runs
 from kata.clinic.sessions.schemas import (
     Addendum,
     CheckAnswer,
     EndReason,
+    GoniometerReading,
     Session,
     SessionPatient,
     SessionUpdate,
@@ -26,6 +27,12 @@ from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found
 
 _MAY_BE_EMPTIED: Final = {"pain_before", "pain_during", "pain_after"}
+
+
+def has_open(session: DatabaseSession, station: str) -> bool:
+    """Return True if a session of this station is open."""
+    unended = select(SessionRow.id).where(SessionRow.station == station, SessionRow.ended_at.is_(None))
+    return session.scalar(unended.limit(1)) is not None
 
 
 def begin(
@@ -149,6 +156,7 @@ def change(session: DatabaseSession, session_id: UUID, given: SessionUpdate) -> 
 
 def as_session(row: SessionRow) -> Session:
     """Return the response model."""
+    angles = patient_angles.of_session(row)
     return Session(
         id=row.id,
         patient=SessionPatient.model_validate(row.patient),
@@ -156,6 +164,7 @@ def as_session(row: SessionRow) -> Session:
         side=row.episode.side if row.episode else None,
         therapist=row.therapist,
         station=row.station,
+        simulated=bool(row.simulated),
         programme=plans.as_programme(row),
         started_at=row.started_at,
         ended_at=row.ended_at,
@@ -169,5 +178,6 @@ def as_session(row: SessionRow) -> Session:
         signed_by=row.signed_by,
         addenda=[Addendum.model_validate(addendum) for addendum in row.addenda],
         updated_at=row.updated_at,
-        runs=[runs.as_run(run) for run in row.runs],
+        goniometer_readings=[GoniometerReading.model_validate(reading) for reading in row.goniometer_readings],
+        runs=[runs.as_run(run, angles=angles) for run in row.runs],
     )

@@ -1,21 +1,25 @@
 """Tables of sessions and runs."""
 
 from datetime import datetime
-from typing import Any
+from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text
-from sqlalchemy.orm import Mapped, mapped_column, relationship
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text, text
+from sqlalchemy.orm import Mapped, column_property, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.stations.tables import was_simulated
 from kata.database.arrays import SampleColumn
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
+
+COMPARED_PERCENT: Final = 90.0
+"""With less of the playing time compared, a run's errors are partial. The source is issue 22, not a publication."""
 
 SAMPLE_COLUMNS = (
     SampleColumn("time_s", "s", 1e-6),
@@ -41,6 +45,20 @@ class SessionRow(Base):
         Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
         Index("ix_sessions_station_started_at", "station", "started_at", "id"),
         Index("ix_sessions_therapist_station_started_at", "therapist", "station", "started_at", "id"),
+        # Few rows are open or unsigned, and the work of the day is found without reading the others.
+        Index(
+            "ix_sessions_open",
+            "started_at",
+            sqlite_where=text("ended_at IS NULL"),
+            postgresql_where=text("ended_at IS NULL"),
+        ),
+        Index(
+            "ix_sessions_unsigned",
+            "therapist",
+            "started_at",
+            sqlite_where=text("signed_at IS NULL"),
+            postgresql_where=text("signed_at IS NULL"),
+        ),
     )
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
@@ -66,8 +84,13 @@ class SessionRow(Base):
     run_count: Mapped[int] = mapped_column(default=0)
     stop_count: Mapped[int] = mapped_column(default=0)
     """Updated with every run that begins or ends, so that a list need not count."""
+    simulated: Mapped[bool] = column_property(was_simulated(station, started_at))
+    """True if the station was a simulated apparatus when the session began. Not stored here."""
 
     addenda: Mapped[list["AddendumRow"]] = relationship(order_by="AddendumRow.written_at", lazy="selectin")
+    goniometer_readings: Mapped[list["GoniometerReadingRow"]] = relationship(
+        order_by="GoniometerReadingRow.read_at", lazy="selectin"
+    )
     patient: Mapped[PatientRow] = relationship(lazy="joined", innerjoin=True)
     episode: Mapped[EpisodeRow | None] = relationship(viewonly=True)
     programme_version: Mapped[ProgrammeVersionRow | None] = relationship()
@@ -86,6 +109,23 @@ class AddendumRow(Base):
     text: Mapped[str] = mapped_column(Text)
 
 
+class GoniometerReadingRow(Base):
+    """A goniometer reading of one basic motion at a pose of a session (:mod:`kata.motion.patient_angle`)."""
+
+    __tablename__ = "goniometer_readings"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), index=True)
+    motion: Mapped[int]
+    """Row of Table 2, 3 to 6."""
+    apparatus_deg: Mapped[float]
+    """Apparatus angle of the motion at that moment."""
+    patient_deg: Mapped[float]
+    """What the goniometer showed."""
+    read_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    read_by: Mapped[str] = mapped_column(String(100))
+
+
 class SessionStopRow(Base):
     """A cause of a stop in a session. It is found by cause, therapist, station and time without reading the runs."""
 
@@ -94,6 +134,7 @@ class SessionStopRow(Base):
         Index("ix_session_stops_code_started_at", "code", "started_at", "session_id"),
         Index("ix_session_stops_code_therapist_started_at", "code", "therapist", "started_at", "session_id", "station"),
         Index("ix_session_stops_code_station_started_at", "code", "station", "started_at", "session_id"),
+        Index("ix_session_stops_started_at", "started_at", "code", "station"),
     )
 
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), primary_key=True)
@@ -138,13 +179,22 @@ class RunRow(Base):
     """The run whose correction was used, if any. No foreign key: SQLite could not drop it again."""
     samples: Mapped[int | None]
     """Number of compared samples: those of the playback itself."""
+    compared_percent: Mapped[float | None]
+    """Share of the playing time that was compared; None if nothing was played, and in rows from before 0011.
+
+    The figures of a row from before 0011 include the start.
+    """
+    clock_offset_s: Mapped[float | None]
+    """Largest difference of the wall clock from the path's clock (:func:`kata.motion.tracking.wall_clock_s`)."""
     worst_rmse_deg: Mapped[float | None]
     worst_peak_deg: Mapped[float | None]
-    """The largest absolute values of the five motors, for lists and charts of many runs."""
+    """The largest absolute values of the five motors, for lists and charts of many runs. None for a partial run."""
     reversals: Mapped[int | None]
     """How often resistance took the arm back; None for a run from before it was stored."""
     least_range_percent: Mapped[float | None]
     """Smallest share of the range that was played after the range was reduced; None if it was not reduced."""
+    learning: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
+    """What the learned method reports of this run: fall-backs and what was not learned, as messages with their keys."""
     learned_rms_deg: Mapped[float | None]
     """Size of the learned correction: root mean square of the motor with the largest one.
 
@@ -159,9 +209,26 @@ class RunRow(Base):
     tracking: Mapped[list["MotorTrackingRow"]] = relationship(order_by="MotorTrackingRow.motor", lazy="selectin")
     motions: Mapped[list["MotionTrackingRow"]] = relationship(order_by="MotionTrackingRow.motion", lazy="selectin")
 
+    @property
+    def change_deg(self) -> float | None:
+        """Largest change by settings of the five motors, with its sign; None if it was not stored."""
+        changes = [motor.change_deg for motor in self.tracking if motor.change_deg is not None]
+        return max(changes, key=abs, default=None)
+
+    @property
+    def partial(self) -> bool:
+        """True if too little of the playing time was compared for a figure of the whole run.
+
+        A row from before 0011 does not say how much: it is partial if its range was reduced.
+        """
+        if self.compared_percent is None:
+            return self.least_range_percent is not None
+        return self.compared_percent < COMPARED_PERCENT
+
 
 class _TrackingColumns:
-    """Errors of one angle in one run (:class:`kata.motion.tracking.Tracking`): playback minus the requested motion.
+    """Errors of one angle in one run (:class:`kata.motion.tracking.Tracking`): playback minus the requested motion,
+    which is the taught samples with the run's settings.
 
     A nullable column is also None for runs from before it was computed.
     """
@@ -171,6 +238,11 @@ class _TrackingColumns:
     rmse_deg: Mapped[float]
     start_deg: Mapped[float]
     lag_ms: Mapped[float | None]
+    wall_peak_deg: Mapped[float | None]
+    wall_rmse_deg: Mapped[float | None]
+    """As ``peak_deg`` and ``rmse_deg``, on the wall clock."""
+    change_deg: Mapped[float | None]
+    """Largest change by settings, with its sign: what was requested minus what was taught."""
     taught_min_deg: Mapped[float | None]
     taught_max_deg: Mapped[float | None]
     played_min_deg: Mapped[float | None]

@@ -2,33 +2,34 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Final
 
 import msgspec
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts
-from kata.clinic.stations.tables import StationRow, StationVersionRow
+from kata.clinic.stations.tables import SIMULATED_PORT, StationRow, StationVersionRow, was_simulated
 from kata.device.config import StationConfig, as_toml
 from kata.errors import not_found
 from kata.motion.axes import CANONICAL_SIDE
 
-_SIMULATED: Final = "simulated"
 
-
-def register(session: Session, config: StationConfig, software: str, now: datetime, *, simulated: bool) -> None:
-    """Register a station whose service has started. A changed configuration becomes a new version.
+def register(
+    session: Session, config: StationConfig, software: str, now: datetime, *, simulated: bool, changed_by: str = ""
+) -> None:
+    """Register a station whose service has started, or whose file was imported. A changed configuration becomes a new version.
 
     Two values make no version: the port of a simulated apparatus, which differs at every start, and the side that the apparatus is set to.
     """
-    steady = msgspec.structs.replace(config, side=CANONICAL_SIDE, port=_SIMULATED if simulated else config.port)
+    steady = msgspec.structs.replace(config, side=CANONICAL_SIDE, port=SIMULATED_PORT if simulated else config.port)
     toml = as_toml(steady)
     row = session.get(StationRow, config.name)
     if row is None:
         row = StationRow(name=config.name, registered_at=now)
         session.add(row)
-    row.config, row.started_at = toml, now
+    row.config = toml
+    if not changed_by:
+        row.started_at = now
     session.flush()
     newest = session.scalars(
         select(StationVersionRow)
@@ -38,7 +39,16 @@ def register(session: Session, config: StationConfig, software: str, now: dateti
     ).first()
     if newest is None or newest.config != toml:
         number = newest.number + 1 if newest else 1
-        session.add(StationVersionRow(station=config.name, number=number, config=toml, software=software, since=now))
+        session.add(
+            StationVersionRow(
+                station=config.name, number=number, config=toml, software=software, since=now, changed_by=changed_by
+            )
+        )
+
+
+def is_simulated(session: Session, station: str, at: datetime) -> bool:
+    """True if the station was a simulated apparatus at this time. False for a station that is not registered."""
+    return bool(session.scalar(select(was_simulated(station, at))))
 
 
 def registered(session: Session) -> Sequence[tuple[StationRow, int]]:
@@ -49,6 +59,20 @@ def registered(session: Session) -> Sequence[tuple[StationRow, int]]:
         newest_of, newest_of.c.station == StationRow.name
     )
     return [(row, number) for row, number in session.execute(query.order_by(StationRow.name))]
+
+
+def version(session: Session, station: str, number: int | None) -> StationVersionRow:
+    """Return a version of a station's configuration; the newest by default.
+
+    :raises ProblemError: 404 when there is none.
+    """
+    query = select(StationVersionRow).where(StationVersionRow.station == station)
+    if number is not None:
+        query = query.where(StationVersionRow.number == number)
+    row = session.scalars(query.order_by(StationVersionRow.number.desc()).limit(1)).first()
+    if row is None:
+        raise not_found(texts.STATION_NOT_FOUND)
+    return row
 
 
 def versions(session: Session, station: str) -> Sequence[StationVersionRow]:

@@ -1,11 +1,15 @@
 """Tables of the stations and their configurations."""
 
 from datetime import datetime
+from typing import Any, Final
 
-from sqlalchemy import ForeignKey, String, Text
+from sqlalchemy import ColumnElement, ForeignKey, String, Text, false, func, select
 from sqlalchemy.orm import Mapped, mapped_column
 
 from kata.database.base import Base, UtcDateTime
+
+SIMULATED_PORT: Final = "simulated"
+"""Port in the stored configuration of a simulated apparatus."""
 
 
 class StationRow(Base):
@@ -33,3 +37,19 @@ class StationVersionRow(Base):
     software: Mapped[str] = mapped_column(String(32))
     """Version of Kata that stored it."""
     since: Mapped[datetime] = mapped_column(UtcDateTime)
+    changed_by: Mapped[str] = mapped_column(String(100), server_default="")
+    """Who imported it on the page; empty where the station's file was changed."""
+
+
+def was_simulated(station: Any, at: Any) -> ColumnElement[bool]:
+    """Return an SQL expression: true if the station was a simulated apparatus at a time, false also for an unregistered station."""
+    simulated = StationVersionRow.config.contains(f'\nport = "{SIMULATED_PORT}"\n')
+    newest = (
+        select(simulated)
+        .where(StationVersionRow.station == station, StationVersionRow.since <= at)
+        .order_by(StationVersionRow.number.desc())
+        .limit(1)
+        .correlate_except(StationVersionRow)
+        .scalar_subquery()
+    )
+    return func.coalesce(newest, false())

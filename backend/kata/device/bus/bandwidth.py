@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from kata.device.bus.dynamixel import bandwidth as dynamixel
-from kata.device.bus.modbus import bandwidth as modbus
+from kata.device.bus.registry import find_driver
 
 if TYPE_CHECKING:
     from kata.device.config import StationConfig
@@ -16,6 +15,4 @@ def max_cycle_hz(config: "StationConfig") -> float:
 
 def cycle_time_ns(config: "StationConfig") -> float:
     """Return the time of one cycle on the station's bus."""
-    if config.protocol == "dynamixel":
-        return dynamixel.cycle_time_ns(config)
-    return modbus.cycle_time_ns(config)
+    return find_driver(config.protocol).cycle_time_ns(config)

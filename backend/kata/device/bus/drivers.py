@@ -1,10 +1,9 @@
-"""Selects the driver for a station's configuration."""
+"""Makes the driver for a station's configuration."""
 
 from collections.abc import Callable
 
-from kata.device.bus.dynamixel.driver import DynamixelBus
-from kata.device.bus.modbus.driver import ModbusBus
 from kata.device.bus.port import Bus
+from kata.device.bus.registry import find_driver
 from kata.device.bus.serial_transport import SerialTransport, Transport
 from kata.device.config import StationConfig
 
@@ -13,7 +12,4 @@ def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transpo
     """Return the driver for the apparatus on its current side. Its port is not open yet. Tests pass their own
     transport.
     """
-    config = config.with_side_directions
-    if config.protocol == "modbus":
-        return ModbusBus(config, open_transport)
-    return DynamixelBus(config, open_transport)
+    return find_driver(config.protocol).make_bus(config.with_side_directions, open_transport)

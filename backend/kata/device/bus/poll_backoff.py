@@ -33,16 +33,27 @@ class PollBackoff:
         """Return True if the drive answers, or if it is time to poll it again."""
         return self._misses[address] < self._misses_before_backoff or self._cycle % _BACKOFF_CYCLES == 0
 
+    def missed(self, address: int) -> bool:
+        """Return True if the drive did not answer its last poll."""
+        return self._misses[address] > 0
+
+    @property
+    def one_answers(self) -> bool:
+        """True if at least one drive answered its last poll."""
+        return not all(self._misses.values())
+
     def poll_order(self) -> list[int]:
         """Return the addresses for a common request: first those that answer, last at most one that does not, in
-        rotation.
+        rotation. If none answers, the reason may be common: return all, each first in turn.
         """
         good = [address for address, misses in self._misses.items() if not misses]
         bad = [address for address, misses in self._misses.items() if misses]
         if not bad:
             return good
-        turn = bad[(self._cycle // _BACKOFF_CYCLES if self._cycle % _BACKOFF_CYCLES == 0 else self._cycle) % len(bad)]
-        return [*good, turn] if self.should_poll(turn) else good
+        place = (self._cycle // _BACKOFF_CYCLES if self._cycle % _BACKOFF_CYCLES == 0 else self._cycle) % len(bad)
+        if not self.should_poll(bad[place]):
+            return good
+        return [*good, bad[place]] if good else bad[place:] + bad[:place]
 
     def answered(self, asked: list[int], answers: Collection[int]) -> None:
         """Record which of the addresses, polled one after another, have answered."""

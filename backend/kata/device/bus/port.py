@@ -64,6 +64,20 @@ class DriveStatus(Struct, frozen=True):
     """Name of a configured register with another value; empty if there is none."""
 
 
+class DriveHealth(Struct, frozen=True):
+    """Supply voltage and temperature of one drive (axis 0-4), and the limits in its registers. None: unknown, or the drive
+    does not report it.
+    """
+
+    t_ns: int
+    axis: int
+    voltage_v: float | None = None
+    temperature_c: float | None = None
+    min_voltage_v: float | None = None
+    max_voltage_v: float | None = None
+    max_temperature_c: float | None = None
+
+
 class BusSample(Struct, frozen=True):
     """All answers of one cycle; None for a missing answer."""
 
@@ -74,12 +88,16 @@ class BusSample(Struct, frozen=True):
     """Axes (0-4) with bytes that are not a valid answer."""
     timed_out: frozenset[int] = frozenset()
     """Axes that were polled and sent nothing."""
+    health: tuple[DriveHealth, ...] = ()
+    """Of the drives whose voltage and temperature came with this cycle's answers: each drive at least once a second. No
+    request is sent for them alone.
+    """
 
 
 class Bus(Protocol):
     """A driver. Every call returns within a time that follows from bytes and baud rate. No call retries.
 
-    The requirements are tests: `tests/support/driver_conformance.py`. docs/how-to/write-a-driver.md explains how to add
+    The requirements are tests: `kata.testing.conformance`. docs/how-to/write-a-driver.md explains how to add
     a driver.
     """
 
@@ -101,7 +119,7 @@ class Bus(Protocol):
         """
 
     def read(self) -> BusSample:
-        """Read the drives, their status, and the inputs last: the emergency stop must be the newest value.
+        """Read the drives, their status and the inputs. No silent drive may silence the inputs of another.
 
         :raises BusError: when the port is gone.
         """

@@ -25,29 +25,43 @@ class _Drive:
     """By block: the names of the registers with another value."""
 
 
-class Verification:
-    """Tracks ``drives`` times ``blocks`` reads. Block 0 comes with every status, the others in a rotation."""
+def cycles_between_reads(reads: int, cycle_hz: int) -> int:
+    """Return the cycles from one read of the rotation to the next: a little fewer than the round allows, because missing
+    answers are requested again. ``reads``: of a whole round.
+    """
+    return max(1, math.floor(0.8 * ROUND_S * cycle_hz / max(reads, 1)))
 
-    def __init__(self, drives: int, blocks: int, cycle_hz: int, urgent: tuple[int, int] | None = None) -> None:
+
+class Verification:
+    """Tracks ``drives`` times ``blocks`` reads. The first blocks come with a drive's status, the others in a rotation."""
+
+    def __init__(
+        self,
+        drives: int,
+        blocks: int,
+        cycle_hz: int,
+        urgent: tuple[int, int] | None = None,
+        *,
+        with_status: int = 1,
+    ) -> None:
         """Prepare the rotation.
 
-        :param blocks: block 0 included.
+        :param blocks: those with the status included.
         :param cycle_hz: how often :meth:`next_read` is called a second, at most.
         :param urgent: drive and block that are read first while unread; the others take turns with them.
+        :param with_status: number of blocks that come with a status.
         """
         self._urgent = urgent
         self._urgent_last = False
         """True if the last unread block requested was the urgent one."""
         self._blocks = blocks
         self._drives = [_Drive(set(range(blocks))) for _ in range(drives)]
-        self._rotation = [(drive, block) for block in range(1, blocks) for drive in range(drives)]
-        reads = max(len(self._rotation), 1)
-        # One cycle in so many; a little faster than the round allows, because missing answers are requested again.
-        self._every = max(1, math.floor(0.8 * ROUND_S * cycle_hz / reads))
+        self._rotation = [(drive, block) for block in range(with_status, blocks) for drive in range(drives)]
+        self._every = cycles_between_reads(len(self._rotation), cycle_hz)
         self._cycle = 0
         """Cycles since the last read of the rotation."""
         self._read_last = False
-        """True if the last cycle had no status."""
+        """True if a block was read in the last cycle."""
         self._next = 0
         """Index in the rotation of the next read."""
         self._tries = 0
@@ -71,15 +85,16 @@ class Verification:
         if known.misses == _MISSES_BEFORE_REREAD:
             known.unread = set(range(self._blocks))
 
-    def next_read(self) -> tuple[int, int] | None:
-        """Return drive and block to read in this cycle; None for a status, at least every other cycle.
+    def next_read(self, *, replaces_status: bool = True) -> tuple[int, int] | None:
+        """Return drive and block to read in this cycle; None for a status, at least every other cycle if the read
+        replaces one.
 
         Unread blocks are read in turn: a block that is never answered does not delay the others. The rotation continues
         meanwhile and repeats a read that was not answered.
         """
         self._cycle += 1
         due = None
-        if self._rotation and not self._read_last:
+        if self._rotation and not (self._read_last and replaces_status):
             due = self._next_of_rotation() if self._cycle >= self._every else self._next_unread()
         self._read_last = due is not None
         return due
@@ -95,10 +110,10 @@ class Verification:
         self._next, self._tries = (self._next + 1) % len(self._rotation), 0
 
     def _next_unread(self) -> tuple[int, int] | None:
-        self._urgent_last = self._urgent is not None and not self._urgent_last and self._is_unread(*self._urgent)
+        self._urgent_last = self._urgent is not None and not self._urgent_last and self.is_unread(*self._urgent)
         return self._urgent if self._urgent_last else self._next_unread_in_turn()
 
-    def _is_unread(self, drive: int, block: int) -> bool:
+    def is_unread(self, drive: int, block: int) -> bool:
         """Return True if a block is unread and its drive answers."""
         known = self._drives[drive]
         return block in known.unread and not known.misses
@@ -106,7 +121,7 @@ class Verification:
     def _next_unread_in_turn(self) -> tuple[int, int] | None:
         for step in range(len(self._rotation)):
             drive, block = place = self._rotation[(self._unread_next + step) % len(self._rotation)]
-            if self._is_unread(drive, block):
+            if self.is_unread(drive, block):
                 self._unread_next = (self._unread_next + step + 1) % len(self._rotation)
                 return place
         return None

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Group, MultiSelect, Radio, Stack, TextInput } from "@mantine/core";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
@@ -10,33 +11,18 @@ type Props =
   | { account: Account; onDone: () => void }
   | { account?: never; onDone: (code: Schemas["OneTimeCode"]) => void };
 
-/**
- * Creates or changes an account. The account's owner chooses the password; the administrator never knows it.
- */
-export function AccountForm(props: Props) {
-  const { account } = props;
+type Values = { name: string; username: string; role: Role; stations: string[]; openid: string };
+
+/** Creates or changes the account, then calls `onDone`. */
+function useSaveAccount(props: Props) {
   const queries = useQueryClient();
-  const [name, setName] = useState(account?.name ?? "");
-  const [username, setUsername] = useState(account?.username ?? "");
-  const [role, setRole] = useState<Role>(account?.role ?? "therapist");
-  const [stations, setStations] = useState(account?.stations ?? []);
-  const [openid, setOpenid] = useState(account?.openid ?? "");
-  const loginMethods = useQuery({
-    queryKey: ["ways-in"],
-    queryFn: api.loginMethods,
-    staleTime: Number.POSITIVE_INFINITY,
-  });
-  const filterOptions = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
-  const choices = [...new Set([...(filterOptions.data?.stations ?? []), ...stations])].sort();
-  const save = useMutation({
-    mutationFn: async () => {
-      if (props.account) {
-        const { id, updated_at } = props.account;
-        const link = openid.trim() === (props.account.openid ?? "") ? {} : { openid };
-        await api.updateAccount(id, { name, role, stations, updated_at, ...link });
-        return null;
-      }
-      return api.createAccount({ username, name, role, stations });
+  return useMutation({
+    mutationFn: async ({ openid, username, ...values }: Values) => {
+      if (!props.account) return api.createAccount({ username, ...values });
+      const { id, updated_at } = props.account;
+      const link = openid.trim() === (props.account.openid ?? "") ? {} : { openid };
+      await api.updateAccount(id, { ...values, updated_at, ...link });
+      return null;
     },
     onSuccess: (created) => {
       void queries.invalidateQueries({ queryKey: ["accounts"] });
@@ -44,10 +30,26 @@ export function AccountForm(props: Props) {
       else if (created) props.onDone(created);
     },
   });
+}
+
+/**
+ * Creates or changes an account. The account's owner chooses the password; the administrator never knows it.
+ */
+export function AccountForm(props: Props) {
+  const { account } = props;
+  const [values, setValues] = useState<Values>({
+    name: account?.name ?? "",
+    username: account?.username ?? "",
+    role: account?.role ?? "therapist",
+    stations: account?.stations ?? [],
+    openid: account?.openid ?? "",
+  });
+  const change = (changed: Partial<Values>) => setValues((former) => ({ ...former, ...changed }));
+  const save = useSaveAccount(props);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const submit = (event: FormEvent) => {
     event.preventDefault();
-    save.mutate();
+    save.mutate(values);
   };
   return (
     <form onSubmit={submit} noValidate>
@@ -58,53 +60,59 @@ export function AccountForm(props: Props) {
           required
           data-autofocus
           maxLength={100}
-          value={name}
+          value={values.name}
           error={fields.name}
-          onChange={(event) => setName(event.currentTarget.value)}
+          onChange={(event) => change({ name: event.currentTarget.value })}
         />
         {!account && (
-          <TextInput
-            label={t("administration:form.username")}
-            description={t("administration:form.usernameHint")}
-            required
-            maxLength={64}
-            autoComplete="off"
-            autoCapitalize="none"
-            spellCheck={false}
-            value={username}
+          <UsernameField
+            value={values.username}
             error={fields.username}
-            onChange={(event) => setUsername(event.currentTarget.value)}
+            onChange={(username) => change({ username })}
           />
         )}
-        <RoleField value={role} onChange={setRole} />
-        <MultiSelect
-          label={t("administration:form.stations")}
-          description={t("administration:form.stationsHint")}
-          size="md"
-          data={choices}
-          value={stations}
-          onChange={setStations}
-        />
-        {account && (loginMethods.data?.openid || account.openid) && (
+        <RoleField value={values.role} onChange={(role) => change({ role })} />
+        <StationsField value={values.stations} onChange={(stations) => change({ stations })} />
+        {account && (
           <IdentityField
-            provider={loginMethods.data?.openid ?? null}
-            value={openid}
+            account={account}
+            value={values.openid}
             error={fields.openid}
-            onChange={setOpenid}
+            onChange={(openid) => change({ openid })}
           />
         )}
-        <ProblemNote error={filterOptions.error ?? save.error} />
+        <ProblemNote error={save.error} />
         <Group justify="end">
           <Button
             type="submit"
             loading={save.isPending}
-            disabled={name.trim() === "" || username.trim() === ""}
+            disabled={values.name.trim() === "" || values.username.trim() === ""}
           >
             {account ? t("administration:form.save") : t("administration:form.create")}
           </Button>
         </Group>
       </Stack>
     </form>
+  );
+}
+
+type TextFieldProps = { value: string; error: string | undefined; onChange: (value: string) => void };
+
+/** The new account's user name. */
+function UsernameField({ value, error, onChange }: TextFieldProps) {
+  return (
+    <TextInput
+      label={t("administration:form.username")}
+      description={t("administration:form.usernameHint")}
+      required
+      maxLength={64}
+      autoComplete="off"
+      autoCapitalize="none"
+      spellCheck={false}
+      value={value}
+      error={error}
+      onChange={(event) => onChange(event.currentTarget.value)}
+    />
   );
 }
 
@@ -124,14 +132,34 @@ function RoleField({ value, onChange }: { value: Role; onChange: (role: Role) =>
   );
 }
 
-/** The account's identity at the OpenID provider. */
-function IdentityField(props: {
-  provider: string | null;
-  value: string;
-  error: string | undefined;
-  onChange: (identity: string) => void;
-}) {
-  const { provider, value, error, onChange } = props;
+/** The account's stations. The choices are the stations that have treated patients. */
+function StationsField(props: { value: string[]; onChange: (stations: string[]) => void }) {
+  const filterOptions = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
+  const choices = [...new Set([...(filterOptions.data?.stations ?? []), ...props.value])].sort();
+  return (
+    <>
+      <MultiSelect
+        label={t("administration:form.stations")}
+        description={t("administration:form.stationsHint")}
+        size="md"
+        data={choices}
+        value={props.value}
+        onChange={props.onChange}
+      />
+      <ProblemNote error={filterOptions.error} />
+    </>
+  );
+}
+
+/** The account's identity at the OpenID provider. Hidden while the clinic has no provider and the account no identity. */
+function IdentityField({ account, value, error, onChange }: TextFieldProps & { account: Account }) {
+  const loginMethods = useQuery({
+    queryKey: ["sign-in-options"],
+    queryFn: api.loginMethods,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  const provider = loginMethods.data?.openid ?? null;
+  if (!provider && !account.openid) return null;
   return (
     <TextInput
       label={t("administration:form.identity", {

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Badge, Button, Group, Modal, Skeleton, Stack, Switch, Table, Text, Title } from "@mantine/core";
 import { IconUserPlus } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
@@ -29,28 +30,7 @@ export function AccountsPage() {
       </Group>
       <ProblemNote error={accounts.error} />
       {accounts.isPending && <Skeleton h={200} />}
-      {items.length > 0 && (
-        <Table verticalSpacing="md" highlightOnHover>
-          <Table.Thead>
-            <Table.Tr>
-              <Table.Th>{t("administration:accounts.name")}</Table.Th>
-              <Table.Th>{t("administration:accounts.role")}</Table.Th>
-              <Table.Th>{t("administration:accounts.stations")}</Table.Th>
-              <Table.Th>{t("administration:accounts.signsInWith")}</Table.Th>
-              <Table.Th>
-                <span style={{ position: "absolute", left: -9999 }}>
-                  {t("administration:accounts.actions")}
-                </span>
-              </Table.Th>
-            </Table.Tr>
-          </Table.Thead>
-          <Table.Tbody>
-            {items.map((account) => (
-              <Row key={account.id} account={account} onCode={setOneTimeCode} />
-            ))}
-          </Table.Tbody>
-        </Table>
-      )}
+      {items.length > 0 && <AccountTable accounts={items} onCode={setOneTimeCode} />}
       <Modal
         opened={creating}
         onClose={() => setCreating(false)}
@@ -77,17 +57,32 @@ export function AccountsPage() {
   );
 }
 
-function Row({ account, onCode }: { account: Account; onCode: (code: Schemas["OneTimeCode"]) => void }) {
-  const me = useMe();
-  const queries = useQueryClient();
-  const [changing, setChanging] = useState(false);
-  const [resetting, setResetting] = useState(false);
-  const disable = useMutation({
-    // Without `updated_at`: disabling applies even if the account was changed meanwhile.
-    mutationFn: (disabled: boolean) => api.updateAccount(account.id, { disabled }),
-    onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
-  });
-  const isOwn = account.id === me?.account_id;
+type OnCode = (code: Schemas["OneTimeCode"]) => void;
+
+function AccountTable({ accounts, onCode }: { accounts: Account[]; onCode: OnCode }) {
+  return (
+    <Table verticalSpacing="md" highlightOnHover>
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>{t("administration:accounts.name")}</Table.Th>
+          <Table.Th>{t("administration:accounts.role")}</Table.Th>
+          <Table.Th>{t("administration:accounts.stations")}</Table.Th>
+          <Table.Th>{t("administration:accounts.signsInWith")}</Table.Th>
+          <Table.Th>
+            <span style={{ position: "absolute", left: -9999 }}>{t("administration:accounts.actions")}</span>
+          </Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {accounts.map((account) => (
+          <AccountRow key={account.id} account={account} onCode={onCode} />
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}
+
+function AccountRow({ account, onCode }: { account: Account; onCode: OnCode }) {
   return (
     <Table.Tr {...(account.disabled_at && { c: "dimmed" })}>
       <Table.Td>
@@ -101,65 +96,78 @@ function Row({ account, onCode }: { account: Account; onCode: (code: Schemas["On
       </Table.Td>
       <Table.Td>{signsInWith(account)}</Table.Td>
       <Table.Td>
-        <Group justify="end" gap="xs">
-          <Button
-            variant="default"
-            onClick={() => setChanging(true)}
-            aria-label={t("administration:accounts.changeOf", { name: account.name })}
-          >
-            {t("administration:accounts.change")}
-          </Button>
-          {!isOwn && !account.disabled_at && (
-            <Button
-              variant="default"
-              onClick={() => setResetting(true)}
-              aria-label={t("administration:accounts.newCodeFor", { name: account.name })}
-            >
-              {t("administration:accounts.newCode")}
-            </Button>
-          )}
-          {!isOwn && (
-            <Button
-              variant="default"
-              loading={disable.isPending}
-              aria-label={t(
-                account.disabled_at
-                  ? "administration:accounts.enableOf"
-                  : "administration:accounts.disableOf",
-                {
-                  name: account.name,
-                },
-              )}
-              onClick={() => disable.mutate(!account.disabled_at)}
-            >
-              {account.disabled_at
-                ? t("administration:accounts.enable")
-                : t("administration:accounts.disable")}
-            </Button>
-          )}
-        </Group>
-        <ProblemNote error={disable.error} />
-        <Modal opened={changing} onClose={() => setChanging(false)} title={account.name} size="lg">
-          <AccountForm account={account} onDone={() => setChanging(false)} />
-        </Modal>
-        <ResetDialog
-          account={account}
-          opened={resetting}
-          onClose={() => setResetting(false)}
-          onCode={onCode}
-        />
+        <AccountActions account={account} onCode={onCode} />
       </Table.Td>
     </Table.Tr>
   );
 }
 
+/** Changes, resets, disables or enables the account. Administrators can only change their own. */
+function AccountActions({ account, onCode }: { account: Account; onCode: OnCode }) {
+  const isOwn = account.id === useMe()?.account_id;
+  const [changing, setChanging] = useState(false);
+  const [resetting, setResetting] = useState(false);
+  const disable = useDisableAccount(account.id);
+  return (
+    <>
+      <Group justify="end" gap="xs">
+        <Button
+          variant="default"
+          onClick={() => setChanging(true)}
+          aria-label={t("administration:accounts.changeOf", { name: account.name })}
+        >
+          {t("administration:accounts.change")}
+        </Button>
+        {!isOwn && !account.disabled_at && (
+          <Button
+            variant="default"
+            onClick={() => setResetting(true)}
+            aria-label={t("administration:accounts.newCodeFor", { name: account.name })}
+          >
+            {t("administration:accounts.newCode")}
+          </Button>
+        )}
+        {!isOwn && (
+          <DisableButton
+            account={account}
+            loading={disable.isPending}
+            onClick={() => disable.mutate(!account.disabled_at)}
+          />
+        )}
+      </Group>
+      <ProblemNote error={disable.error} />
+      <Modal opened={changing} onClose={() => setChanging(false)} title={account.name} size="lg">
+        <AccountForm account={account} onDone={() => setChanging(false)} />
+      </Modal>
+      <ResetDialog account={account} opened={resetting} onClose={() => setResetting(false)} onCode={onCode} />
+    </>
+  );
+}
+
+/** Disables the account for `true`, enables it for `false`. */
+function useDisableAccount(accountId: string) {
+  const queries = useQueryClient();
+  return useMutation({
+    // Without `updated_at`: disabling applies even if the account was changed meanwhile.
+    mutationFn: (disabled: boolean) => api.updateAccount(accountId, { disabled }),
+    onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
+  });
+}
+
+function DisableButton(props: { account: Account; loading: boolean; onClick: () => void }) {
+  const { name, disabled_at } = props.account;
+  const label = disabled_at
+    ? t("administration:accounts.enableOf", { name })
+    : t("administration:accounts.disableOf", { name });
+  return (
+    <Button variant="default" loading={props.loading} aria-label={label} onClick={props.onClick}>
+      {disabled_at ? t("administration:accounts.enable") : t("administration:accounts.disable")}
+    </Button>
+  );
+}
+
 /** Resets the account: its owner gets a one-time code. */
-function ResetDialog(props: {
-  account: Account;
-  opened: boolean;
-  onClose: () => void;
-  onCode: (code: Schemas["OneTimeCode"]) => void;
-}) {
+function ResetDialog(props: { account: Account; opened: boolean; onClose: () => void; onCode: OnCode }) {
   const { account, opened, onClose } = props;
   const queries = useQueryClient();
   const [factorLost, setFactorLost] = useState(false);

@@ -1,3 +1,5 @@
+import "./catalogue";
+import "../commissioning/catalogue";
 import { Group, Stack, Title } from "@mantine/core";
 import { Link, Outlet } from "@tanstack/react-router";
 import classes from "../../app/Shell.module.css";
@@ -9,9 +11,11 @@ const TABS = [
   { to: "/administration/audit", label: t("administration:audit.title") },
   { to: "/administration/emergency-access", label: t("administration:emergencies.title") },
   { to: "/administration/backups", label: t("administration:backups.title") },
+  { to: "/administration/clinic", label: t("administration:clinic.title") },
+  { to: "/commissioning", label: t("commissioning:page.title") },
 ] as const;
 
-/** The administrator's pages: accounts, audit trail, emergency access and backups. */
+/** The administrator's pages: accounts, audit trail, emergency access, backups, clinic, and the link to the station's settings. */
 export function AdministrationPage() {
   const administers = useHasPermission("administer");
   return (

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Code, Group, Select, Skeleton, Stack, Table, Text, TextInput, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
@@ -119,54 +120,58 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
         </Table.Thead>
         <Table.Tbody>
           {items.map((entry) => (
-            <Table.Tr key={entry.number}>
-              <Table.Td ta="right">{entry.number}</Table.Td>
-              <Table.Td style={{ whiteSpace: "nowrap" }}>
-                {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
-              </Table.Td>
-              <Table.Td>
-                {entry.who || t("administration:audit.notSignedIn")}
-                <Text size="sm" c="dimmed">
-                  {roleOf(entry.role) ||
-                    (entry.account_id &&
-                      t("administration:audit.triedAs", {
-                        name: names.get(entry.account_id) ?? t("administration:audit.anAccount"),
-                      }))}
-                </Text>
-              </Table.Td>
-              <Table.Td>
-                <Text title={entry.action}>{describeAction(entry.action)}</Text>
-                {entry.outcome !== "done" && (
-                  <Text fw={600}>{t(`administration:outcomes.${entry.outcome}`)}</Text>
-                )}
-                {describeDetail(entry).map((line) => (
-                  <Text key={line} size="sm" c="dimmed">
-                    {line}
-                  </Text>
-                ))}
-                <RawEntry entry={entry} />
-              </Table.Td>
-              <Table.Td>
-                {entry.patient_id && (
-                  <PageLink to="/patients/$patientId" params={{ patientId: entry.patient_id }}>
-                    {t("administration:audit.patient")}
-                  </PageLink>
-                )}
-                <Text size="sm" style={{ overflowWrap: "anywhere" }}>
-                  {describeSubject(entry.subject)}
-                </Text>
-              </Table.Td>
-              <Table.Td>
-                {entry.station}
-                <Text size="sm" c="dimmed">
-                  {entry.address}
-                </Text>
-              </Table.Td>
-            </Table.Tr>
+            <EntryRow key={entry.number} entry={entry} names={names} />
           ))}
         </Table.Tbody>
       </Table>
     </Table.ScrollContainer>
+  );
+}
+
+function EntryRow({ entry, names }: { entry: Schemas["AuditEntry"]; names: Map<string, string> }) {
+  return (
+    <Table.Tr>
+      <Table.Td ta="right">{entry.number}</Table.Td>
+      <Table.Td style={{ whiteSpace: "nowrap" }}>
+        {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
+      </Table.Td>
+      <Table.Td>
+        {entry.who || t("administration:audit.notSignedIn")}
+        <Text size="sm" c="dimmed">
+          {roleOf(entry.role) ||
+            (entry.account_id &&
+              t("administration:audit.triedAs", {
+                name: names.get(entry.account_id) ?? t("administration:audit.anAccount"),
+              }))}
+        </Text>
+      </Table.Td>
+      <Table.Td>
+        <Text title={entry.action}>{describeAction(entry.action)}</Text>
+        {entry.outcome !== "done" && <Text fw={600}>{t(`administration:outcomes.${entry.outcome}`)}</Text>}
+        {describeDetail(entry).map((line) => (
+          <Text key={line} size="sm" c="dimmed">
+            {line}
+          </Text>
+        ))}
+        <RawEntry entry={entry} />
+      </Table.Td>
+      <Table.Td>
+        {entry.patient_id && (
+          <PageLink to="/patients/$patientId" params={{ patientId: entry.patient_id }}>
+            {t("administration:audit.patient")}
+          </PageLink>
+        )}
+        <Text size="sm" style={{ overflowWrap: "anywhere" }}>
+          {describeSubject(entry.subject)}
+        </Text>
+      </Table.Td>
+      <Table.Td>
+        {entry.station}
+        <Text size="sm" c="dimmed">
+          {entry.address}
+        </Text>
+      </Table.Td>
+    </Table.Tr>
   );
 }
 

@@ -1,5 +1,6 @@
+import "./catalogue";
 import { Alert, Badge, Button, Group, List, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
-import { IconCircleCheck, IconDatabaseExport, IconInfoCircle } from "@tabler/icons-react";
+import { IconCircleCheck, IconDatabaseExport, IconFileZip, IconInfoCircle } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
@@ -48,6 +49,28 @@ export function BackupsPage() {
           {list.items.length > 0 && <Rows items={list.items} />}
         </>
       )}
+      <Support />
+    </Stack>
+  );
+}
+
+/** The download that describes this installation to its maintainers. */
+function Support() {
+  return (
+    <Stack component="section" gap="xs" align="flex-start" aria-label={t("administration:support.title")}>
+      <Title order={3} size="h4">
+        {t("administration:support.title")}
+      </Title>
+      <Text>{t("administration:support.explain")}</Text>
+      <Button
+        component="a"
+        href="/api/support-bundle"
+        download
+        variant="default"
+        leftSection={<IconFileZip size={20} />}
+      >
+        {t("administration:support.download")}
+      </Button>
     </Stack>
   );
 }

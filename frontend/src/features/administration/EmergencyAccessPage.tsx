@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Badge, Button, Card, Group, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useTitle } from "../../app/title";

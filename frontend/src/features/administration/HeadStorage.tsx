@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Alert, Text } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import type { Schemas } from "../../lib/api/client";

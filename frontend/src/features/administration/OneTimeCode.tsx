@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, CopyButton, Group, Stack, Text } from "@mantine/core";
 import { IconCheck, IconCopy } from "@tabler/icons-react";
 import type { Schemas } from "../../lib/api/client";

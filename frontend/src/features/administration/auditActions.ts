@@ -1,3 +1,4 @@
+import "./catalogue";
 import type { operations } from "../../lib/api/schema";
 import { t } from "../../lib/i18n";
 
@@ -6,6 +7,7 @@ type Operation = Exclude<keyof operations, `${string}_post` | Renamed>;
 
 /** Operations that were renamed: the audit trail stores their former names. */
 type Renamed =
+  | "get_sign_in_options"
   | "set_side"
   | "reduce_range"
   | "request_erasure"
@@ -24,6 +26,7 @@ type Renamed =
 
 /** Other actions in the audit trail. A test of the service checks this list. */
 type OtherAction =
+  | "get_ways_in"
   | "note_erasure"
   | "erase_patient"
   | "get_session_page"
@@ -55,6 +58,7 @@ type OtherAction =
   | "backup_asked"
   | "backup_restored"
   | "database_away"
+  | "import_questionnaire_texts"
   | "register_station"
   | "prepare_demonstration"
   | "seed"

@@ -1,8 +1,8 @@
 import type { AuditQuery, Schemas } from "../../lib/api/client";
 import { isDay, midnight } from "../../lib/days";
-import { t } from "../../lib/i18n";
 
 const FILTER_NAMES = ["from", "to", "account_id", "patient_id", "action", "outcome"] as const;
+const OUTCOMES: Record<Schemas["AuditEntry"]["outcome"], true> = { done: true, refused: true, failed: true };
 
 /**
  * The filters of the audit trail, as the address holds them. Days are local to this browser and inclusive.
@@ -17,7 +17,7 @@ export function readAuditFilters(search: Record<string, unknown>): AuditFilters 
     name === "from" || name === "to"
       ? isDay(value)
       : name === "outcome"
-        ? Object.hasOwn(t("administration:outcomes", { returnObjects: true }), String(value))
+        ? Object.hasOwn(OUTCOMES, String(value))
         : typeof value === "string" && value !== "";
   return Object.fromEntries(
     FILTER_NAMES.filter((name) => isValid(name, search[name])).map((name) => [name, search[name]]),

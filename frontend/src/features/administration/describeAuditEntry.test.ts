@@ -31,6 +31,10 @@ test("explains a refusal by code or number, with its repetitions", () => {
   expect(describeDetail(entry({ why: 401 }))).toEqual(["Reason: not signed in"]);
 });
 
+test("names the identifiers that confirmed a patient", () => {
+  expect(describeDetail(entry({ identity: "birth_date+name" }))).toEqual(["Identity: birth date, name"]);
+});
+
 test("lists changes by kind", () => {
   const changes = { added: { runs: ["a"], run_samples: 12 }, changed: { sessions: { b: ["note"] } } };
   expect(

@@ -1,3 +1,4 @@
+import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ACTIONS } from "./auditActions";
@@ -6,6 +7,7 @@ type Entry = Schemas["AuditEntry"];
 
 const KINDS: Partial<Record<string, string>> = t("administration:kinds", { returnObjects: true });
 const REASONS: Partial<Record<string, string>> = t("administration:reasons", { returnObjects: true });
+const IDENTIFIERS: Partial<Record<string, string>> = t("sessions:identifiers", { returnObjects: true });
 const wordOf = (words: object, code: string): string =>
   Object.hasOwn(words, code) ? words[code as keyof typeof words] : code;
 
@@ -41,6 +43,9 @@ export function describeDetail({ detail }: Entry): string[] {
     ...("why" in detail
       ? [t("administration:audit.reason", { reason: describeReason(String(detail.why)) })]
       : []),
+    ...("identity" in detail
+      ? [t("administration:audit.identity", { identifiers: describeIdentifiers(String(detail.identity)) })]
+      : []),
     ...("again" in detail ? [t("administration:audit.repeated", { times: Number(detail.again) })] : []),
     ...kindsOf("added").map((kinds) => t("administration:audit.added", { kinds })),
     ...[...kindsOf("changed"), ...kindsOf("changed_many")].map((kinds) =>
@@ -49,6 +54,9 @@ export function describeDetail({ detail }: Entry): string[] {
     ...kindsOf("removed").map((kinds) => t("administration:audit.removed", { kinds })),
   ];
 }
+
+const describeIdentifiers = (codes: string) =>
+  t("common:format.list", { words: codes.split("+").map((code) => wordOf(IDENTIFIERS, code)) });
 
 const describeReason = (code: string) => wordOf(REASONS, code);
 

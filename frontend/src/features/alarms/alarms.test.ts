@@ -13,6 +13,8 @@ const IDLE = {
   estop: "closed",
   torque: "off",
   database: DATABASE_OK,
+  warnings: [],
+  refusals: {},
 };
 
 function priorities(live: object, overrides: Partial<LiveState> = {}) {
@@ -60,6 +62,12 @@ describe("an alarm's priority", () => {
     expect(priorities({ torque: "on", age_ms: LOST_AFTER_MS })).toEqual(["high device_silent"]);
   });
 
+  it("is low while a technician commissions the station", () => {
+    const teach = { code: "commissioning_runs", message: "It runs.", next_step: "Wait." };
+    const live = { device: "restarting", mode: "offline", torque: "unknown", refusals: { teach } };
+    expect(priorities(live)).toEqual(["low commissioning"]);
+  });
+
   it("is high for a silent e-stop without a reported stop", () => {
     expect(priorities({ estop: "unknown" })).toEqual(["high estop_missing"]);
     const stop = { causes: [cause(false, "estop_unknown")], arm_held: false };
@@ -74,6 +82,12 @@ describe("an alarm's priority", () => {
       priorities({ database: { ...DATABASE_OK, unavailable_since: SINCE, spool_full_since: SINCE } }),
     ).toEqual(["medium spool_full"]);
     expect(priorities(away, { connected: false })).toEqual(["medium connection_lost"]);
+  });
+
+  it("is medium for each drive near its own limit", () => {
+    const hot = (motor: number) => ({ code: "drive_hot", motor, message: "It is hot.", next_step: "Wait." });
+    expect(priorities({ warnings: [hot(2), hot(3)] })).toEqual(["medium drive_hot 2", "medium drive_hot 3"]);
+    expect(priorities({ warnings: [hot(2)] }, { connected: false })).toEqual(["medium connection_lost"]);
   });
 
   it("sorts the most urgent first", () => {

@@ -43,6 +43,13 @@ function connectionAlarms(state: LiveState): Alarm[] {
     const next = mayHold ? t("alarms:texts.connectionLostTorqueNext") : t("alarms:texts.connectionLostNext");
     return [alarm("connection_lost", priority, t("alarms:texts.connectionLost"), next)];
   }
+  const refused = live?.refusals.teach;
+  if (connected && refused?.code === "commissioning_runs") {
+    // The control program has handed the drives over. Nothing has failed.
+    const message = translateServerText(refused.message, refused.message_key);
+    const next = translateServerText(refused.next_step, refused.next_step_key);
+    return [alarm("commissioning", "low", message, next)];
+  }
   if (connected && !isAlive(state) && live !== null && live.device !== "starting") {
     const next = mayHold ? t("alarms:texts.deviceSilentTorqueNext") : t("alarms:texts.deviceSilentNext");
     return [alarm("device_silent", priority, t("alarms:texts.deviceSilent"), next)];
@@ -110,5 +117,14 @@ function apparatusAlarms(state: LiveState): Alarm[] {
       resistance === null ? t("alarms:texts.reversing") : translateServerText(resistance, resistance_key);
     alarms.push(alarm("reversing", "low", message, t("alarms:texts.reversingNext")));
   }
+  for (const warning of live.warnings)
+    alarms.push(
+      alarm(
+        `${warning.code} ${warning.motor}`,
+        "medium",
+        translateServerText(warning.message, warning.message_key),
+        translateServerText(warning.next_step, warning.next_step_key),
+      ),
+    );
   return alarms;
 }

@@ -11,8 +11,7 @@ import { NumberPicker } from "./NumberPicker";
 import { RomGrid } from "./RomGrid";
 import { SpadiFields } from "./SpadiFields";
 
-/** A form to enter or change an assessment. Input stays until it is saved or discarded. */
-export function AssessmentForm(props: {
+type Props = {
   episodeId: string;
   affected: Side;
   form: Schemas["AssessmentForm"];
@@ -21,78 +20,26 @@ export function AssessmentForm(props: {
   /** The previous assessment, whose angles are shown in empty fields. */
   last: Assessment | null;
   onDone: () => void;
-}) {
-  const { episodeId, form, assessment } = props;
-  const queries = useQueryClient();
-  const userName = useUserName();
-  const [key] = useState(`assessment ${assessment?.id ?? episodeId} ${assessment?.updated_at ?? ""}`);
-  const [draft, setDraft] = useDraft(key, () =>
-    assessment ? toDraft(assessment) : emptyDraft(new Date(), userName),
-  );
-  const change = (part: Partial<Draft>) => setDraft((before) => ({ ...before, ...part }));
-  const save = useMutation({
-    mutationFn: () => {
-      const body = toRequest(draft, form.rom);
-      if (!assessment) return api.createAssessment(episodeId, body);
-      // The stored time is more precise than the field. It is sent only if the user changed it.
-      const { assessed_at, ...rest } = body;
-      const timeChanged = draft.at !== toDraft(assessment).at;
-      return api.updateAssessment(assessment.id, {
-        ...rest,
-        ...(timeChanged && { assessed_at }),
-        updated_at: assessment.updated_at,
-      });
-    },
-    onSuccess: () => {
-      void queries.invalidateQueries({ queryKey: ["assessments", episodeId] });
-      void queries.invalidateQueries({ queryKey: ["progress", episodeId] });
-      done();
-    },
-  });
-  const done = () => {
-    forgetDrafts(key);
-    props.onDone();
-  };
+};
+
+/** A form to enter or change an assessment. Input stays until it is saved or discarded. */
+export function AssessmentForm(props: Props) {
+  const { form } = props;
+  const { draft, change, save, done } = useAssessmentDraft(props);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
-  const implausible = form.rom.some((measure) =>
-    Object.entries(draft.rom).some(
-      ([angle, typed]) =>
-        angle.includes(` ${measure.motion} ${measure.position} `) && angleProblem(measure, typed),
-    ),
-  );
+  const title = props.assessment ? t("assessments:form.change") : t("assessments:form.add");
   const submit = (event: FormEvent) => {
     event.preventDefault();
     save.mutate();
   };
   return (
-    <Paper
-      withBorder
-      p="md"
-      component="section"
-      aria-label={assessment ? t("assessments:form.change") : t("assessments:form.add")}
-    >
+    <Paper withBorder p="md" component="section" aria-label={title}>
       <form onSubmit={submit} noValidate>
         <Stack>
           <Title order={3} size="h4">
-            {assessment ? t("assessments:form.change") : t("assessments:form.add")}
+            {title}
           </Title>
-          <Group align="start">
-            <TextInput
-              label={t("assessments:form.when")}
-              type="datetime-local"
-              required
-              value={draft.at}
-              error={fields.assessed_at}
-              onChange={(event) => change({ at: event.currentTarget.value })}
-            />
-            <TextInput
-              label={t("assessments:form.by")}
-              required
-              value={draft.by}
-              error={fields.assessed_by}
-              onChange={(event) => change({ by: event.currentTarget.value })}
-            />
-          </Group>
+          <WhenAndBy draft={draft} fields={fields} onChange={change} />
           <FindingsTabs
             form={form}
             affected={props.affected}
@@ -113,13 +60,89 @@ export function AssessmentForm(props: {
             <Button variant="default" onClick={done}>
               {t("assessments:form.discard")}
             </Button>
-            <Button type="submit" loading={save.isPending} disabled={implausible || !draft.at}>
+            <Button
+              type="submit"
+              loading={save.isPending}
+              disabled={isImplausible(draft, form.rom) || !draft.at}
+            >
               {t("assessments:form.save")}
             </Button>
           </Group>
         </Stack>
       </form>
     </Paper>
+  );
+}
+
+/** The draft of an assessment, how to change it, and how to save or discard it. */
+function useAssessmentDraft({ episodeId, form, assessment, onDone }: Props) {
+  const queries = useQueryClient();
+  const userName = useUserName();
+  const [key] = useState(`assessment ${assessment?.id ?? episodeId} ${assessment?.updated_at ?? ""}`);
+  const [draft, setDraft] = useDraft(key, () =>
+    assessment ? toDraft(assessment) : emptyDraft(new Date(), userName),
+  );
+  const change = (part: Partial<Draft>) => setDraft((before) => ({ ...before, ...part }));
+  const done = () => {
+    forgetDrafts(key);
+    onDone();
+  };
+  const save = useMutation({
+    mutationFn: () => {
+      const body = toRequest(draft, form.rom);
+      if (!assessment) return api.createAssessment(episodeId, body);
+      // The stored time is more precise than the field. It is sent only if the user changed it.
+      const { assessed_at, ...rest } = body;
+      const timeChanged = draft.at !== toDraft(assessment).at;
+      return api.updateAssessment(assessment.id, {
+        ...rest,
+        ...(timeChanged && { assessed_at }),
+        updated_at: assessment.updated_at,
+      });
+    },
+    onSuccess: () => {
+      void queries.invalidateQueries({ queryKey: ["assessments", episodeId] });
+      void queries.invalidateQueries({ queryKey: ["progress", episodeId] });
+      done();
+    },
+  });
+  return { draft, change, save, done };
+}
+
+/** True if an angle of the draft is not plausible. */
+function isImplausible(draft: Draft, measures: Schemas["RomMeasure"][]): boolean {
+  return measures.some((measure) =>
+    Object.entries(draft.rom).some(
+      ([angle, typed]) =>
+        angle.includes(` ${measure.motion} ${measure.position} `) && angleProblem(measure, typed),
+    ),
+  );
+}
+
+function WhenAndBy(props: {
+  draft: Draft;
+  fields: Record<string, string>;
+  onChange: (part: Partial<Draft>) => void;
+}) {
+  const { draft, fields, onChange } = props;
+  return (
+    <Group align="start">
+      <TextInput
+        label={t("assessments:form.when")}
+        type="datetime-local"
+        required
+        value={draft.at}
+        error={fields.assessed_at}
+        onChange={(event) => onChange({ at: event.currentTarget.value })}
+      />
+      <TextInput
+        label={t("assessments:form.by")}
+        required
+        value={draft.by}
+        error={fields.assessed_by}
+        onChange={(event) => onChange({ by: event.currentTarget.value })}
+      />
+    </Group>
   );
 }
 

@@ -11,6 +11,10 @@ vi.mock("../../ui/links", () => ({
   ButtonLink: ({ to, children }: { to: string; children: string }) => <a href={to}>{children}</a>,
 }));
 
+vi.mock("../progress/ProgressChart", () => ({
+  ProgressChart: ({ chart }: { chart: string }) => <output>{chart}</output>,
+}));
+
 const assessments = vi.spyOn(api, "assessments");
 const withdraw = vi.spyOn(api, "withdrawAssessment");
 const WITHDRAWN = { ...ASSESSMENT, id: "w", withdrawn_at: "2026-03-10T09:30:00Z" };
@@ -36,6 +40,13 @@ function show() {
 
 const press = async (name: string | RegExp) => fireEvent.click(await screen.findByRole("button", { name }));
 
+it("shows one chart beside the findings, at first that of the range of motion", async () => {
+  show();
+  expect((await screen.findByRole("status")).textContent).toBe("rom");
+  fireEvent.click(screen.getByRole("radio", { name: "SPADI" }));
+  expect(screen.getByRole("status").textContent).toBe("spadi");
+});
+
 describe("the newest findings", () => {
   it("are described with the change since the first assessment", async () => {
     show();
@@ -44,7 +55,7 @@ describe("the newest findings", () => {
       "Flexion: 105° active (+15), 120° passive",
       "External rotation, arm at the side: −5° active (unchanged)",
       "Pain (0 to 10): at rest 2 (−2), average over the last week 5 (unchanged)",
-      "SPADI 45 of 100 (−10): pain 60, disability 30. Possibly important improvement",
+      "SPADI 45 of 100 (−10): pain 60, disability 30. Possibly important improvement (from 8 to 13 points), but 17 points or less may be chance",
       "Right shoulder: Flexion: 175° active",
     ]);
   });
@@ -65,9 +76,10 @@ describe("the newest findings", () => {
   it.each([
     [-7.9, "No important change"],
     [-8, "Possibly important improvement"],
-    [-13, "Important improvement"],
+    [-17, "Possibly important improvement (from 8 to 13 points), but 17 points or less may be chance"],
+    [-17.1, "Important improvement, more than chance (over 17 points)"],
     [8, "Possibly important worsening"],
-    [13, "Important worsening"],
+    [17.1, "Important worsening, more than chance (over 17 points)"],
   ])("a SPADI change of %d reads: %s", (change, verdict) => {
     const score = { pain: 50, disability: 50, total: 50 + change };
     const words = describeSpadi({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);

@@ -1,19 +1,31 @@
-import { Button, Group, List, Skeleton, Stack, Text, Title } from "@mantine/core";
+import {
+  Button,
+  Group,
+  List,
+  SegmentedControl,
+  SimpleGrid,
+  Skeleton,
+  Stack,
+  Text,
+  Title,
+} from "@mantine/core";
 import { IconChartLine, IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { type Assessment, api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { usePagedQuery } from "../../lib/usePagedQuery";
+import { useAssessments } from "../../lib/patientQueries";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
+import { StartPatientMode } from "../patient-mode/StartPatientMode";
+import { ProgressChart } from "../progress/ProgressChart";
 import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
 import type { Side } from "./draft";
-import { describePain, describeRom, describeSpadi } from "./findings";
+import { describePain, describeQuestionnaires, describeRom, describeSpadi } from "./findings";
 
 /**
  * The newest findings compared with the first ones, with actions to enter, change and withdraw assessments.
@@ -36,7 +48,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
     queryFn: api.assessmentForm,
     staleTime: Number.POSITIVE_INFINITY,
   });
-  const assessments = usePagedQuery(["assessments", episodeId], (after) => api.assessments(episodeId, after));
+  const assessments = useAssessments(episodeId);
   const items = assessments.items;
   const baseline = assessments.data?.pages[0]?.baseline ?? null;
   const newest = items?.find((assessment) => !assessment.withdrawn_at) ?? null;
@@ -56,6 +68,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
           >
             {t("assessments:assessments.progress")}
           </ButtonLink>
+          {writes && <StartPatientMode episodeId={episodeId} />}
           {writes && editing !== "new" && (
             <Button
               leftSection={<IconPlus size={20} />}
@@ -82,7 +95,10 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
       )}
       {items && !newest && !editing && <Text>{t("assessments:assessments.none")}</Text>}
       {items && newest && form.data && (
-        <NewestFindings assessment={newest} baseline={baseline} form={form.data} affected={affected} />
+        <SimpleGrid cols={{ base: 1, md: 2 }}>
+          <NewestFindings assessment={newest} baseline={baseline} form={form.data} affected={affected} />
+          <History episodeId={episodeId} />
+        </SimpleGrid>
       )}
       {items && items.length > 0 && (
         <>
@@ -99,6 +115,25 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
   );
 }
 
+/** What was assessed over the weeks as one chart at a time, with its numbers. */
+function History({ episodeId }: { episodeId: string }) {
+  const [chart, setChart] = useState<(typeof HISTORY)[number]>("rom");
+  return (
+    <Stack gap="xs">
+      <SegmentedControl
+        size="md"
+        aria-label={t("assessments:assessments.history")}
+        value={chart}
+        onChange={(chosen) => setChart(chosen as typeof chart)}
+        data={HISTORY.map((value) => ({ value, label: t(`progress:charts.${value}.title`) }))}
+      />
+      <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
+    </Stack>
+  );
+}
+
+const HISTORY = ["rom", "pain", "spadi"] as const;
+
 /** The newest assessment in words, with the change since the first one. */
 function NewestFindings(props: {
   assessment: Assessment;
@@ -111,9 +146,11 @@ function NewestFindings(props: {
   const moment = formatMoment(assessment.assessed_at);
   const otherSide = affected === "left" ? "right" : "left";
   const otherFindings = describeRom(assessment, null, form.rom, otherSide);
-  const scores = [describePain(assessment, baseline), describeSpadi(assessment, baseline, form)].filter(
-    (words) => words !== null,
-  );
+  const scores = [
+    describePain(assessment, baseline),
+    describeSpadi(assessment, baseline, form),
+    ...describeQuestionnaires(assessment),
+  ].filter((words) => words !== null);
   return (
     <Stack gap={4} data-testid="newest-assessment">
       <Text fw={600}>

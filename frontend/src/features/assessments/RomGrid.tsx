@@ -82,6 +82,7 @@ export function RomGrid(props: {
             </Text>
           ),
       )}
+      {showAll && <Text size="sm">{t("assessments:rom.thirdPosition")}</Text>}
       {!showAll && (
         <Button variant="subtle" onClick={() => setShowAll(true)}>
           {t("assessments:rom.more")}

@@ -8,6 +8,7 @@ type Measure = Schemas["RomMeasure"];
 type Entry = Schemas["RomEntry"];
 export type Side = Entry["side"];
 export type Kind = Entry["kind"];
+export const KINDS = ["active", "passive"] as const satisfies Kind[];
 
 export const PAIN_NAMES = ["pain_rest", "pain_active", "pain_passive", "pain_average"] as const;
 export type Pain = (typeof PAIN_NAMES)[number];

@@ -15,6 +15,7 @@ export const FORM: Schemas["AssessmentForm"] = {
   })),
   spadi_perhaps_important: 8,
   spadi_important: 13,
+  spadi_detectable: 17,
 };
 
 export const ASSESSMENT: Assessment = {
@@ -33,6 +34,7 @@ export const ASSESSMENT: Assessment = {
   pain_passive: null,
   pain_average: 5,
   spadi: [6, 6, 6, 6, 6, 3, 3, 3, 3, 3, 3, 3, 3],
+  questionnaires: [],
   spadi_score: { pain: 60, disability: 30, total: 45 },
   note: "Slept through.",
   updated_at: "2026-03-09T09:40:00Z",

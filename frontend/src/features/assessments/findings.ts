@@ -69,15 +69,35 @@ export function describeSpadi(
     pain: painText,
     disability,
     changed: formatChange(total, first),
-    verdict: rateChange(total - first, form),
+    verdict: rateSpadiChange(total - first, form),
   });
 }
 
 /** Rate a change of the SPADI; a lower score is better. */
-function rateChange(change: number, form: Schemas["AssessmentForm"]): string {
+export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"]): string {
   const size = Math.abs(change);
   if (size < form.spadi_perhaps_important) return t("assessments:found.unimportant");
-  if (size < form.spadi_important)
-    return change < 0 ? t("assessments:found.perhapsBetter") : t("assessments:found.perhapsWorse");
-  return change < 0 ? t("assessments:found.better") : t("assessments:found.worse");
+  const limits = {
+    least: form.spadi_perhaps_important,
+    most: form.spadi_important,
+    detectable: form.spadi_detectable,
+  };
+  if (size <= form.spadi_detectable)
+    return change < 0
+      ? t("assessments:found.perhapsBetter", limits)
+      : t("assessments:found.perhapsWorse", limits);
+  return change < 0 ? t("assessments:found.better", limits) : t("assessments:found.worse", limits);
+}
+
+/** The totals of other questionnaires than the SPADI. */
+export function describeQuestionnaires(assessment: Assessment): string[] {
+  return (assessment.questionnaires ?? []).map(({ title, total_points, highest_points }) =>
+    total_points === null
+      ? t("assessments:found.questionnaireUnanswered", { title })
+      : t("assessments:found.questionnaire", {
+          title,
+          total: formatScore(total_points),
+          highestTotal: highest_points ?? "–",
+        }),
+  );
 }

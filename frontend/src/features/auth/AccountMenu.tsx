@@ -18,6 +18,7 @@ import {
 } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
+import type { Me } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { manualAddress } from "../../lib/manual";
@@ -27,13 +28,9 @@ import { useMe } from "./hooks";
 /** The signed-in user and their account actions. */
 export function AccountMenu() {
   const me = useMe();
-  const navigate = useNavigate();
-  const { setColorScheme } = useMantineColorScheme();
-  const dark = useComputedColorScheme() === "dark";
   const torque = useLive("torque");
   const operates = useLive("lease")?.mine === true;
   const [confirming, setConfirming] = useState(false);
-  const manual = manualAddress();
   if (!me) return null;
   // Without a connection the last known torque counts: an arm may still be held.
   const torqueOn = torque === "on" || (torque === "unknown" && operates);
@@ -50,7 +47,6 @@ export function AccountMenu() {
             variant="subtle"
             color="var(--mantine-color-text)"
             h={44}
-            ml="auto"
             px={8}
             maw={260}
             leftSection={<IconUser size={28} />}
@@ -63,52 +59,71 @@ export function AccountMenu() {
           </Button>
         </Menu.Target>
         <Menu.Dropdown>
-          <Menu.Label>
-            <Text size="sm">{me.name}</Text>
-            <Text size="sm">{t(`auth:roles.${me.role}.name`)}</Text>
-          </Menu.Label>
-          <Menu.Item
-            h={48}
-            closeMenuOnClick={false}
-            leftSection={dark ? <IconSun size={20} /> : <IconMoon size={20} />}
-            onClick={() => setColorScheme(dark ? "light" : "dark")}
-          >
-            {dark ? t("auth:menu.light") : t("auth:menu.dark")}
-          </Menu.Item>
-          {(me.password || me.openid) && (
-            <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void authStore.lock()}>
-              {t("auth:menu.lock")}
-            </Menu.Item>
-          )}
-          <Menu.Item
-            h={48}
-            leftSection={<IconUserCog size={20} />}
-            onClick={() => void navigate({ to: "/account" })}
-          >
-            {t("auth:menu.account")}
-          </Menu.Item>
-          {manual && (
-            <Menu.Item
-              h={48}
-              leftSection={<IconBook size={20} />}
-              component="a"
-              href={manual}
-              target="_blank"
-              rel="noopener"
-            >
-              {t("auth:menu.manual")}
-            </Menu.Item>
-          )}
-          <Menu.Item
-            h={48}
-            leftSection={<IconLogout size={20} />}
-            onClick={() => (torqueOn ? setConfirming(true) : void authStore.signOut())}
-          >
-            {t("auth:menu.signOut")}
-          </Menu.Item>
+          <AccountMenuItems
+            me={me}
+            onSignOut={() => (torqueOn ? setConfirming(true) : void authStore.signOut())}
+          />
         </Menu.Dropdown>
       </Menu>
     </>
+  );
+}
+
+/** The user's name and role, and the entries below them. */
+function AccountMenuItems({ me, onSignOut }: { me: Me; onSignOut: () => void }) {
+  const navigate = useNavigate();
+  const manual = manualAddress();
+  return (
+    <>
+      <Menu.Label>
+        <Text size="sm">{me.name}</Text>
+        <Text size="sm">{t(`auth:roles.${me.role}.name`)}</Text>
+      </Menu.Label>
+      <ColorSchemeItem />
+      {(me.password || me.openid) && (
+        <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void authStore.lock()}>
+          {t("auth:menu.lock")}
+        </Menu.Item>
+      )}
+      <Menu.Item
+        h={48}
+        leftSection={<IconUserCog size={20} />}
+        onClick={() => void navigate({ to: "/account" })}
+      >
+        {t("auth:menu.account")}
+      </Menu.Item>
+      {manual && (
+        <Menu.Item
+          h={48}
+          leftSection={<IconBook size={20} />}
+          component="a"
+          href={manual}
+          target="_blank"
+          rel="noopener"
+        >
+          {t("auth:menu.manual")}
+        </Menu.Item>
+      )}
+      <Menu.Item h={48} leftSection={<IconLogout size={20} />} onClick={onSignOut}>
+        {t("auth:menu.signOut")}
+      </Menu.Item>
+    </>
+  );
+}
+
+/** Switches between light and dark. */
+function ColorSchemeItem() {
+  const { setColorScheme } = useMantineColorScheme();
+  const dark = useComputedColorScheme() === "dark";
+  return (
+    <Menu.Item
+      h={48}
+      closeMenuOnClick={false}
+      leftSection={dark ? <IconSun size={20} /> : <IconMoon size={20} />}
+      onClick={() => setColorScheme(dark ? "light" : "dark")}
+    >
+      {dark ? t("auth:menu.light") : t("auth:menu.dark")}
+    </Menu.Item>
   );
 }
 

@@ -2,10 +2,10 @@ import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
 import { lazy, type ReactNode, Suspense, useDeferredValue, useState } from "react";
 import { t } from "../../lib/i18n";
+import { LockedBrowser } from "../patient-mode/PatientMode";
 import { AuthLayout } from "./AuthLayout";
 import { authStore } from "./authState";
 import { useAuthState } from "./hooks";
-import { LockScreen } from "./LockScreen";
 import { OPENID_PATH } from "./openId";
 import { SignInPage } from "./SignInPage";
 
@@ -24,7 +24,7 @@ export function Gate({ children }: { children: ReactNode }) {
   const path = useRouterState({ select: (state) => state.location.pathname });
   // This page shows no records, and unlocks the screen of users with OpenID.
   if (path === OPENID_PATH) return <Outlet />;
-  if (auth.is === "locked") return <LockScreen me={auth.me} />;
+  if (auth.is === "locked") return <LockedBrowser me={auth.me} />;
   if (PUBLIC_PATHS.includes(path)) return <Outlet />;
   if (auth.is === "unknown") return <Waiting />;
   if (auth.is === "out") return <SignInPage why={auth.why} />;

@@ -18,8 +18,47 @@ import { OpenIdReauthentication } from "./OpenIdReauthentication";
  * Hides all records until the user signs in again. The apparatus state stays visible without a patient's
  * name, and Stop works.
  */
-export function LockScreen({ me }: { me: Me }) {
+export function LockScreen({ me, onBack }: { me: Me; onBack?: () => void }) {
   useTitle(t("auth:locked.title"));
+  return (
+    <StateBar>
+      <Box className={classes.locked ?? ""}>
+        <ApparatusState />
+        <Card withBorder w="100%" maw={480} p="xl">
+          <Stack>
+            <Group gap="sm">
+              <IconLock size={28} />
+              <Title order={1} size="h2">
+                {t("auth:locked.title")}
+              </Title>
+            </Group>
+            <Text>{t("auth:locked.who", { name: me.name })}</Text>
+            {me.openid && (
+              <OpenIdReauthentication name={me.openid} nextStep={t("auth:locked.thenUnlocked")} />
+            )}
+            {me.password && <UnlockForm me={me} />}
+            {!me.password && !me.openid && <Text>{t("auth:locked.noPassword")}</Text>}
+            {onBack && (
+              <Button variant="default" onClick={onBack}>
+                {t("patient-mode:backToQuestions")}
+              </Button>
+            )}
+            <Button
+              variant="subtle"
+              leftSection={<IconLogout size={20} />}
+              onClick={() => void authStore.signOut()}
+            >
+              {t("auth:locked.signOut")}
+            </Button>
+          </Stack>
+        </Card>
+      </Box>
+    </StateBar>
+  );
+}
+
+/** Unlocks the screen with the password. */
+function UnlockForm({ me }: { me: Me }) {
   const [password, setPassword] = useState("");
   const unlock = useMutation({
     mutationFn: () => api.unlock(password),
@@ -31,53 +70,24 @@ export function LockScreen({ me }: { me: Me }) {
     unlock.mutate();
   };
   return (
-    <StateBar>
-      <Box className={classes.locked ?? ""}>
-        <ApparatusState />
-        <Card withBorder w="100%" maw={480} p="xl">
-          <form onSubmit={submit} noValidate>
-            <Stack>
-              <Group gap="sm">
-                <IconLock size={28} />
-                <Title order={1} size="h2">
-                  {t("auth:locked.title")}
-                </Title>
-              </Group>
-              <Text>{t("auth:locked.who", { name: me.name })}</Text>
-              {me.openid && (
-                <OpenIdReauthentication name={me.openid} nextStep={t("auth:locked.thenUnlocked")} />
-              )}
-              {me.password && (
-                <>
-                  {/* Tells password managers the user name. */}
-                  <input type="text" autoComplete="username" value={me.username} readOnly hidden />
-                  <PasswordInput
-                    label={t("auth:locked.passwordOf", { name: me.name })}
-                    autoComplete="current-password"
-                    autoFocus
-                    size="lg"
-                    value={password}
-                    onChange={(event) => setPassword(event.currentTarget.value)}
-                  />
-                  <ProblemNote error={unlock.error} />
-                  <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
-                    {t("auth:locked.unlock")}
-                  </Button>
-                </>
-              )}
-              {!me.password && !me.openid && <Text>{t("auth:locked.noPassword")}</Text>}
-              <Button
-                variant="subtle"
-                leftSection={<IconLogout size={20} />}
-                onClick={() => void authStore.signOut()}
-              >
-                {t("auth:locked.signOut")}
-              </Button>
-            </Stack>
-          </form>
-        </Card>
-      </Box>
-    </StateBar>
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        {/* Tells password managers the user name. */}
+        <input type="text" autoComplete="username" value={me.username} readOnly hidden />
+        <PasswordInput
+          label={t("auth:locked.passwordOf", { name: me.name })}
+          autoComplete="current-password"
+          autoFocus
+          size="lg"
+          value={password}
+          onChange={(event) => setPassword(event.currentTarget.value)}
+        />
+        <ProblemNote error={unlock.error} />
+        <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
+          {t("auth:locked.unlock")}
+        </Button>
+      </Stack>
+    </form>
   );
 }
 

@@ -30,7 +30,6 @@ export function OpenIdPage() {
   // Only the links of openId.ts start a redirect: this page is mounted again while the requested page loads.
   const [redirecting] = useState(() => location.hash !== "");
   const [to] = useState(() => readFragment("to"));
-  const [code, setCode] = useState("");
   const [finished, setFinished] = useState(false);
   const finish = (result: Schemas["LoginResult"]) => {
     if (!result.me) return;
@@ -43,7 +42,6 @@ export function OpenIdPage() {
     onSuccess: ({ address }) => location.assign(address),
   });
   const signIn = useMutation({ mutationFn: api.signInByOpenId, onSuccess: finish });
-  const confirm = useMutation({ mutationFn: () => api.confirmOpenId(code.trim()), onSuccess: finish });
   const { mutate: redirect } = beginLogin;
   const { mutate: sendCallback } = signIn;
   useEffect(() => {
@@ -52,10 +50,6 @@ export function OpenIdPage() {
       sendCallback(callback);
     } else if (redirecting) redirect();
   }, [callback, redirecting, sendCallback, redirect]);
-  const submit = (event: FormEvent) => {
-    event.preventDefault();
-    confirm.mutate();
-  };
   const error = beginLogin.error ?? signIn.error;
   if (finished) {
     return (
@@ -73,20 +67,33 @@ export function OpenIdPage() {
           <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
         </>
       ) : signIn.data ? (
-        <form onSubmit={submit} noValidate>
-          <Stack>
-            <CodeField value={code} onChange={setCode} />
-            <ProblemNote error={confirm.error} />
-            <Button type="submit" size="lg" loading={confirm.isPending} disabled={code.trim() === ""}>
-              {t("auth:signIn.signIn")}
-            </Button>
-          </Stack>
-        </form>
+        <SecondFactorForm onDone={finish} />
       ) : callback || redirecting ? (
         <Text role="status">{t("auth:signIn.wait")}</Text>
       ) : (
         <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
       )}
     </AuthLayout>
+  );
+}
+
+/** Completes the login with the account's second factor. */
+function SecondFactorForm({ onDone }: { onDone: (result: Schemas["LoginResult"]) => void }) {
+  const [code, setCode] = useState("");
+  const confirm = useMutation({ mutationFn: () => api.confirmOpenId(code.trim()), onSuccess: onDone });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    confirm.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <CodeField value={code} onChange={setCode} />
+        <ProblemNote error={confirm.error} />
+        <Button type="submit" size="lg" loading={confirm.isPending} disabled={code.trim() === ""}>
+          {t("auth:signIn.signIn")}
+        </Button>
+      </Stack>
+    </form>
   );
 }

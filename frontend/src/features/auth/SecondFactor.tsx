@@ -12,7 +12,7 @@ import { ReauthenticateForm } from "./ReauthenticateForm";
 
 /** The user's second factor: its state, and the actions to set it up or remove it. */
 export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void }) {
-  const [enrolment, setEnrolment] = useState<Schemas["SecondFactorBegun"] | null>(null);
+  const [enrolment, setEnrolment] = useState<Schemas["SecondFactorSetup"] | null>(null);
   const [codes, setCodes] = useState<string[] | null>(null);
   if (codes) {
     return (
@@ -30,8 +30,8 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
   return (
     <Stack align="start">
       {me.second_factor ? (
-        <Group gap="xs">
-          <IconCircleCheck size={22} />
+        <Group gap="xs" wrap="nowrap" align="start">
+          <IconCircleCheck size={22} style={{ flexShrink: 0 }} />
           <Text>{t("auth:secondFactor.configured")}</Text>
         </Group>
       ) : (
@@ -81,6 +81,7 @@ function RemoveSecondFactor({ me, onDone }: { me: Me; onDone: () => void }) {
             label={t("auth:reauthentication.password")}
             autoComplete="current-password"
             autoFocus
+            size="lg"
             value={password}
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
@@ -107,7 +108,7 @@ function RemoveSecondFactor({ me, onDone }: { me: Me; onDone: () => void }) {
 }
 
 /** The QR code for the authenticator app, and the field that confirms the app's first code. */
-function Enrol(props: { enrolment: Schemas["SecondFactorBegun"]; onCodes: (codes: string[]) => void }) {
+function Enrol(props: { enrolment: Schemas["SecondFactorSetup"]; onCodes: (codes: string[]) => void }) {
   const { enrolment } = props;
   const [code, setCode] = useState("");
   const confirm = useMutation({

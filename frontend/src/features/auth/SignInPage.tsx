@@ -16,26 +16,8 @@ import { UserNameField } from "./UserNameField";
 /** Asks for name and password, then for the second factor if required. The requested page follows. */
 export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["why"] }) {
   useTitle(t("auth:signIn.title"));
-  const [username, setUsername] = useState("");
-  const [password, setPassword] = useState("");
-  const [code, setCode] = useState("");
-  const signIn = useMutation({
-    mutationFn: () => api.signIn({ username, password, code: code.trim() || null }),
-    onSuccess: (me) => authStore.signedIn(me),
-  });
-  const problemCode = signIn.error instanceof ProblemError ? signIn.error.code : null;
   // After a wrong code the code field stays, and the password is not asked for again.
   const [codeNeeded, setCodeNeeded] = useState(false);
-  if (problemCode === "second_factor_needed" && !codeNeeded) setCodeNeeded(true);
-  const loginMethods = useQuery({
-    queryKey: ["ways-in"],
-    queryFn: api.loginMethods,
-    staleTime: Number.POSITIVE_INFINITY,
-  });
-  const submit = (event: FormEvent) => {
-    event.preventDefault();
-    signIn.mutate();
-  };
   const notice = why === "never" ? null : t(`auth:why.${why}`);
   return (
     <AuthLayout title={t("auth:signIn.title")}>
@@ -44,52 +26,8 @@ export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["wh
           {notice}
         </Alert>
       )}
-      <form onSubmit={submit} noValidate>
-        <Stack>
-          {codeNeeded ? (
-            <CodeField value={code} onChange={setCode} />
-          ) : (
-            <>
-              <UserNameField autoFocus value={username} onChange={setUsername} />
-              <PasswordInput
-                label={t("auth:signIn.password")}
-                autoComplete="current-password"
-                size="lg"
-                value={password}
-                onChange={(event) => setPassword(event.currentTarget.value)}
-              />
-            </>
-          )}
-          {problemCode !== "second_factor_needed" && <ProblemNote error={signIn.error} />}
-          <Button
-            type="submit"
-            size="lg"
-            leftSection={<IconLogin size={22} />}
-            loading={signIn.isPending}
-            disabled={username.trim() === "" || password === "" || (codeNeeded && code.trim() === "")}
-          >
-            {t("auth:signIn.signIn")}
-          </Button>
-          {codeNeeded && (
-            <Button
-              variant="subtle"
-              onClick={() => {
-                setCodeNeeded(false);
-                setCode("");
-                setPassword("");
-                signIn.reset();
-              }}
-            >
-              {t("auth:signIn.otherUser")}
-            </Button>
-          )}
-        </Stack>
-      </form>
-      {loginMethods.data?.openid && !codeNeeded && (
-        <Button component="a" href={openIdAddress(currentAddress())} size="lg" variant="default">
-          {t("auth:signIn.with", { provider: loginMethods.data.openid })}
-        </Button>
-      )}
+      <PasswordForm codeNeeded={codeNeeded} onCodeNeeded={setCodeNeeded} />
+      {!codeNeeded && <OpenIdButton />}
       <ButtonLink to="/set-password" variant="subtle">
         {t("auth:signIn.oneTimeCode")}
       </ButtonLink>
@@ -97,3 +35,81 @@ export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["wh
     </AuthLayout>
   );
 }
+
+/** Signs in with name and password. Once the service has asked for a code, the form shows only the code field. */
+function PasswordForm(props: { codeNeeded: boolean; onCodeNeeded: (needed: boolean) => void }) {
+  const { codeNeeded, onCodeNeeded } = props;
+  const [username, setUsername] = useState("");
+  const [password, setPassword] = useState("");
+  const [code, setCode] = useState("");
+  const signIn = useMutation({
+    mutationFn: () => api.signIn({ username, password, code: code.trim() || null }),
+    onSuccess: (me) => authStore.signedIn(me),
+    onError: (error) => {
+      if (isCodeNeeded(error)) onCodeNeeded(true);
+    },
+  });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    signIn.mutate();
+  };
+  const startAgain = () => {
+    onCodeNeeded(false);
+    setCode("");
+    setPassword("");
+    signIn.reset();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        {codeNeeded ? (
+          <CodeField value={code} onChange={setCode} />
+        ) : (
+          <>
+            <UserNameField autoFocus value={username} onChange={setUsername} />
+            <PasswordInput
+              label={t("auth:signIn.password")}
+              autoComplete="current-password"
+              size="lg"
+              value={password}
+              onChange={(event) => setPassword(event.currentTarget.value)}
+            />
+          </>
+        )}
+        {!isCodeNeeded(signIn.error) && <ProblemNote error={signIn.error} />}
+        <Button
+          type="submit"
+          size="lg"
+          leftSection={<IconLogin size={22} />}
+          loading={signIn.isPending}
+          disabled={username.trim() === "" || password === "" || (codeNeeded && code.trim() === "")}
+        >
+          {t("auth:signIn.signIn")}
+        </Button>
+        {codeNeeded && (
+          <Button variant="subtle" onClick={startAgain}>
+            {t("auth:signIn.otherUser")}
+          </Button>
+        )}
+      </Stack>
+    </form>
+  );
+}
+
+/** The link to the clinic's OpenID provider, if there is one. */
+function OpenIdButton() {
+  const loginMethods = useQuery({
+    queryKey: ["sign-in-options"],
+    queryFn: api.loginMethods,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  if (!loginMethods.data?.openid) return null;
+  return (
+    <Button component="a" href={openIdAddress(currentAddress())} size="lg" variant="default">
+      {t("auth:signIn.with", { provider: loginMethods.data.openid })}
+    </Button>
+  );
+}
+
+const isCodeNeeded = (error: Error | null) =>
+  error instanceof ProblemError && error.code === "second_factor_needed";

@@ -27,7 +27,8 @@ describe("a request", () => {
     const client = createClient<Record<string, { get: unknown }>>({ baseUrl: "http://kata", fetch: send });
     const activity = new ActivityTracker(() => now);
     client.use(authMiddleware(auth, activity));
-    return { doing: activity, get: () => (client.GET as (path: string) => Promise<unknown>)("/api/any") };
+    const get = (path = "/api/any") => (client.GET as (path: string) => Promise<unknown>)(path);
+    return { doing: activity, get };
   };
 
   beforeEach(() => {
@@ -47,6 +48,19 @@ describe("a request", () => {
     now += 60_000;
     await get();
     expect(send.mock.calls.at(-1)?.[0].headers.get("X-Kata-Active")).toBeNull();
+  });
+
+  it("is marked as a refresh until the user opens a page", async () => {
+    const { doing: activity, get } = connect();
+    const isMarked = () => send.mock.calls.at(-1)?.[0].headers.get("X-Kata-Refresh") === "1";
+    const marks: boolean[] = [];
+    for (const path of ["/api/any", "/api/any", "/api/other", "/api/any"]) {
+      await get(path);
+      marks.push(isMarked());
+    }
+    activity.open();
+    await get();
+    expect([...marks, isMarked()]).toEqual([false, true, false, true, false]);
   });
 
   it("that is unauthenticated ends the login", async () => {

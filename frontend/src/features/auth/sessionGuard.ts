@@ -15,9 +15,10 @@ const ACTIVITY_COUNTS_MS = 10_000;
 const CHANNEL = "kata.access";
 const ACTIVITY_EVENTS = ["pointerdown", "keydown", "wheel", "touchmove"] as const;
 
-/** Tracks when the user last acted on this page. Requests by timers do not count. */
+/** Tracks when the user last acted on this page, and what the page has requested since the user opened it. */
 export class ActivityTracker {
   #lastAt: number;
+  #requested = new Set<string>();
   #now: () => number;
 
   constructor(now: () => number = () => performance.now()) {
@@ -29,15 +30,30 @@ export class ActivityTracker {
     this.#lastAt = this.#now();
   };
 
-  /** Return the milliseconds since the last activity. */
+  /** Record that the user opens a page, so its first requests are views. */
+  open = () => this.#requested.clear();
+
+  /** Return whether the open page has requested this address before. */
+  isRefresh(url: string): boolean {
+    const repeated = this.#requested.has(url);
+    this.#requested.add(url);
+    return repeated;
+  }
+
+  /** Return the milliseconds since the last activity. Requests by timers are none. */
   idleMs = (): number => this.#now() - this.#lastAt;
 }
 
-/** Reports user activity to the service, and signs out or locks the page when an answer demands it. */
+/**
+ * Tells the service about user activity, and about refreshes, which are no views for the audit trail. Signs
+ * out or locks the page when an answer demands it.
+ */
 export function authMiddleware(auth: AuthStore, activity: ActivityTracker): Middleware {
   return {
     onRequest({ request }) {
       if (activity.idleMs() < ACTIVITY_COUNTS_MS) request.headers.set("X-Kata-Active", "1");
+      if (request.method === "GET" && activity.isRefresh(request.url))
+        request.headers.set("X-Kata-Refresh", "1");
       return request;
     },
     async onResponse({ response }) {
@@ -50,6 +66,38 @@ export function authMiddleware(auth: AuthStore, activity: ActivityTracker): Midd
       if (code === "not_signed_in") auth.signedOut();
       else if (code === "locked") await auth.refresh();
     },
+  };
+}
+
+/** Connect the live socket only while signed in. Return the function that follows the login, and one that disconnects. */
+function followLiveSocket(auth: AuthStore, store: LiveStore) {
+  let disconnect: (() => void) | null = null;
+  const stop = () => {
+    disconnect?.();
+    disconnect = null;
+  };
+  const follow = () => {
+    const state = auth.get();
+    // The service refuses live data to a user who must still set up a second factor.
+    const connected = state.is === "locked" || (state.is === "in" && !state.me.enrolling);
+    if (!connected) stop();
+    else if (!disconnect) disconnect = store.start();
+  };
+  return { follow, stop };
+}
+
+/** Return a function that applies the language of a user who has just signed in. */
+function followLanguage(auth: AuthStore, store: LiveStore, switchLanguage: (language: string) => void) {
+  let languageOf: string | null = null;
+  return () => {
+    const state = auth.get();
+    if (state.is === "out") languageOf = null;
+    // Only at sign-in: a language chosen in another browser must not reload this page during use.
+    if (state.is === "in" && languageOf !== state.me.account_id) {
+      languageOf = state.me.account_id;
+      const mode = store.get().live?.mode;
+      if (mode === undefined || !isMoving(mode)) switchLanguage(state.me.language);
+    }
   };
 }
 
@@ -67,34 +115,22 @@ export function startSessionGuard(
 ): () => void {
   const otherTabs = new BroadcastChannel(CHANNEL);
   otherTabs.onmessage = () => void auth.refresh();
-  let disconnect: (() => void) | null = null;
+  const socket = followLiveSocket(auth, store);
+  const applyLanguage = followLanguage(auth, store, switchLanguage);
   let previous = auth.get().is;
-  let languageOf: string | null = null;
   const discardData = () => {
     void queries.cancelQueries();
     queries.clear();
+    activity.open();
     // A locked screen keeps drafts. Another user must not see them.
     if (auth.get().is === "out") forgetDrafts();
   };
   const onChange = () => {
-    const state = auth.get();
-    const { is } = state;
-    // The service refuses live data to a user who must still set up a second factor.
-    const connected = is === "locked" || (is === "in" && !state.me.enrolling);
-    if (connected && !disconnect) disconnect = store.start();
-    if (!connected && disconnect) {
-      disconnect();
-      disconnect = null;
-    }
+    const { is } = auth.get();
+    socket.follow();
     if (is !== previous && previous !== "unknown") otherTabs.postMessage(is);
     previous = is;
-    if (is === "out") languageOf = null;
-    // Only at sign-in: a language chosen in another browser must not reload this page during use.
-    if (is === "in" && languageOf !== state.me.account_id) {
-      languageOf = state.me.account_id;
-      const mode = store.get().live?.mode;
-      if (mode === undefined || !isMoving(mode)) switchLanguage(state.me.language);
-    }
+    applyLanguage();
   };
   const subscriptions = [
     auth.onUserChange(discardData),
@@ -122,6 +158,6 @@ export function startSessionGuard(
       window.removeEventListener(event, activity.record, { capture: true });
     for (const unsubscribe of subscriptions) unsubscribe();
     otherTabs.close();
-    disconnect?.();
+    socket.stop();
   };
 }

@@ -1,6 +1,6 @@
 import { ActionIcon, Group, SegmentedControl, Stack, Text, UnstyledButton } from "@mantine/core";
 import { IconMinus, IconPlus, IconRotate2, IconRotateClockwise2 } from "@tabler/icons-react";
-import { useEffect, useState, useSyncExternalStore } from "react";
+import { type ReactNode, useEffect, useState, useSyncExternalStore } from "react";
 import { formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { movedView, VIEWS, type View, type ViewName, viewOf } from "./camera";
@@ -23,10 +23,12 @@ interface Props {
   /** The recording's angles; null without a recording. */
   ghost: AnglesSource | null;
   label: string;
+  /** On the station's page: a smaller picture, and what is beside it on request. */
+  compact?: boolean;
 }
 
 /** The apparatus, the patient and the arm in three dimensions, with a text alternative. */
-export function ApparatusView({ side, limits, real, ghost, label }: Props) {
+export function ApparatusView({ side, limits, real, ghost, label, compact = false }: Props) {
   const [named, setNamed] = useState<ViewName | null>("corner");
   const [view, setView] = useState<View>(() => viewOf("corner", side));
   const [only, setOnly] = useState<Motor | null>(null);
@@ -45,14 +47,16 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
       <Group gap="xs" justify="space-between">
         <SegmentedControl
           aria-label={t("digital-twin:view.view")}
-          size="md"
+          size={compact ? "xs" : "md"}
+          fullWidth={compact}
+          w={compact ? "100%" : "auto"}
           value={named ?? ""}
           onChange={(name) => look(viewOf(name as ViewName, side), name as ViewName)}
           data={VIEWS.map((value) => ({ value, label: t(`digital-twin:views.${value}`) }))}
         />
-        <CameraButtons view={view} onView={look} />
+        {!compact && <CameraButtons view={view} onView={look} />}
       </Group>
-      <div className={classes.canvas ?? ""}>
+      <div className={classes.canvas ?? ""} data-compact={compact}>
         {unable ? (
           <Text p="md">{t("digital-twin:view.no3d")}</Text>
         ) : (
@@ -69,9 +73,25 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
           />
         )}
       </div>
-      <MotorButtons only={only} onOnly={setOnly} />
-      <TextAlternative source={real ?? ghost} side={side} limits={limits} />
+      <Beside compact={compact}>
+        {compact && <CameraButtons view={view} onView={look} />}
+        <MotorButtons only={only} onOnly={setOnly} />
+        <TextAlternative source={real ?? ghost} side={side} limits={limits} />
+      </Beside>
     </Stack>
+  );
+}
+
+/** What a compact view shows on request. */
+function Beside({ compact, children }: { compact: boolean; children: ReactNode }) {
+  if (!compact) return children;
+  return (
+    <details>
+      <summary className={classes.summary}>{t("digital-twin:view.more")}</summary>
+      <Stack gap="xs" mt="xs">
+        {children}
+      </Stack>
+    </details>
   );
 }
 

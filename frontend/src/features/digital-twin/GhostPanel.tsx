@@ -16,10 +16,16 @@ export function GhostPanel({
   ghost,
   violations,
   playsItself = false,
+  subject = "ghost",
+  marks_s = [],
 }: {
   ghost: Ghost;
   violations: RangeViolation[];
   playsItself?: boolean;
+  /** What is played. */
+  subject?: "ghost" | "run";
+  /** Times that the slider marks. */
+  marks_s?: number[];
 }) {
   const still = useReducedMotion();
   const playing = useSyncExternalStore(ghost.subscribe, () => ghost.playing);
@@ -32,7 +38,7 @@ export function GhostPanel({
   }, [ghost, playsItself, still]);
   const length = ghost.duration_s;
   return (
-    <Stack gap={4} component="section" aria-label={t("digital-twin:ghost.title")}>
+    <Stack gap={4} component="section" aria-label={t(`digital-twin:${subject}.title`)}>
       <Group gap="md" wrap="nowrap">
         <Button
           variant="default"
@@ -41,7 +47,7 @@ export function GhostPanel({
           leftSection={playing ? <IconPlayerPause size={20} /> : <IconPlayerPlay size={20} />}
           onClick={() => (playing ? ghost.pause() : ghost.play())}
         >
-          {playing ? t("digital-twin:ghost.pause") : t("digital-twin:ghost.play")}
+          {playing ? t(`digital-twin:${subject}.pause`) : t(`digital-twin:${subject}.play`)}
         </Button>
         <Slider
           flex={1}
@@ -51,6 +57,7 @@ export function GhostPanel({
           min={0}
           max={length}
           step={STEP_S}
+          marks={marks_s.map((value) => ({ value }))}
           value={at_s}
           label={(value) => t("digital-twin:ghost.seconds", { seconds: formatDeg(value) })}
           onChange={(value) => ghost.seek(value)}

@@ -1,6 +1,7 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
 import { movedView, type View } from "./camera";
 import { Drawing } from "./drawing";
+import { follow } from "./follow";
 import type { AnglesSource } from "./ghost";
 import type { Limits, Motor } from "./limits";
 import type { Side } from "./vectors";
@@ -54,7 +55,8 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
     if (!element) return;
     // Each worker gets its own canvas: a transferred canvas cannot be taken back.
     const canvas = document.createElement("canvas");
-    canvas.style.cssText = "width: 100%; height: 100%; display: block";
+    // The picture keeps its proportions until the worker draws it in another size.
+    canvas.style.cssText = "width: 100%; height: 100%; display: block; object-fit: contain";
     const seen = latest.current;
     let made: Drawing;
     try {
@@ -62,7 +64,11 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
         new Worker(new URL("./scene/worker.ts", import.meta.url), { type: "module" }),
         { canvas: canvas.transferControlToOffscreen(), side, limits, density: window.devicePixelRatio },
         { ...sizeOf(element), view: seen.view, only: seen.only, real: null, ghost: null },
-        { onLate: setLate, onUnable: () => latest.current.onUnable() },
+        {
+          onLate: setLate,
+          onUnable: () => latest.current.onUnable(),
+          onDrawn: () => canvas.setAttribute("data-drawn", ""),
+        },
       );
     } catch {
       // This browser has no offscreen canvas.
@@ -98,9 +104,4 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
 
 function sizeOf(element: HTMLElement) {
   return { width: element.clientWidth, height: element.clientHeight };
-}
-
-function follow(source: AnglesSource | null, show: (angles: ReturnType<AnglesSource["get"]>) => void) {
-  show(source?.get() ?? null);
-  return source?.subscribe(() => show(source.get()));
 }

@@ -1,4 +1,4 @@
-import { Card, Group, Text, Title } from "@mantine/core";
+import { Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useMemo } from "react";
 import { api } from "../../lib/api/client";
@@ -9,6 +9,7 @@ import { ApparatusView } from "./ApparatusView";
 import { GHOST as GHOST_COLOUR } from "./colours";
 import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
+import { LiveFrame } from "./LiveFrame";
 import { limitsOf, rangeViolations } from "./limits";
 import { liveAngles } from "./liveAngles";
 
@@ -33,35 +34,35 @@ export default function StationApparatus() {
   const recorded = motion.data;
   const ghost = useMemo(() => (recorded ? new Ghost(recorded) : null), [recorded]);
   const violations = useMemo(() => (recorded ? rangeViolations(recorded, limits) : []), [recorded, limits]);
-  if (!station || !side) return null;
   // From the approach on, only the real arm is shown.
   const shown = mode === "ready" && alive ? ghost : null;
   return (
-    <Card withBorder component="section" aria-label={t("digital-twin:view.title")}>
-      <Group justify="space-between" mb="sm">
-        <Title order={2} size="h3">
-          {t("digital-twin:view.title")}
-        </Title>
-        {shown && (
-          <Text fw={600}>
-            <Text span c={GHOST_COLOUR} inherit aria-hidden>
-              {SQUARE}{" "}
-            </Text>
-            {t("digital-twin:ghost.explanation")}
-          </Text>
-        )}
-      </Group>
+    <LiveFrame note={shown && <GhostNote />}>
       {shown && <GhostPanel ghost={shown} violations={violations} playsItself />}
       {mode === "ready" && <ProblemNote error={motion.error} />}
-      <div className={alive ? "" : "stale"}>
-        <ApparatusView
-          side={side}
-          limits={limits}
-          real={liveAngles}
-          ghost={shown}
-          label={t("digital-twin:view.liveLabel")}
-        />
-      </div>
-    </Card>
+      {station && side && (
+        <div className={alive ? "" : "stale"}>
+          <ApparatusView
+            compact
+            side={side}
+            limits={limits}
+            real={liveAngles}
+            ghost={shown}
+            label={t("digital-twin:view.liveLabel")}
+          />
+        </div>
+      )}
+    </LiveFrame>
+  );
+}
+
+function GhostNote() {
+  return (
+    <Text fw={600}>
+      <Text span c={GHOST_COLOUR} inherit aria-hidden>
+        {SQUARE}{" "}
+      </Text>
+      {t("digital-twin:ghost.explanation")}
+    </Text>
   );
 }

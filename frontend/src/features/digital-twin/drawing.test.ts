@@ -41,11 +41,13 @@ class FakeWorker {
 function startDrawing() {
   const worker = new FakeWorker();
   const reports: string[] = [];
+  const onDrawn = vi.fn();
   const drawing = new Drawing(worker as unknown as Worker, {} as WorkerSetup, FIRST, {
     onLate: (late) => reports.push(late ? "late" : "in time"),
     onUnable: () => reports.push("unable"),
+    onDrawn,
   });
-  return { worker, reports, drawing };
+  return { worker, reports, drawing, onDrawn };
 }
 
 beforeEach(() => void vi.useFakeTimers());
@@ -56,6 +58,13 @@ test("sends complete pictures, so the newest suffices", () => {
   drawing.change({ real: AT });
   drawing.change({ only: 3 });
   expect(worker.newest()).toEqual({ ...FIRST, real: AT, only: 3, number: 2 });
+});
+
+test("reports a drawn picture", () => {
+  const { worker, onDrawn } = startDrawing();
+  expect(onDrawn).not.toHaveBeenCalled();
+  worker.draw();
+  expect(onDrawn).toHaveBeenCalledOnce();
 });
 
 test("sends an unknown pose like any other", () => {

@@ -4,6 +4,8 @@ import type { Picture, WorkerMessage, WorkerSetup } from "./scene/picture";
 export const LATE_AFTER_MS = 2000;
 
 export interface DrawingCallbacks {
+  /** A picture has been drawn. */
+  onDrawn: () => void;
   /** The shown picture is too old, or up to date again. */
   onLate: (late: boolean) => void;
   /** No picture can be drawn. */
@@ -61,6 +63,7 @@ export class Drawing {
   #drawn(number: number) {
     this.#watch(number < this.#picture.number);
     this.#reportLate(false);
+    this.#callbacks.onDrawn();
   }
 
   #watch(on: boolean) {

@@ -111,3 +111,18 @@ export class Ghost implements AnglesSource {
     for (const listener of this.#listeners) listener();
   }
 }
+
+/** Another motion that is shown at the same time as the ghost's. Both have the same clock. */
+export class Companion implements AnglesSource {
+  readonly subscribe: AnglesSource["subscribe"];
+  readonly #motion: Motion;
+  readonly #ghost: Ghost;
+
+  constructor(motion: Motion, ghost: Ghost) {
+    this.#motion = motion;
+    this.#ghost = ghost;
+    this.subscribe = ghost.subscribe;
+  }
+
+  get = (): Angles => anglesAt(this.#motion, this.#ghost.at_s());
+}

@@ -1,25 +1,38 @@
 import { MantineProvider } from "@mantine/core";
-import { cleanup, render, screen } from "@testing-library/react";
+import { act, cleanup, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
 import { LiveApparatus } from "./lazyViews";
 
-function opener(torque: Live["torque"]) {
-  const state = {
+vi.mock("./StationApparatus", () => ({ default: () => "drawn" }));
+
+let state: LiveState;
+const listeners = new Set<() => void>();
+
+function setTorque(torque: Live["torque"]) {
+  state = {
     connected: true,
     heardAt: 0,
     station: null,
     live: { torque } as Partial<Live>,
     events: [],
-  };
-  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  } as unknown as LiveState;
+  for (const listener of listeners) listener();
+}
+
+function show(torque: Live["torque"]) {
+  setTorque(torque);
+  vi.spyOn(store, "get").mockImplementation(() => state);
+  vi.spyOn(store, "subscribe").mockImplementation((listener) => {
+    listeners.add(listener);
+    return () => listeners.delete(listener);
+  });
   render(
     <MantineProvider>
       <LiveApparatus />
     </MantineProvider>,
   );
-  return screen.getByRole("button", { name: "Show in 3D" }) as HTMLButtonElement;
 }
 
 afterEach(() => {
@@ -28,12 +41,20 @@ afterEach(() => {
 });
 
 describe("the apparatus in three dimensions", () => {
-  it("opens only without torque, because drawing may delay Stop", () => {
-    expect(opener("on").disabled).toBe(true);
-    expect(screen.getByText("Available when the motors have no torque.")).toBeTruthy();
-    cleanup();
-    expect(opener("unknown").disabled).toBe(true);
-    cleanup();
-    expect(opener("off").disabled).toBe(false);
+  it.each(["on", "unknown"] as const)(
+    "does not begin with torque %s, because drawing may delay Stop",
+    async (torque) => {
+      show(torque);
+      await act(() => new Promise((done) => setTimeout(done)));
+      expect(screen.getByText("Available when the motors have no torque.")).toBeTruthy();
+      expect(screen.queryByText("drawn")).toBeNull();
+    },
+  );
+
+  it("begins without torque, and stays", async () => {
+    show("off");
+    expect(await screen.findByText("drawn")).toBeTruthy();
+    act(() => setTorque("on"));
+    expect(screen.getByText("drawn")).toBeTruthy();
   });
 });

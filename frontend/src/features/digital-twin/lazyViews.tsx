@@ -1,73 +1,70 @@
-import { Button, Card, Group, Skeleton, Text, Title } from "@mantine/core";
+import { Skeleton, Text } from "@mantine/core";
 import { IconCube } from "@tabler/icons-react";
-import { lazy, type ReactNode, Suspense, useState } from "react";
+import { lazy, Suspense, useEffect, useState } from "react";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
+import { OpenOnDemand } from "../../ui/OpenOnDemand";
+import { LiveFrame } from "./LiveFrame";
 
 // The three-dimensional view is half of the page's size, so it loads on demand.
 const StationApparatus = lazy(() => import("./StationApparatus"));
 const RecordingApparatus = lazy(() => import("./RecordingApparatus"));
 
+const RunApparatus = lazy(() => import("./RunApparatus"));
+
 const HEIGHT = 560;
 
 /**
- * The view on the station page. It opens only without torque, because loading and preparing it can block the
- * page and Stop.
+ * The view on the station page. It begins while there is no torque, because loading and preparing it can block the
+ * page and Stop; from then on it stays.
  */
 export function LiveApparatus() {
   const torque = useLive("torque");
-  return (
-    <OpenOnDemand
-      title={t("digital-twin:view.title")}
-      unavailableReason={torque !== "off" && torque !== null ? t("digital-twin:view.torqueOn") : ""}
-    >
-      <StationApparatus />
-    </OpenOnDemand>
+  const [open, setOpen] = useState(false);
+  const free = torque === "off";
+  useEffect(() => {
+    // After the page's own work: the controls come first.
+    return free ? whenIdle(() => setOpen(true)) : undefined;
+  }, [free]);
+  const waits = (
+    <LiveFrame>{torque !== null && !free && <Text>{t("digital-twin:view.torqueOn")}</Text>}</LiveFrame>
   );
+  if (!open) return waits;
+  return (
+    <Suspense fallback={waits}>
+      <StationApparatus />
+    </Suspense>
+  );
+}
+
+/** Call `then` when the browser has nothing else to do. Return how to cancel it. */
+function whenIdle(then: () => void): () => void {
+  if (!("requestIdleCallback" in window)) {
+    const timer = setTimeout(then);
+    return () => clearTimeout(timer);
+  }
+  const handle = window.requestIdleCallback(then);
+  return () => window.cancelIdleCallback(handle);
 }
 
 export function RecordingGhost({ recordingId }: { recordingId: string }) {
   return (
-    <OpenOnDemand title={t("digital-twin:view.motion")} unavailableReason="">
+    <OpenOnDemand
+      title={t("digital-twin:view.motion")}
+      open={t("digital-twin:view.open")}
+      icon={<IconCube size={20} />}
+      fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}
+    >
       <RecordingApparatus recordingId={recordingId} />
     </OpenOnDemand>
   );
 }
 
-function OpenOnDemand({
-  title,
-  unavailableReason,
-  children,
-}: {
-  title: string;
-  unavailableReason: string;
-  children: ReactNode;
-}) {
-  const [open, setOpen] = useState(false);
-  if (open) {
-    return (
-      <Suspense fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>
-        {children}
-      </Suspense>
-    );
-  }
+/** What a run played, on its own clock. */
+export function RunPlayback({ runId }: { runId: string }) {
   return (
-    <Card withBorder component="section" aria-label={title}>
-      <Group justify="space-between">
-        <Title order={2} size="h3">
-          {title}
-        </Title>
-        <Button
-          variant="default"
-          h={44}
-          leftSection={<IconCube size={20} />}
-          disabled={unavailableReason !== ""}
-          onClick={() => setOpen(true)}
-        >
-          {t("digital-twin:view.open")}
-        </Button>
-      </Group>
-      {unavailableReason && <Text>{unavailableReason}</Text>}
-    </Card>
+    <Suspense fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>
+      <RunApparatus runId={runId} />
+    </Suspense>
   );
 }

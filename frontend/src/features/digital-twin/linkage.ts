@@ -1,11 +1,18 @@
+import geometry from "./geometry.json";
 import { degrees, radians, type Side, type Vec } from "./vectors";
 
 /**
- * The scapula's parallel links, with the lengths (mm), equations and branch of backend/kata/motion/linkage.py. Tests
- * compare both with the same cases (cases.json).
+ * The scapula's parallel links, with the equations and branch of backend/kata/motion/linkage.py. The lengths are those of
+ * the MuJoCo model (geometry.json, written by docs.generate). Tests compare both with the same cases (cases.json).
  *
  * All points are in the linkage's frame with its origin in O: x and z lie in the board, y is its normal.
  */
+type Lengths = (typeof geometry.legs)[number];
+
+function lengths({ oq_mm, w_deg, op_mm, qp_mm, oo_mm }: Lengths) {
+  return { oq: oq_mm, w: radians(w_deg), op: op_mm, qp: qp_mm, oo: oo_mm as unknown as Vec };
+}
+
 interface Leg {
   oq: number;
   w: number;
@@ -18,22 +25,15 @@ interface Leg {
   parts: (v: Vec) => [number, number];
 }
 
+const [one, two] = geometry.legs as [Lengths, Lengths];
 const ONE: Leg = {
-  oq: 96,
-  w: radians(84),
-  op: 40,
-  qp: 113,
-  oo: [-10, 20, -7],
-  crank: (t) => [40 * Math.sin(t), 40 * Math.cos(t), 0],
+  ...lengths(one),
+  crank: (t) => [one.op_mm * Math.sin(t), one.op_mm * Math.cos(t), 0],
   parts: (v) => [v[0], v[1]],
 };
 const TWO: Leg = {
-  oq: 70,
-  w: radians(37),
-  op: 57,
-  qp: 93,
-  oo: [50, -47, -55],
-  crank: (t) => [0, 57 * Math.sin(t), -57 * Math.cos(t)],
+  ...lengths(two),
+  crank: (t) => [0, two.op_mm * Math.sin(t), -two.op_mm * Math.cos(t)],
   parts: (v) => [v[1], -v[2]],
 };
 /** The range of phi and psi in degrees. The search covers a little more. */

@@ -1,3 +1,4 @@
+import geometry from "./geometry.json";
 import { crankEnd, type LinkPoints, linkPoints, scapulaOf } from "./linkage";
 import { about, after, plus, type Rotation, radians, type Side, turned, type Vec } from "./vectors";
 
@@ -36,15 +37,19 @@ export type Pose = readonly [number, number, number, number, number];
 /** Five motor angles, degrees, in axis order. */
 export type Angles = readonly [number, number, number, number, number];
 
-/** Lengths for a body height of 1.65 m. */
-export const UPPER_ARM_MM = 285;
-export const FOREARM_MM = 245;
+/** Lengths for a body height of 1.65 m. geometry.json is made from the parameters of the MuJoCo model. */
+export const UPPER_ARM_MM = geometry.upper_arm_mm;
+export const FOREARM_MM = geometry.forearm_mm;
 /** The drawn elbow flexion, which makes the upper arm's rotation visible. */
-export const ELBOW_FLEXION_DEG = 80;
+export const ELBOW_FLEXION_DEG = geometry.elbow_flexion_deg;
 const SHOULDER_OUT_MM = 175;
 const SHOULDER_UP_MM = 1010;
 /** The position of O relative to the shoulder's centre, mm. Our choice: the paper does not state it. */
-const ORIGIN_FROM_SHOULDER = { behind: 140, inward: 115, below: 20 } as const;
+const ORIGIN_FROM_SHOULDER = {
+  behind: geometry.shoulder_mm.forward,
+  inward: -geometry.shoulder_mm.left,
+  below: geometry.shoulder_mm.up,
+} as const;
 
 /** +1 to the patient's left, -1 to the right. */
 export const outward = (side: Side) => (side === "left" ? 1 : -1);

@@ -12,6 +12,8 @@ const EPISODE: Episode = {
   patient_id: "p",
   side: "right",
   diagnosis: "Adhesive capsulitis",
+  diagnosis_code: "",
+  verification: "",
   onset_on: "2026-05-01",
   contraindications: "No traction.",
   limits: [{ motion: 4, lowest_deg: null, highest_deg: 90 }],
@@ -40,6 +42,10 @@ const show = (shown: React.ReactNode) =>
   );
 const type = (label: string, value: string) =>
   fireEvent.change(screen.getByLabelText(label), { target: { value } });
+const choose = (label: string, option: string) => {
+  fireEvent.click(screen.getByLabelText(label, { selector: "input" }));
+  fireEvent.click(screen.getByRole("option", { name: option, hidden: true }));
+};
 const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
 
 beforeEach(() => {
@@ -57,6 +63,8 @@ describe("changing an episode", () => {
     show(edit());
     type("Flexion / extension of the shoulder: minimum", "-10");
     type("Diagnosis", "Fracture");
+    choose("Coded diagnosis (ICD-10)", "Fracture of the upper end of the humerus (S42.2)");
+    choose("Certainty of the diagnosis", "Provisional");
     type("Maximum speed", "25 deg/s");
     press("Save");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
@@ -65,6 +73,8 @@ describe("changing an episode", () => {
         "e",
         {
           diagnosis: "Fracture",
+          diagnosis_code: "S42.2",
+          verification: "provisional",
           onset_on: "2026-05-01",
           contraindications: "No traction.",
           limits: [

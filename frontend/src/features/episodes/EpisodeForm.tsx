@@ -1,58 +1,36 @@
-import { Alert, Button, Group, NumberInput, Stack, Table, Text, Textarea, TextInput } from "@mantine/core";
+import {
+  Alert,
+  Button,
+  Group,
+  NumberInput,
+  Select,
+  Stack,
+  Table,
+  Text,
+  Textarea,
+  TextInput,
+} from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { t } from "../../lib/i18n";
 import { LOAD_LEVELS } from "../station/loadLevels";
-import { MOTIONS, minus, type Side } from "./messages";
+import { CERTAINTIES, DIAGNOSES, MOTIONS, minus, type Side } from "./messages";
 
 type Limits = { lowest: number | null; highest: number | null };
 const NO_LIMITS: Limits = { lowest: null, highest: null };
 
-/** A form to open or change an episode of care: the diagnosis, its start and the doctor's limits. */
-export function EpisodeForm(props: {
+type Props = {
   patientId: string;
   side: Side;
   episode?: Episode;
   onDone: (saved: Episode) => void;
-}) {
-  const { patientId, side, episode } = props;
-  const queries = useQueryClient();
-  // The version of the shown values. A newer one may arrive during editing.
-  const [version] = useState(episode?.updated_at ?? null);
-  const [key] = useState(`episode ${episode?.id ?? `new ${patientId} ${side}`} ${version ?? ""}`);
-  const [diagnosis, setDiagnosis] = useDraft(`${key} diagnosis`, episode?.diagnosis ?? "");
-  const [onset, setOnset] = useDraft(`${key} onset`, episode?.onset_on ?? "");
-  const [contraindications, setContraindications] = useDraft(
-    `${key} contraindications`,
-    episode?.contraindications ?? "",
-  );
-  const [limits, setLimits] = useDraft(`${key} limits`, () => byMotion(episode));
-  const [level, setLevel] = useDraft<number | null>(`${key} level`, episode?.max_load_level ?? null);
-  const [speed, setSpeed] = useDraft<number | null>(`${key} speed`, episode?.max_speed_deg_s ?? null);
-  const [doctor, setDoctor] = useDraft(`${key} doctor`, episode?.limits_by ?? "");
-  const save = useMutation({
-    mutationFn: () => {
-      const body = {
-        diagnosis,
-        onset_on: onset || null,
-        contraindications,
-        limits: asLimits(limits),
-        max_load_level: level,
-        max_speed_deg_s: speed,
-        limits_by: doctor,
-      };
-      return episode
-        ? api.updateEpisode(episode.id, { ...body, updated_at: version })
-        : api.openEpisode(patientId, { ...body, side });
-    },
-    onSuccess: (saved) => {
-      forgetDrafts(key);
-      props.onDone(saved);
-    },
-    onError: () => void queries.invalidateQueries({ queryKey: ["episodes", patientId] }),
-  });
+};
+
+/** A form to open or change an episode of care: the diagnosis, its start and the doctor's limits. */
+export function EpisodeForm(props: Props) {
+  const { draft, change, save } = useEpisodeDraft(props);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const submit = (event: FormEvent) => {
     event.preventDefault();
@@ -64,39 +42,32 @@ export function EpisodeForm(props: {
         <TextInput
           label={t("episodes:form.diagnosis")}
           maxLength={200}
-          value={diagnosis}
+          value={draft.diagnosis}
           error={fields.diagnosis}
-          onChange={(event) => setDiagnosis(event.currentTarget.value)}
+          onChange={(event) => change({ diagnosis: event.currentTarget.value })}
+        />
+        <DiagnosisFields
+          code={draft.diagnosis_code}
+          certainty={draft.verification}
+          onCode={(diagnosis_code) => change({ diagnosis_code })}
+          onCertainty={(verification) => change({ verification })}
         />
         <TextInput
           type="date"
           label={t("episodes:form.onset")}
-          value={onset}
+          value={draft.onset_on}
           error={fields.onset_on}
-          onChange={(event) => setOnset(event.currentTarget.value)}
+          onChange={(event) => change({ onset_on: event.currentTarget.value })}
         />
         <Textarea
           label={t("episodes:form.contraindications")}
           autosize
           minRows={2}
-          value={contraindications}
+          value={draft.contraindications}
           error={fields.contraindications}
-          onChange={(event) => setContraindications(event.currentTarget.value)}
+          onChange={(event) => change({ contraindications: event.currentTarget.value })}
         />
-        <Text fw={500}>{t("episodes:form.limits")}</Text>
-        <Text size="sm">{t("episodes:form.limitsHint")}</Text>
-        <LimitTable limits={limits} onChange={setLimits} />
-        <Group grow align="start">
-          <LevelField value={level} error={fields.max_load_level} onChange={setLevel} />
-          <SpeedField value={speed} error={fields.max_speed_deg_s} onChange={setSpeed} />
-          <TextInput
-            label={t("episodes:form.doctor")}
-            maxLength={100}
-            value={doctor}
-            error={fields.limits_by}
-            onChange={(event) => setDoctor(event.currentTarget.value)}
-          />
-        </Group>
+        <LimitFields draft={draft} fields={fields} onChange={change} />
         {save.error && (
           // All messages, because a limit's error has no field in this form.
           <Alert color="grape" variant="light" role="alert">
@@ -105,11 +76,124 @@ export function EpisodeForm(props: {
         )}
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
-            {episode ? t("episodes:form.save") : t("episodes:form.open")}
+            {props.episode ? t("episodes:form.save") : t("episodes:form.open")}
           </Button>
         </Group>
       </Stack>
     </form>
+  );
+}
+
+/** The fields while they are entered. Empty numbers are null. */
+type Draft = {
+  diagnosis: string;
+  diagnosis_code: Episode["diagnosis_code"];
+  verification: Episode["verification"];
+  onset_on: string;
+  contraindications: string;
+  limits: ReturnType<typeof byMotion>;
+  max_load_level: number | null;
+  max_speed_deg_s: number | null;
+  limits_by: string;
+};
+
+const toDraft = (episode: Episode | undefined): Draft => ({
+  diagnosis: episode?.diagnosis ?? "",
+  diagnosis_code: episode?.diagnosis_code ?? "",
+  verification: episode?.verification ?? "",
+  onset_on: episode?.onset_on ?? "",
+  contraindications: episode?.contraindications ?? "",
+  limits: byMotion(episode),
+  max_load_level: episode?.max_load_level ?? null,
+  max_speed_deg_s: episode?.max_speed_deg_s ?? null,
+  limits_by: episode?.limits_by ?? "",
+});
+
+/** The draft of an episode, which outlives its dialog, how to change it, and how to save it. */
+function useEpisodeDraft({ patientId, side, episode, onDone }: Props) {
+  const queries = useQueryClient();
+  // The version of the shown values. A newer one may arrive during editing.
+  const [version] = useState(episode?.updated_at ?? null);
+  const [key] = useState(`episode ${episode?.id ?? `new ${patientId} ${side}`} ${version ?? ""}`);
+  const [draft, setDraft] = useDraft(key, () => toDraft(episode));
+  const change = (part: Partial<Draft>) => setDraft((before) => ({ ...before, ...part }));
+  const save = useMutation({
+    mutationFn: () => {
+      const body = { ...draft, onset_on: draft.onset_on || null, limits: asLimits(draft.limits) };
+      return episode
+        ? api.updateEpisode(episode.id, { ...body, updated_at: version })
+        : api.openEpisode(patientId, { ...body, side });
+    },
+    onSuccess: (saved) => {
+      forgetDrafts(key);
+      onDone(saved);
+    },
+    onError: () => void queries.invalidateQueries({ queryKey: ["episodes", patientId] }),
+  });
+  return { draft, change, save };
+}
+
+/** What the doctor allows: the range of each motion, the resistance and the speed. */
+function LimitFields(props: {
+  draft: Draft;
+  fields: Record<string, string>;
+  onChange: (part: Partial<Draft>) => void;
+}) {
+  const { draft, fields, onChange } = props;
+  return (
+    <>
+      <Text fw={500}>{t("episodes:form.limits")}</Text>
+      <Text size="sm">{t("episodes:form.limitsHint")}</Text>
+      <LimitTable limits={draft.limits} onChange={(limits) => onChange({ limits })} />
+      <Group grow align="start">
+        <LevelField
+          value={draft.max_load_level}
+          error={fields.max_load_level}
+          onChange={(max_load_level) => onChange({ max_load_level })}
+        />
+        <SpeedField
+          value={draft.max_speed_deg_s}
+          error={fields.max_speed_deg_s}
+          onChange={(max_speed_deg_s) => onChange({ max_speed_deg_s })}
+        />
+        <TextInput
+          label={t("episodes:form.doctor")}
+          maxLength={100}
+          value={draft.limits_by}
+          error={fields.limits_by}
+          onChange={(event) => onChange({ limits_by: event.currentTarget.value })}
+        />
+      </Group>
+    </>
+  );
+}
+
+/** The diagnosis of the short list and its certainty, both as the clinician chooses them. */
+function DiagnosisFields(props: {
+  code: Episode["diagnosis_code"];
+  certainty: Episode["verification"];
+  onCode: (code: Episode["diagnosis_code"]) => void;
+  onCertainty: (certainty: Episode["verification"]) => void;
+}) {
+  return (
+    <Group grow align="start">
+      <Select
+        label={t("episodes:form.diagnosisCode")}
+        description={t("episodes:form.diagnosisCodeHint")}
+        data={[{ value: "", label: t("episodes:form.notChosen") }, ...DIAGNOSES]}
+        allowDeselect={false}
+        value={props.code}
+        onChange={(code) => props.onCode((code ?? "") as Episode["diagnosis_code"])}
+      />
+      <Select
+        label={t("episodes:form.certainty")}
+        description={t("episodes:form.certaintyHint")}
+        data={[{ value: "", label: t("episodes:form.notStated") }, ...CERTAINTIES]}
+        allowDeselect={false}
+        value={props.certainty}
+        onChange={(certainty) => props.onCertainty((certainty ?? "") as Episode["verification"])}
+      />
+    </Group>
   );
 }
 

@@ -9,7 +9,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ReportLinks } from "../reports/ReportLinks";
 import { EpisodeForm } from "./EpisodeForm";
-import { limitWords } from "./messages";
+import { diagnosisWords, limitWords } from "./messages";
 import { Stages } from "./Stages";
 
 /** The patient's open and closed episodes of care. */
@@ -95,8 +95,8 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
         <Group justify="space-between">
           <Group gap="sm">
             <Text size="lg" fw={600}>
-              {episode.diagnosis
-                ? t("episodes:care.diagnosed", { shoulder: name, diagnosis: episode.diagnosis })
+              {diagnosisWords(episode)
+                ? t("episodes:care.diagnosed", { shoulder: name, diagnosis: diagnosisWords(episode) })
                 : name}
             </Text>
             {episode.closed_at && <Badge color="gray">{t("episodes:care.closed")}</Badge>}

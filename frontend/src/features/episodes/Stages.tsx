@@ -6,6 +6,7 @@ import { api, type Episode } from "../../lib/api/client";
 import { formatDay } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { undoStore } from "../../ui/undo";
 import { useHasPermission } from "../auth/hooks";
 import { type StageName, today } from "./messages";
 
@@ -14,7 +15,9 @@ const CHOICES = Object.entries(t("episodes:stages", { returnObjects: true })).ma
   label,
 }));
 
-/** The recorded stages with their dates, and actions to add one or remove a wrong recorded. */
+type Stage = Episode["stages"][number];
+
+/** The recorded stages with their dates, and actions to add one or remove a wrong one; removing can be taken back. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
   const changeable = useHasPermission("write_records") && !episode.closed_at;
   const [stage, setStage] = useState<StageName | null>(null);
@@ -27,8 +30,14 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
     },
   });
   const remove = useMutation({
-    mutationFn: (stageId: string) => api.removeStage(episode.id, stageId),
-    onSuccess: onSaved,
+    mutationFn: (removed: Stage) => api.removeStage(episode.id, removed.id),
+    onSuccess: (saved, { stage, since }) => {
+      onSaved(saved);
+      undoStore.offer({
+        words: t(`ui:undo.stage.${stage}`, { day: formatDay(since) }),
+        undo: async () => onSaved(await api.addStage(episode.id, { stage, since })),
+      });
+    },
   });
   const submit = (event: FormEvent) => {
     event.preventDefault();
@@ -52,7 +61,7 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
                   aria-label={t(`episodes:stageList.remove.${recorded.stage}`, {
                     day: formatDay(recorded.since),
                   })}
-                  onClick={() => remove.mutate(recorded.id)}
+                  onClick={() => remove.mutate(recorded)}
                 >
                   <IconTrash size={20} />
                 </ActionIcon>

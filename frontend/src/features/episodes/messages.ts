@@ -14,6 +14,32 @@ export const MOTIONS = [
   { motion: 6, name: MOTION_NAMES[5], from: -90, to: 40 },
 ] as const;
 
+/** The diagnoses that can be chosen, by ICD-10 code. */
+export const DIAGNOSES: { value: Exclude<Episode["diagnosis_code"], "">; label: string }[] = [
+  { value: "M75.0", label: t("episodes:diagnoses.adhesiveCapsulitis") },
+  { value: "M75.1", label: t("episodes:diagnoses.rotatorCuff") },
+  { value: "M75.2", label: t("episodes:diagnoses.bicipitalTendinitis") },
+  { value: "M75.3", label: t("episodes:diagnoses.calcificTendinitis") },
+  { value: "M75.4", label: t("episodes:diagnoses.impingement") },
+  { value: "M75.5", label: t("episodes:diagnoses.bursitis") },
+  { value: "S42.2", label: t("episodes:diagnoses.humerusFracture") },
+  { value: "S43.0", label: t("episodes:diagnoses.dislocation") },
+];
+
+export const CERTAINTIES: { value: Exclude<Episode["verification"], "">; label: string }[] = [
+  { value: "unconfirmed", label: t("episodes:certainties.unconfirmed") },
+  { value: "provisional", label: t("episodes:certainties.provisional") },
+  { value: "differential", label: t("episodes:certainties.differential") },
+  { value: "confirmed", label: t("episodes:certainties.confirmed") },
+];
+
+/** The diagnosis as it was chosen and written; empty without one. */
+export function diagnosisWords(episode: Episode): string {
+  const chosen = DIAGNOSES.find(({ value }) => value === episode.diagnosis_code)?.label ?? "";
+  if (!chosen || !episode.diagnosis) return chosen || episode.diagnosis;
+  return t("episodes:care.chosenAndWritten", { chosen, written: episode.diagnosis });
+}
+
 export type StageName = NonNullable<Episode["stage"]>["stage"];
 
 /** A whole angle with a true minus sign. */

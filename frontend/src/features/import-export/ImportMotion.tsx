@@ -5,7 +5,9 @@ import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { Margin } from "../../ui/Margin";
 import { MotorRanges } from "../../ui/MotorRanges";
+import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { useUserName } from "../auth/hooks";
 import { Refused } from "./Refused";
 
@@ -101,7 +103,9 @@ function MotionSummary({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
         })}
         {motion.left_alone.length > 0 && t("import-export:motion.ignored", { columns: motion.left_alone })}
       </Text>
+      <SimulatedBadge simulated={motion.simulated} />
       <MotorRanges ranges={motion.ranges} />
+      <Margin margin={motion.margin} />
     </Stack>
   );
 }

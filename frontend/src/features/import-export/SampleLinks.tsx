@@ -2,7 +2,7 @@ import { Button } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { t } from "../../lib/i18n";
 
-/** Links to download the measured samples as CSV and Parquet. */
+/** Links to download the measured samples as CSV, Parquet and MCAP. */
 export function SampleLinks({
   of,
   id,
@@ -14,7 +14,7 @@ export function SampleLinks({
 }) {
   return (
     <Button.Group>
-      {(["csv", "parquet"] as const).map((kind) => (
+      {(["csv", "parquet", "mcap"] as const).map((kind) => (
         <Button
           key={kind}
           component="a"

@@ -25,6 +25,15 @@ const UNDERSTOOD: Schemas["UnderstoodMotion"] = {
   duration_s: 4,
   rate_hz: 100,
   ranges: [{ motor: 3, min_deg: 10, max_deg: 90, max_speed_deg_s: 31 }],
+  margin: {
+    margin_deg: 12.5,
+    at_s: 3.2,
+    quantity: "plane of elevation",
+    quantity_key: null,
+    value_deg: 117.5,
+    limit_deg: 130,
+  },
+  simulated: true,
 };
 const REQUEST: Schemas["Erasure"] = {
   id: "e",
@@ -60,10 +69,14 @@ afterEach(() => {
   vi.restoreAllMocks();
 });
 
-it("offers measurements as CSV and as Parquet", () => {
+it("offers measurements as CSV, Parquet and MCAP", () => {
   show(<SampleLinks of="runs" id="r" />);
   const addresses = screen.getAllByRole("link").map((link) => link.getAttribute("href"));
-  expect(addresses).toEqual(["/api/runs/r/samples.csv", "/api/runs/r/samples.parquet"]);
+  expect(addresses).toEqual([
+    "/api/runs/r/samples.csv",
+    "/api/runs/r/samples.parquet",
+    "/api/runs/r/samples.mcap",
+  ]);
 });
 
 describe("a motion from a CSV file", () => {
@@ -82,6 +95,8 @@ describe("a motion from a CSV file", () => {
       "Angles of the arm, 401 rows at 100 Hz, 0:04 long, for the left shoulder.",
     );
     expect(text.textContent).toContain("Ignored columns: remark.");
+    expect(text.textContent).toContain("Smallest margin to the reachable set: 12.5 deg at 3.2 s");
+    expect(text.textContent).toContain("Simulated apparatus");
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));
     press("Save as a recording");
     await waitFor(() => expect(onSaved).toHaveBeenCalledWith("new"));

@@ -11,6 +11,58 @@ const choices = (words: Record<string, string>) =>
 
 /** A form to create or change a patient. Each field shows the service's error about it. */
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
+  const { values, change, side, setSide, save } = usePatientValues(patient, onDone);
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const text = (name: "clinic_number" | "name" | "kana" | "birth_date" | "notes") => ({
+    value: values[name],
+    error: fields[name],
+    onChange: (event: { currentTarget: { value: string } }) => change({ [name]: event.currentTarget.value }),
+  });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <TextInput label={t("patients:form.name")} required data-autofocus {...text("name")} />
+        <TextInput label={t("patients:form.kana")} {...text("kana")} />
+        <TextInput label={t("patients:form.number")} required {...text("clinic_number")} />
+        {!patient && <TreatedSide value={side} missing={Boolean(fields.affected_side)} onChange={setSide} />}
+        <Group grow align="start">
+          <TextInput label={t("patients:form.birthDate")} type="date" {...text("birth_date")} />
+          <Select
+            label={t("patients:form.sex")}
+            data={choices(t("patients:sexes", { returnObjects: true }))}
+            allowDeselect={false}
+            value={values.sex}
+            onChange={(sex) => change({ sex: (sex ?? "unknown") as Patient["sex"] })}
+          />
+          <Select
+            label={t("patients:form.dominant")}
+            data={[
+              { value: "", label: t("patients:form.notStated") },
+              ...choices(t("patients:sides", { returnObjects: true })),
+            ]}
+            allowDeselect={false}
+            value={values.dominant_side}
+            onChange={(dominant) => change({ dominant_side: dominant ?? "" })}
+          />
+        </Group>
+        <Textarea label={t("patients:form.notes")} autosize minRows={2} {...text("notes")} />
+        <ProblemNote error={save.error} />
+        <Group justify="end">
+          <Button type="submit" loading={save.isPending}>
+            {patient ? t("patients:form.save") : t("patients:form.register")}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}
+
+/** The form's values, how to change them, and how to save them. */
+function usePatientValues(patient: Patient | undefined, onDone: (saved: Patient) => void) {
   const queries = useQueryClient();
   const [values, setValues] = useState({
     clinic_number: patient?.clinic_number ?? "",
@@ -21,6 +73,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
     dominant_side: patient?.dominant_side ?? "",
     notes: patient?.notes ?? "",
   });
+  const change = (part: Partial<typeof values>) => setValues((before) => ({ ...before, ...part }));
   // The version of the shown values. A newer one may arrive during editing.
   const [version] = useState(patient?.updated_at ?? null);
   // Only for a new patient. Later the episode of care contains the side.
@@ -44,56 +97,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
     },
     onError: () => void queries.invalidateQueries({ queryKey: ["patient", patient?.id] }),
   });
-  const fields = save.error instanceof ProblemError ? save.error.fields : {};
-  const text = (name: "clinic_number" | "name" | "kana" | "birth_date" | "notes") => ({
-    value: values[name],
-    error: fields[name],
-    onChange: (event: { currentTarget: { value: string } }) => {
-      const { value } = event.currentTarget;
-      setValues((before) => ({ ...before, [name]: value }));
-    },
-  });
-  const submit = (event: FormEvent) => {
-    event.preventDefault();
-    save.mutate();
-  };
-  return (
-    <form onSubmit={submit} noValidate>
-      <Stack>
-        <TextInput label={t("patients:form.name")} required data-autofocus {...text("name")} />
-        <TextInput label={t("patients:form.kana")} {...text("kana")} />
-        <TextInput label={t("patients:form.number")} required {...text("clinic_number")} />
-        {!patient && <TreatedSide value={side} missing={Boolean(fields.affected_side)} onChange={setSide} />}
-        <Group grow align="start">
-          <TextInput label={t("patients:form.birthDate")} type="date" {...text("birth_date")} />
-          <Select
-            label={t("patients:form.sex")}
-            data={choices(t("patients:sexes", { returnObjects: true }))}
-            allowDeselect={false}
-            value={values.sex}
-            onChange={(sex) => setValues({ ...values, sex: (sex ?? "unknown") as Patient["sex"] })}
-          />
-          <Select
-            label={t("patients:form.dominant")}
-            data={[
-              { value: "", label: t("patients:form.notStated") },
-              ...choices(t("patients:sides", { returnObjects: true })),
-            ]}
-            allowDeselect={false}
-            value={values.dominant_side}
-            onChange={(dominant) => setValues({ ...values, dominant_side: dominant ?? "" })}
-          />
-        </Group>
-        <Textarea label={t("patients:form.notes")} autosize minRows={2} {...text("notes")} />
-        <ProblemNote error={save.error} />
-        <Group justify="end">
-          <Button type="submit" loading={save.isPending}>
-            {patient ? t("patients:form.save") : t("patients:form.register")}
-          </Button>
-        </Group>
-      </Stack>
-    </form>
-  );
+  return { values, change, side, setSide, save };
 }
 
 /** The shoulder to treat. Nothing is selected at first, so that the user chooses. */

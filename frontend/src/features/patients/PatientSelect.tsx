@@ -35,8 +35,8 @@ export function PatientSelect(props: {
   return (
     <>
       <Select
-        size="lg"
-        label={t("patients:choice.label")}
+        size="md"
+        aria-label={t("patients:choice.label")}
         placeholder={all.length || words ? t("patients:choice.question") : t("patients:choice.none")}
         searchable
         // The service already filtered, also by kana and numbers that the label does not show.

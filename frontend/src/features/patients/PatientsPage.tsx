@@ -1,4 +1,4 @@
-import { Button, Group, Modal, Skeleton, Stack, Switch, Table, Text, TextInput, Title } from "@mantine/core";
+import { Button, Group, Modal, Skeleton, Stack, Switch, Text, TextInput, Title } from "@mantine/core";
 import { useDebouncedValue, useDisclosure } from "@mantine/hooks";
 import { IconSearch, IconUserPlus } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
@@ -8,9 +8,11 @@ import { api, type Patient } from "../../lib/api/client";
 import { formatDay, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
+import { DataTable } from "../../ui/DataTable";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
 import { RequirePermission } from "../auth/RequirePermission";
 import { ImportPatients } from "../import-export/ImportPatients";
 import { OpenErasures } from "../import-export/OpenErasures";
@@ -67,7 +69,16 @@ export function PatientsPage() {
       {items?.length === 0 && (
         <Text>{words || archived ? t("patients:patients.noMatch") : t("patients:patients.none")}</Text>
       )}
-      {items && items.length > 0 && <PatientTable items={items} />}
+      {items && items.length > 0 && (
+        <DataTable
+          name="patients"
+          label={t("patients:patients.title")}
+          columns={COLUMNS}
+          rows={items}
+          rowKey={({ id }) => id}
+          more={patients.hasNextPage}
+        />
+      )}
       <LoadMoreButton list={patients} />
       <Modal opened={registering} onClose={form.close} title={t("patients:patients.add")} size="lg">
         <PatientForm
@@ -81,36 +92,42 @@ export function PatientsPage() {
   );
 }
 
-function PatientTable({ items }: { items: Patient[] }) {
-  return (
-    <Table verticalSpacing="md" highlightOnHover>
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th>{t("patients:patients.name")}</Table.Th>
-          <Table.Th>{t("patients:patients.number")}</Table.Th>
-          <Table.Th>{t("patients:patients.born")}</Table.Th>
-          <Table.Th>{t("patients:patients.shoulder")}</Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {items.map((patient) => (
-          <Table.Tr key={patient.id}>
-            <Table.Td>
-              <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
-                {patient.name}
-              </PageLink>
-              {patient.kana && (
-                <Text size="sm" c="dimmed" lang="ja">
-                  {patient.kana}
-                </Text>
-              )}
-            </Table.Td>
-            <Table.Td>{patient.clinic_number}</Table.Td>
-            <Table.Td>{patient.birth_date ? formatDay(patient.birth_date) : "–"}</Table.Td>
-            <Table.Td>{sideWord(patient.affected_side)}</Table.Td>
-          </Table.Tr>
-        ))}
-      </Table.Tbody>
-    </Table>
-  );
-}
+const COLUMNS: Column<Patient>[] = [
+  {
+    key: "name",
+    head: t("patients:patients.name"),
+    always: true,
+    // By the reading, as a Japanese list is.
+    value: ({ name, kana }) => kana || name,
+    cell: ({ id, name, kana }) => (
+      <>
+        <PageLink to="/patients/$patientId" params={{ patientId: id }}>
+          {name}
+        </PageLink>
+        {kana && (
+          <Text size="sm" c="dimmed" lang="ja">
+            {kana}
+          </Text>
+        )}
+      </>
+    ),
+  },
+  {
+    key: "number",
+    head: t("patients:patients.number"),
+    value: ({ clinic_number }) => clinic_number,
+    cell: ({ clinic_number }) => clinic_number,
+  },
+  {
+    key: "born",
+    head: t("patients:patients.born"),
+    value: ({ birth_date }) => birth_date ?? null,
+    cell: ({ birth_date }) => (birth_date ? formatDay(birth_date) : "–"),
+  },
+  {
+    key: "shoulder",
+    head: t("patients:patients.shoulder"),
+    value: ({ affected_side }) => (affected_side ? sideWord(affected_side) : null),
+    cell: ({ affected_side }) => sideWord(affected_side),
+  },
+];

@@ -9,6 +9,8 @@ import { useEpisodes } from "../../lib/patientQueries";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { diagnosisWords } from "../episodes/messages";
+import { PatientBanner } from "../patients/PatientBanner";
 import { EMPTY, type Wanted } from "./draft";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { useSetProgrammeCache } from "./useSetProgrammeCache";
@@ -22,6 +24,7 @@ export function NewProgrammePage() {
   useTitle(t("programmes:new.title"));
   return (
     <Stack>
+      <PatientBanner patientId={patientId} />
       <Title order={1} size="h2">
         <InlineSlot words={(patient) => t("programmes:new.for", { patient })}>
           <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
@@ -109,7 +112,7 @@ function EpisodeChoice(props: {
             size="md"
             value={episode.id}
             label={t(`programmes:new.episode.${episode.side}`, {
-              diagnosis: episode.diagnosis || t("programmes:new.noDiagnosis"),
+              diagnosis: diagnosisWords(episode) || t("programmes:new.noDiagnosis"),
             })}
           />
         ))}

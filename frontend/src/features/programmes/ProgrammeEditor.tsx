@@ -10,6 +10,7 @@ import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
 import { useUserName } from "../auth/hooks";
+import { StageWarning } from "../patients/StageWarning";
 import { LoadLevel } from "../station/LoadLevel";
 import { arePlayable, PlaySettings } from "../station/PlaySettings";
 import { timerWords } from "./describeProgramme";
@@ -126,7 +127,20 @@ function RecordingsEditor(props: {
         onChange={onChange}
         onAdded={setEditedKey}
       />
-      <ItemDialog item={edited} highest={highest} onChange={change} onClose={() => setEditedKey(null)} />
+      <ItemDialog
+        item={edited}
+        highest={highest}
+        warning={(item) => (
+          <StageWarning
+            patientId={patientId}
+            episodeId={episode.id}
+            settings={item}
+            loadLevel={item.load_level}
+          />
+        )}
+        onChange={change}
+        onClose={() => setEditedKey(null)}
+      />
     </>
   );
 }
@@ -206,10 +220,11 @@ function ReasonFields(props: {
 function ItemDialog(props: {
   item: DraftItem | undefined;
   highest: number | null;
+  warning: (item: DraftItem) => ReactNode;
   onChange: (key: string, given: Partial<DraftItem>) => void;
   onClose: () => void;
 }) {
-  const { item, highest, onChange, onClose } = props;
+  const { item, highest, warning, onChange, onClose } = props;
   return (
     <Modal opened={item !== undefined} onClose={onClose} title={item?.recording_name} size="xl">
       {item && (
@@ -221,6 +236,7 @@ function ItemDialog(props: {
             highest={highest}
             onChange={(load_level) => onChange(item.key, { load_level })}
           />
+          {warning(item)}
           <Button size="lg" onClick={onClose}>
             {t("programmes:editor.done")}
           </Button>

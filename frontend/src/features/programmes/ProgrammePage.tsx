@@ -21,9 +21,11 @@ import { useTitle } from "../../app/title";
 import { api, ProblemError, type Programme, type ProgrammeVersion } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { useArchive } from "../../ui/archive";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
+import { PatientBanner } from "../patients/PatientBanner";
 import { changes, timerWords, versionWords } from "./describeProgramme";
 import { draftOf, type Wanted } from "./draft";
 import { ItemTable } from "./ItemTable";
@@ -47,14 +49,10 @@ export function ProgrammePage() {
 export function ProgrammeView({ programme }: { programme: Programme }) {
   const [editing, editor] = useDisclosure(false);
   const [renaming, name] = useDisclosure(false);
-  const setProgrammeCache = useSetProgrammeCache();
-  const archive = useMutation({
-    mutationFn: (archived: boolean) =>
-      api.updateProgramme(programme.id, { archived, updated_at: programme.updated_at }),
-    onSuccess: setProgrammeCache,
-  });
+  const archive = useArchiveProgramme(programme);
   return (
     <Stack gap="xl">
+      <PatientBanner patientId={programme.patient.id} name={programme.patient.name} />
       <Group justify="space-between" align="start">
         <ProgrammeTitle programme={programme} />
         <RequirePermission permission="write_records">
@@ -96,6 +94,17 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
       </Modal>
     </Stack>
   );
+}
+
+/** Archives and restores a programme. */
+function useArchiveProgramme(programme: Programme) {
+  const setProgrammeCache = useSetProgrammeCache();
+  const save = async (archived: boolean, { id, updated_at }: Programme) => {
+    const saved = await api.updateProgramme(id, { archived, updated_at });
+    setProgrammeCache(saved);
+    return saved;
+  };
+  return useArchive(programme, save);
 }
 
 function ProgrammeTitle({ programme }: { programme: Programme }) {

@@ -94,12 +94,17 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
   );
 }
 
-/** Compares the sessions of this and last week with the prescribed number. */
-function Regularity({ episodeId }: { episodeId: string }) {
-  const adherence = useQuery({
+/** The weeks of an episode with the sessions held and prescribed, oldest first. */
+export function useAdherence(episodeId: string) {
+  return useQuery({
     queryKey: ["adherence", episodeId],
     queryFn: () => api.adherence(episodeId, -new Date().getTimezoneOffset()),
   });
+}
+
+/** Compares the sessions of this and last week with the prescribed number. */
+export function Regularity({ episodeId }: { episodeId: string }) {
+  const adherence = useAdherence(episodeId);
   const [now, before] = [...(adherence.data?.weeks ?? [])].reverse();
   if (!now || now.sessions_wished === null) return null;
   return (

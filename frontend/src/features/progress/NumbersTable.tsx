@@ -1,6 +1,7 @@
 import { Button, Group, ScrollArea, Table } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
+import type { ReactNode } from "react";
 import type { Schemas } from "../../lib/api/client";
 import { formatDeg, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
@@ -8,13 +9,15 @@ import { translatePlaced } from "../../lib/serverText";
 
 type Column = Schemas["ProgressColumn"];
 
-/** A chart's data as a table, for accessibility. */
-export function NumbersTable({ title, table: sent }: { title: string; table: Schemas["ProgressTable"] }) {
-  const table = translatePlaced(sent);
+/** A chart's data as a table, for accessibility. `actions` are beside the button that shows it. */
+export function NumbersTable(props: { title: string; table: Schemas["ProgressTable"]; actions?: ReactNode }) {
+  const { title, actions } = props;
+  const table = translatePlaced(props.table);
   const [shown, rows] = useDisclosure(false);
   return (
     <>
       <Group>
+        {actions}
         <Button
           variant="default"
           leftSection={<IconTable size={20} />}

@@ -1,4 +1,4 @@
-import { Group, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Group, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useParams, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
@@ -6,18 +6,18 @@ import { api, type Chart } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { PageLink } from "../../ui/links";
-import { Plot } from "../../ui/Plot";
-import { ProblemNote } from "../../ui/ProblemNote";
-import { withLocalDays } from "./days";
-import { NumbersTable } from "./NumbersTable";
+import { PatientBanner } from "../patients/PatientBanner";
+import { ProgressChart } from "./ProgressChart";
 
 /** The progress of an episode: all charts and their data. */
 export function ProgressPage() {
   const { episodeId } = useParams({ from: "/episodes/$episodeId/progress" });
   const { patient: patientId } = useSearch({ from: "/episodes/$episodeId/progress" });
   useTitle(t("progress:progress.title"));
+  const episode = useQuery({ queryKey: ["episode", episodeId], queryFn: () => api.episode(episodeId) });
   return (
     <Stack gap="xl">
+      <PatientBanner patientId={episode.data?.patient_id} />
       <div>
         {patientId !== undefined && <Whose patientId={patientId} episodeId={episodeId} />}
         <Title order={1} size="h2">
@@ -44,34 +44,5 @@ export function Whose({ patientId, episodeId }: { patientId: string; episodeId: 
       </PageLink>
       <Text>{t(`episodes:care.shoulder.${episode.side}`)}</Text>
     </Group>
-  );
-}
-
-function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }) {
-  const title = t(`progress:charts.${chart}.title`);
-  const shows = t(`progress:charts.${chart}.shows`);
-  const nothing = t(`progress:charts.${chart}.nothing`);
-  const progress = useQuery({
-    queryKey: ["progress", episodeId, chart],
-    queryFn: () => api.progress(episodeId, chart),
-    select: ({ figure, table }) => ({ figure: withLocalDays(figure), table }),
-  });
-  const chartData = progress.data;
-  return (
-    <Stack gap="xs" component="section" aria-label={title}>
-      <Title order={2} size="h3">
-        {title}
-      </Title>
-      <ProblemNote error={progress.error} />
-      {progress.isPending && <Skeleton h={340} />}
-      {chartData && chartData.table.rows.length === 0 && <Text>{nothing}</Text>}
-      {chartData && chartData.table.rows.length > 0 && (
-        <>
-          <Text size="sm">{shows}</Text>
-          <Plot figure={chartData.figure} label={t("progress:progress.figure", { title, shows })} />
-          <NumbersTable title={title} table={chartData.table} />
-        </>
-      )}
-    </Stack>
   );
 }

@@ -27,6 +27,7 @@ const RECORDING: Recording = {
   duration_s: 8.04,
   rate_hz: 100,
   samples: 805,
+  simulated: false,
   note: "",
   updated_at: "2026-11-21T09:30:00Z",
   archived_at: null,
@@ -39,6 +40,7 @@ const MADE = {
   take: null,
   readable: true,
   ranges: [],
+  margin: null,
 };
 
 const preview = vi.spyOn(api, "previewDerived");

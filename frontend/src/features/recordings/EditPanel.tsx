@@ -39,45 +39,26 @@ export function EditPanel({
         <Title order={2} size="h3">
           {t("recordings:edit.title")}
         </Title>
-        <Select
-          size="lg"
-          label={t("recordings:edit.type")}
-          allowDeselect={false}
-          data={EDIT_TYPES.map((value) => ({ value, label: t(`recordings:editTypes.${value}.label`) }))}
+        <TypeChoice
           value={type}
-          onChange={(value) => {
-            const chosen = EDIT_TYPES.find((editType) => editType === value);
-            if (!chosen) return;
+          onChange={(chosen) => {
             setType(chosen);
             setEntered({});
           }}
         />
         <Text size="sm">{t(`recordings:editTypes.${type}.description`)}</Text>
         {byMotor && <MotorChoice chosen={motors} onChange={setMotors} />}
-        {fields.length > 0 && (
-          <SimpleGrid cols={{ base: 1, sm: 3 }}>
-            {fields.map((field) => (
-              <Stepper
-                key={field.name}
-                field={field}
-                value={number(field.name)}
-                onChange={(value) => setEntered({ ...entered, [field.name]: value })}
-              />
-            ))}
-          </SimpleGrid>
-        )}
-        <Group>
-          <Button
-            size="lg"
-            variant={previewed && preview.data ? "default" : "filled"}
-            leftSection={<IconChartLine size={22} />}
-            loading={preview.isPending}
-            disabled={!valid}
-            onClick={() => preview.mutate(edit)}
-          >
-            {t("recordings:edit.preview")}
-          </Button>
-        </Group>
+        <NumberFields
+          fields={fields}
+          valueOf={number}
+          onChange={(name, value) => setEntered({ ...entered, [name]: value })}
+        />
+        <PreviewButton
+          done={previewed && Boolean(preview.data)}
+          loading={preview.isPending}
+          disabled={!valid}
+          onClick={() => preview.mutate(edit)}
+        />
         {previewed && <ProblemNote error={preview.error} />}
         {previewed && preview.data && <Plot figure={preview.data} label={t("recordings:edit.figure")} />}
         <SaveEdit
@@ -88,6 +69,58 @@ export function EditPanel({
         />
       </Stack>
     </Card>
+  );
+}
+
+function NumberFields(props: {
+  fields: ReturnType<typeof fieldsOf>;
+  valueOf: (name: FieldName) => number;
+  onChange: (name: FieldName, value: number) => void;
+}) {
+  if (props.fields.length === 0) return null;
+  return (
+    <SimpleGrid cols={{ base: 1, sm: 3 }}>
+      {props.fields.map((field) => (
+        <Stepper
+          key={field.name}
+          field={field}
+          value={props.valueOf(field.name)}
+          onChange={(value) => props.onChange(field.name, value)}
+        />
+      ))}
+    </SimpleGrid>
+  );
+}
+
+function PreviewButton(props: { done: boolean; loading: boolean; disabled: boolean; onClick: () => void }) {
+  const { done, ...button } = props;
+  return (
+    <Group>
+      <Button
+        size="lg"
+        variant={done ? "default" : "filled"}
+        leftSection={<IconChartLine size={22} />}
+        {...button}
+      >
+        {t("recordings:edit.preview")}
+      </Button>
+    </Group>
+  );
+}
+
+function TypeChoice({ value, onChange }: { value: EditType; onChange: (type: EditType) => void }) {
+  return (
+    <Select
+      size="lg"
+      label={t("recordings:edit.type")}
+      allowDeselect={false}
+      data={EDIT_TYPES.map((type) => ({ value: type, label: t(`recordings:editTypes.${type}.label`) }))}
+      value={value}
+      onChange={(chosen) => {
+        const type = EDIT_TYPES.find((editType) => editType === chosen);
+        if (type) onChange(type);
+      }}
+    />
   );
 }
 

@@ -9,14 +9,19 @@ import { api, type Schemas } from "../../lib/api/client";
 import { formatList, formatMoment, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
+import { offerRestore } from "../../ui/archive";
 import { EditableNote } from "../../ui/EditableNote";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { ButtonLink, PageLink } from "../../ui/links";
+import { Margin } from "../../ui/Margin";
 import { MotorRanges } from "../../ui/MotorRanges";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { useHasPermission } from "../auth/hooks";
 import { RecordingGhost } from "../digital-twin/lazyViews";
 import { SampleLinks } from "../import-export/SampleLinks";
+import { PatientBanner } from "../patients/PatientBanner";
+import { RecordingRhythm } from "../rhythm/lazyRhythm";
 import { EditPanel } from "./EditPanel";
 import { describeEdits } from "./madeOf";
 import { RecordingFigure } from "./RecordingFigure";
@@ -25,6 +30,26 @@ type Detail = Schemas["RecordingDetail"];
 type Update = UseMutationResult<Detail, Error, Schemas["RecordingUpdate"]>;
 /** A name while it is typed, and the version at which editing began: another user may save a newer name meanwhile. */
 type Renaming = { name: string; version: string };
+
+/** Changes name, note or archiving of a recording; archiving can be taken back. */
+function useUpdateRecording(recordingId: string, onSaved: () => void): Update {
+  const queries = useQueryClient();
+  const save = async (change: Schemas["RecordingUpdate"]) => {
+    const saved = await api.updateRecording(recordingId, change);
+    replaceData(queries, ["recording", recordingId], saved);
+    void queries.invalidateQueries({ queryKey: ["recordings"] });
+    return saved;
+  };
+  return useMutation({
+    mutationFn: save,
+    onError: () => void queries.invalidateQueries({ queryKey: ["recording", recordingId] }),
+    onSuccess: (saved, change) => {
+      onSaved();
+      if (!change.archived) return;
+      offerRestore(saved.name, () => save({ archived: false, updated_at: saved.updated_at }));
+    },
+  });
+}
 
 /** A recording with its details, motor ranges and curves. */
 export function RecordingPage() {
@@ -37,38 +62,21 @@ export function RecordingPage() {
     queryKey: ["recording", recordingId],
     queryFn: () => api.recording(recordingId),
   });
-  const patientId = recording.data?.patient_id;
-  const patient = useQuery({
-    queryKey: ["patient", patientId],
-    queryFn: () => api.patient(patientId ?? ""),
-    enabled: patientId !== undefined,
-  });
   const parentId = recording.data?.parent_id ?? null;
   const parent = useQuery({
     queryKey: ["recording", parentId],
     queryFn: () => api.recording(parentId ?? ""),
     enabled: parentId !== null,
   });
-  const update = useMutation({
-    mutationFn: (change: Schemas["RecordingUpdate"]) => api.updateRecording(recordingId, change),
-    onError: () => void queries.invalidateQueries({ queryKey: ["recording", recordingId] }),
-    onSuccess: (saved) => {
-      setRenaming(null);
-      replaceData(queries, ["recording", recordingId], saved);
-      void queries.invalidateQueries({ queryKey: ["recordings"] });
-    },
-  });
+  const update = useUpdateRecording(recordingId, () => setRenaming(null));
   useTitle(recording.data?.name ?? t("recordings:recording.title"));
   if (recording.error) return <ProblemNote error={recording.error} />;
   if (!recording.data) return <Skeleton h={300} />;
   const shown = recording.data;
   return (
     <Stack>
-      {patient.data && (
-        <PageLink to="/patients/$patientId" params={{ patientId: patient.data.id }}>
-          {patient.data.name}
-        </PageLink>
-      )}
+      <PatientBanner patientId={shown.patient_id} />
+      <PatientLink patientId={shown.patient_id} />
       <Group justify="space-between" align="start">
         <Name recording={shown} renaming={renaming} onRenaming={setRenaming} update={update} />
         <Actions recording={shown} editing={editing} onEdit={panel.toggle} update={update} />
@@ -95,9 +103,21 @@ export function RecordingPage() {
         save={(note, version) => update.mutateAsync({ note, updated_at: version })}
       />
       {shown.ranges.length > 0 && <MotorRanges ranges={shown.ranges} />}
+      {shown.margin && <Margin margin={shown.margin} />}
       {shown.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
+      {shown.readable && <RecordingRhythm key={`rhythm-${recordingId}`} recordingId={recordingId} />}
       {shown.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
+  );
+}
+
+function PatientLink({ patientId }: { patientId: string }) {
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  if (!patient.data) return null;
+  return (
+    <PageLink to="/patients/$patientId" params={{ patientId }}>
+      {patient.data.name}
+    </PageLink>
   );
 }
 
@@ -164,7 +184,7 @@ function Actions(props: { recording: Detail; editing: boolean; onEdit: () => voi
     <Group>
       {operates && usable && (
         <ButtonLink
-          to="/"
+          to="/station"
           search={{ patient: recording.patient_id, recording: recording.id }}
           leftSection={<IconPlayerPlay size={20} />}
         >
@@ -219,6 +239,7 @@ function Facts({ recording }: { recording: Detail }) {
             })}
       </Text>
       <Text>{recording.station}</Text>
+      <SimulatedBadge simulated={recording.simulated} />
       {recording.taught_by && <Text>{t("recordings:recording.taughtBy", { who: recording.taught_by })}</Text>}
       {recording.fixtures.length > 0 && (
         <Text>

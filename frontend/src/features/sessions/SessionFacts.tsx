@@ -6,6 +6,7 @@ import { t } from "../../lib/i18n";
 const SUBJECTS: Record<string, string> = {
   ...t("common:fixtures", { returnObjects: true }),
   ...t("sessions:subjectSides", { returnObjects: true }),
+  ...t("sessions:identifiers", { returnObjects: true }),
 };
 
 /** A session's summary: people, plan, result, pain and checklist. */

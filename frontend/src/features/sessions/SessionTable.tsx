@@ -1,67 +1,110 @@
-import { Table, Text } from "@mantine/core";
+import { Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { formatAfter, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
+import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import type { Column } from "../../ui/tableRows";
 
-/** A table of sessions, optionally with the patients' names. */
+type Session = Schemas["SessionSummary"];
+
+/** A table of sessions, optionally with the patients' names. `more`: there are sessions that are not loaded. */
 export function SessionTable(props: {
-  items: Schemas["SessionSummary"][];
+  items: Session[];
   withPatient?: boolean;
   narrowed?: boolean;
+  more: boolean;
 }) {
   if (props.items.length === 0) {
     return <Text>{props.narrowed ? t("sessions:sessions.noneMatches") : t("sessions:sessions.none")}</Text>;
   }
   return (
-    <Table verticalSpacing="md" highlightOnHover>
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th>{t("sessions:sessions.started")}</Table.Th>
-          {props.withPatient && <Table.Th>{t("sessions:sessions.patient")}</Table.Th>}
-          <Table.Th>{t("sessions:sessions.therapist")}</Table.Th>
-          <Table.Th>{t("sessions:sessions.station")}</Table.Th>
-          <Table.Th ta="right">{t("sessions:sessions.playbacks")}</Table.Th>
-          <Table.Th ta="right">{t("sessions:sessions.stopped")}</Table.Th>
-          <Table.Th>{t("sessions:sessions.ended")}</Table.Th>
-          <Table.Th>{t("sessions:sessions.signed")}</Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {props.items.map((session) => (
-          <Table.Tr key={session.id}>
-            <Table.Td>
-              <PageLink to="/sessions/$sessionId" params={{ sessionId: session.id }}>
-                {formatMoment(session.started_at)}
-              </PageLink>
-            </Table.Td>
-            {props.withPatient && (
-              <Table.Td>
-                <PageLink to="/patients/$patientId" params={{ patientId: session.patient.id }}>
-                  {session.patient.name}
-                </PageLink>{" "}
-                <Text span size="sm" c="dimmed">
-                  {session.patient.clinic_number}
-                </Text>
-              </Table.Td>
-            )}
-            <Table.Td>{session.therapist || "–"}</Table.Td>
-            <Table.Td>{session.station || "–"}</Table.Td>
-            <Table.Td ta="right">{session.runs}</Table.Td>
-            <Table.Td ta="right">{session.stops}</Table.Td>
-            <Table.Td>
-              {session.ended_at
-                ? formatAfter(session.ended_at, session.started_at)
-                : t("sessions:sessions.open")}
-            </Table.Td>
-            <Table.Td>
-              {session.signed_at
-                ? formatAfter(session.signed_at, session.started_at)
-                : t("sessions:sessions.notSigned")}
-            </Table.Td>
-          </Table.Tr>
-        ))}
-      </Table.Tbody>
-    </Table>
+    <DataTable
+      name="sessions"
+      label={t("sessions:sessions.title")}
+      columns={props.withPatient ? [STARTED, PATIENT, ...OTHERS] : [STARTED, ...OTHERS]}
+      rows={props.items}
+      rowKey={({ id }) => id}
+      more={props.more}
+    />
   );
 }
+
+const STARTED: Column<Session> = {
+  key: "started",
+  head: t("sessions:sessions.started"),
+  always: true,
+  value: ({ started_at }) => started_at,
+  cell: ({ id, started_at }) => (
+    <PageLink to="/sessions/$sessionId" params={{ sessionId: id }}>
+      {formatMoment(started_at)}
+    </PageLink>
+  ),
+};
+
+const PATIENT: Column<Session> = {
+  key: "patient",
+  head: t("sessions:sessions.patient"),
+  always: true,
+  value: ({ patient }) => patient.name,
+  cell: ({ patient }) => (
+    <>
+      <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+        {patient.name}
+      </PageLink>{" "}
+      <Text span size="sm" c="dimmed">
+        {patient.clinic_number}
+      </Text>
+    </>
+  ),
+};
+
+const OTHERS: Column<Session>[] = [
+  {
+    key: "therapist",
+    head: t("sessions:sessions.therapist"),
+    value: ({ therapist }) => therapist || null,
+    cell: ({ therapist }) => therapist || "–",
+  },
+  {
+    key: "station",
+    head: t("sessions:sessions.station"),
+    value: ({ station }) => station || null,
+    cell: ({ station, simulated }) => (
+      <>
+        {station || "–"} <SimulatedBadge simulated={simulated} />
+      </>
+    ),
+  },
+  {
+    key: "playbacks",
+    head: t("sessions:sessions.playbacks"),
+    right: true,
+    total: true,
+    value: ({ runs }) => runs,
+    cell: ({ runs }) => runs,
+  },
+  {
+    key: "stopped",
+    head: t("sessions:sessions.stopped"),
+    right: true,
+    total: true,
+    value: ({ stops }) => stops,
+    cell: ({ stops }) => stops,
+  },
+  {
+    key: "ended",
+    head: t("sessions:sessions.ended"),
+    value: ({ ended_at }) => ended_at,
+    cell: ({ ended_at, started_at }) =>
+      ended_at ? formatAfter(ended_at, started_at) : t("sessions:sessions.open"),
+  },
+  {
+    key: "signed",
+    head: t("sessions:sessions.signed"),
+    value: ({ signed_at }) => signed_at,
+    cell: ({ signed_at, started_at }) =>
+      signed_at ? formatAfter(signed_at, started_at) : t("sessions:sessions.notSigned"),
+  },
+];

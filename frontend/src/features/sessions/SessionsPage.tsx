@@ -31,7 +31,12 @@ export function SessionsPage() {
       <ProblemNote error={found.error ?? choices.error} />
       {found.isPending && <Skeleton h={200} />}
       {found.items && (
-        <SessionTable items={found.items} withPatient narrowed={Object.keys(filters).length > 0} />
+        <SessionTable
+          items={found.items}
+          withPatient
+          narrowed={Object.keys(filters).length > 0}
+          more={found.hasNextPage}
+        />
       )}
       <LoadMoreButton list={found} />
     </Stack>

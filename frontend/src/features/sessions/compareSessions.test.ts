@@ -69,3 +69,15 @@ it("compares pain and the recordings of both sessions", () => {
     ["–", "–", ""],
   ]);
 });
+
+it("compares no errors of a partial run, but its range", () => {
+  const errors = comparison([0.1, 0.2], [0.3, -0.6], 60);
+  const whole = session([run({ comparison: errors })], [null, null, null]);
+  const partial = session([run({ comparison: errors, partial: true })], [null, null, null]);
+  const lines = cells(compareSessions(whole, partial)[1]?.lines);
+  expect(lines?.slice(4)).toEqual([
+    ["0.20", "–", ""],
+    ["0.60", "–", ""],
+    ["10.0 to 60.0", "10.0 to 60.0", ""],
+  ]);
+});

@@ -66,9 +66,9 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
   ];
 }
 
-/** Return the largest error of all motors, by magnitude. */
+/** Return the largest error of all motors, by magnitude; null for a partial comparison. */
 function worst(run: Run, figure: "rmse_deg" | "peak_deg"): number | null {
-  const motors = run.comparison?.motors ?? [];
+  const motors = run.partial ? [] : (run.comparison?.motors ?? []);
   return motors.length > 0 ? Math.max(...motors.map((motor) => Math.abs(motor[figure]))) : null;
 }
 

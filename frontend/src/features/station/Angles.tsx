@@ -25,12 +25,12 @@ export function Angles() {
   const alive = useAlive();
   const torque = useLive("torque");
   return (
-    <Card withBorder component="section" aria-label={t("station:angles.title")}>
-      <Group justify="space-between" mb="sm">
-        <Title order={2} size="h3">
+    <Card withBorder padding="sm" component="section" aria-label={t("station:angles.title")}>
+      <Group justify="space-between" mb={4}>
+        <Title order={2} size="h4">
           {t("station:angles.title")}
         </Title>
-        <Group gap="lg">
+        <Group gap="md">
           <Text size="sm">
             <Text span c="var(--kata-setpoint)" fw={700}>
               {LINE}
@@ -46,7 +46,7 @@ export function Angles() {
           </Text>
         </Group>
       </Group>
-      <Stack gap="sm" className={alive ? "" : "stale"} data-testid="angles" data-alive={alive}>
+      <Stack gap={4} className={alive ? "" : "stale"} data-testid="angles" data-alive={alive}>
         {MOTIONS.map(({ motor, motion }) => (
           <Axis key={motor} axis={motor - 1} motion={motion} />
         ))}
@@ -76,34 +76,40 @@ function Axis({ axis, motion }: { axis: number; motion: string }) {
   const torque = alive ? (now?.torque ?? null) : null;
   return (
     <div className={classes.axis}>
-      <div>
-        <Text fw={600}>{t("station:angles.motor", { motor: axis + 1 })}</Text>
-        <Text size="sm" c="dimmed">
+      <div className={classes.name}>
+        <Text component="div" fw={600} size="sm" style={{ whiteSpace: "nowrap" }}>
+          {t("station:angles.motor", { motor: axis + 1 })}
+        </Text>
+        <Text component="div" size="xs" c="dimmed" truncate>
           {motion}
         </Text>
-        <Text size="sm" data-testid={`torque-${axis + 1}`}>
-          {torqueWords(torque)}
-        </Text>
-        <Text fz={32} fw={700} className={classes.number ?? ""} data-testid={`angle-${axis + 1}`}>
+        <Text
+          component="div"
+          fz={22}
+          fw={700}
+          className={classes.number ?? ""}
+          data-testid={`angle-${axis + 1}`}
+        >
           {formatDegrees(measured)}
         </Text>
       </div>
-      <div>
-        <Suspense fallback={<div className={classes.strip} />}>
-          <AxisSparkline axis={axis} min={info.min_deg} max={info.max_deg} />
-        </Suspense>
+      <Suspense fallback={<div className={classes.strip} />}>
+        <AxisSparkline axis={axis} min={info.min_deg} max={info.max_deg} />
+      </Suspense>
+      <div className={classes.scale}>
+        <Text size="xs" c="dimmed">
+          {formatDegrees(info.min_deg, 0)}
+        </Text>
         <div className={classes.range} aria-hidden>
           {setpoint !== null && <div className={classes.setpoint} style={{ left: place(setpoint) }} />}
           {measured !== null && <div className={classes.measured} style={{ left: place(measured) }} />}
         </div>
-        <Group justify="space-between">
-          <Text size="xs" c="dimmed">
-            {formatDegrees(info.min_deg, 0)}
-          </Text>
-          <Text size="xs" c="dimmed">
-            {formatDegrees(info.max_deg, 0)}
-          </Text>
-        </Group>
+        <Text size="xs" c="dimmed">
+          {formatDegrees(info.max_deg, 0)}
+        </Text>
+        <Text size="xs" style={{ whiteSpace: "nowrap" }} data-testid={`torque-${axis + 1}`}>
+          {torqueWords(torque)}
+        </Text>
       </div>
     </div>
   );

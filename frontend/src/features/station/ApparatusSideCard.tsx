@@ -21,7 +21,8 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
   const differs = wanted !== undefined && side !== null && wanted !== side;
   const button = operates && (
     <Button
-      size="md"
+      size="sm"
+      h={44}
       variant={differs ? "filled" : "default"}
       leftSection={<IconRotate2 size={22} />}
       disabled={!alive || mode !== "idle"}
@@ -40,8 +41,8 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
           </Group>
         </Alert>
       ) : (
-        <Group justify="space-between">
-          <Text>{side && t(`station:side.current.${side}`)}</Text>
+        <Group justify="space-between" wrap="nowrap">
+          <Text size="sm">{side && t(`station:side.current.${side}`)}</Text>
           {button}
         </Group>
       )}

@@ -6,7 +6,7 @@ import { TRACES } from "../../app/theme";
 import { isAlive, store } from "../../lib/live/store";
 
 const SECONDS = 15;
-const HEIGHT = 56;
+const HEIGHT = 22;
 
 /**
  * A chart of an axis's last seconds. It reads the store directly, so that ten updates per second do not

@@ -25,7 +25,7 @@ export function LeaseBar() {
   return (
     <Stack gap="xs" data-testid="lease" data-mine={lease.mine}>
       {lease.holder === null ? (
-        <Text>{t("station:lease.noOperator")}</Text>
+        <Text size="sm">{t("station:lease.noOperator")}</Text>
       ) : lease.mine ? (
         <OwnLease lease={lease} releasing={release.isPending} onRelease={release.mutate} />
       ) : (

@@ -43,7 +43,7 @@ describe("the resistance level", () => {
     expect(screen.getByRole("button", { name: "One level higher" }).hasAttribute("disabled")).toBe(true);
     fireEvent.keyDown(screen.getByRole("slider", { name: "Resistance level" }), { key: "ArrowRight" });
     expect(onChange.mock.calls.flat().every((level) => level <= 12)).toBe(true);
-    expect(screen.getByText("The doctor's limits allow at most 12.")).toBeTruthy();
+    expect(screen.getByText("The doctor's limits allow at most level 12.")).toBeTruthy();
   });
 
   it("marks the level of the last run", () => {

@@ -1,12 +1,15 @@
 import { Select, Text } from "@mantine/core";
-import { useQueryClient } from "@tanstack/react-query";
+import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatSpan, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
+import { Margin } from "../../ui/Margin";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import { StageWarning } from "../patients/StageWarning";
 import { CommandButton } from "./CommandButton";
 import { LoadLevel, lastLevel, useLastRuns } from "./LoadLevel";
 import { firstLevel } from "./loadLevels";
@@ -113,6 +116,7 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
     <>
       <ProblemNote error={recordings.error ?? last.error} />
       <RecordingSelect choices={choices} value={value} onChange={setChosen} />
+      {recordingId && <ChosenRecording recordingId={recordingId} />}
       {complete === false && (
         <>
           <Text fw={600}>{t("station:play.checksBeforeLoad")}</Text>
@@ -125,9 +129,29 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
         onChange={(given) => value && setSettings({ ...settings, [value]: given })}
       />
       <LoadLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
+      <StageWarning
+        patientId={session.patient.id}
+        episodeId={session.episode_id}
+        settings={shownSettings}
+        loadLevel={shownLevel}
+      />
       <CommandButton command="load" disabled={!isReady || complete !== true} send={load}>
         {t("station:play.load")}
       </CommandButton>
+    </>
+  );
+}
+
+/** The margin of the chosen recording as taught. */
+function ChosenRecording({ recordingId }: { recordingId: string }) {
+  const recording = useQuery({
+    queryKey: ["recording", recordingId],
+    queryFn: () => api.recording(recordingId),
+  });
+  return (
+    <>
+      <SimulatedBadge simulated={recording.data?.simulated} />
+      {recording.data?.margin && <Margin margin={recording.data.margin} />}
     </>
   );
 }

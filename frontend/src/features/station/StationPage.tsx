@@ -1,20 +1,18 @@
-import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
-import { IconAlertTriangle } from "@tabler/icons-react";
+import { Alert, Card, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { startTransition, useEffect, useState } from "react";
 import { useTitle } from "../../app/title";
-import { api, type Patient } from "../../lib/api/client";
-import { sideWord } from "../../lib/format";
+import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useLive, useStation } from "../../lib/live/hooks";
 import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
-import { useEpisodes } from "../../lib/patientQueries";
 import { StopBanner } from "../../safety/StopBanner";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
 import { LiveApparatus } from "../digital-twin/lazyViews";
+import { PatientBanner } from "../patients/PatientBanner";
 import { PatientSelect } from "../patients/PatientSelect";
 import { Angles } from "./Angles";
 import { ApparatusSideCard } from "./ApparatusSideCard";
@@ -22,6 +20,8 @@ import { LeaseBar } from "./LeaseBar";
 import { LoopHealth } from "./LoopHealth";
 import { ReadySelect } from "./ReadySelect";
 import { RecentEvents } from "./RecentEvents";
+import classes from "./station.module.css";
+import { WorkPanels } from "./WorkPanels";
 
 type Panels = typeof import("./lazyStationPanels");
 
@@ -42,44 +42,51 @@ function useLazyPanels() {
   return panels;
 }
 
-/** The therapist's page: patient, teaching, playback and the live apparatus. */
+/** The therapist's page: patient, teaching, playback and the live apparatus. The simulated hand is below them. */
 export function StationPage() {
   const station = useStation();
   const diagnoses = useHasPermission("diagnose");
   const run = useLive("run");
   const teaching = useLive("teaching");
   const stop = useLive("stop");
+  const reads = useHasPermission("read_records");
+  const search = useSearch({ from: "/station" });
+  // The patient on the apparatus takes precedence over the one in the address.
+  const onApparatus = run?.patient ?? teaching?.patient;
+  const patientId = onApparatus?.id ?? search.patient;
+  const name = onApparatus?.name;
   const panels = useLazyPanels();
   const title = station?.name ?? t("station:station.title");
   useTitle(title);
   return (
-    <Stack>
+    <Stack gap="sm">
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {title}
       </Title>
       <StopBanner fullPage />
+      {reads && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station || !panels} now={run !== null || teaching !== null || stop !== null}>
-        <Grid gap="lg">
-          <Grid.Col span={{ base: 12, md: 6 }}>
-            {/* Hidden instead of unmounted during a stop, so that input is not lost. */}
-            <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
+        <div className={classes.page} data-stopped={stop !== null}>
+          {/* Hidden instead of unmounted during a stop, so that input is not lost. */}
+          <div className={classes.work} hidden={stop !== null}>
+            <Stack gap="xs">
               <PatientColumn panels={panels} />
             </Stack>
-            {panels && diagnoses && station?.simulated && (
-              <Box mt={stop === null ? "md" : 0}>
-                <panels.SimulatorPanel />
-              </Box>
-            )}
-          </Grid.Col>
-          <Grid.Col span={{ base: 12, md: 6 }}>
+          </div>
+          <div className={classes.live}>
+            <LiveApparatus />
+            <Angles />
+          </div>
+          <div className={classes.rest}>
+            {panels && diagnoses && station?.simulated && <panels.SimulatorPanel />}
             <Stack>
-              <LiveApparatus />
-              <Angles />
+              {panels && <panels.CommissioningState link />}
               <RecentEvents />
+              {panels && <panels.DriveHealth />}
               <LoopHealth />
             </Stack>
-          </Grid.Col>
-        </Grid>
+          </div>
+        </div>
       </RevealWhenLoaded>
     </Stack>
   );
@@ -91,10 +98,10 @@ function PatientColumn({ panels }: { panels: Panels | null }) {
   const me = useMe();
   const reads = useHasPermission("read_records");
   const operates = useMayOperate();
-  const search = useSearch({ from: "/" });
+  const search = useSearch({ from: "/station" });
   const run = useLive("run");
   const teaching = useLive("teaching");
-  const navigate = useNavigate({ from: "/" });
+  const navigate = useNavigate({ from: "/station" });
   const databaseUnavailable = useDatabaseUnavailable();
   // The patient on the apparatus takes precedence over the one in the address.
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
@@ -125,16 +132,17 @@ function PatientColumn({ panels }: { panels: Panels | null }) {
         ) : (
           <PatientSelect chosen={patient.data} {...choice} />
         ))}
-      {patient.data && <Text>{patientWords(patient.data)}</Text>}
-      {reads && !databaseUnavailable && patientId && <Contraindications patientId={patientId} />}
-      {!databaseUnavailable && <ProblemNote error={patient.error} />}
-      <ApparatusSideCard wanted={patient.data?.affected_side ?? readyPatient?.side ?? undefined} />
-      {/* A panel whose action is impossible now is replaced by the current activity. */}
-      {panels && operates && patientId && !run && (
-        <panels.TeachPanel key={`teach ${patientId}`} patientId={patientId} />
+      {patient.data?.notes && (
+        <Text size="sm" style={{ whiteSpace: "pre-wrap" }}>
+          {patient.data.notes}
+        </Text>
       )}
-      {panels && operates && patientId && !teaching && (
-        <panels.SessionWizard key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+      {!databaseUnavailable && <ProblemNote error={patient.error} />}
+      {!run && !teaching && (
+        <ApparatusSideCard wanted={patient.data?.affected_side ?? readyPatient?.side ?? undefined} />
+      )}
+      {panels && operates && patientId && (
+        <WorkPanels key={patientId} panels={panels} patientId={patientId} wanted={search.recording ?? null} />
       )}
       {panels && !operates && run && (
         <Card withBorder component="section" aria-label={t("station:station.currentPlayback")}>
@@ -143,31 +151,4 @@ function PatientColumn({ panels }: { panels: Panels | null }) {
       )}
     </>
   );
-}
-
-/** Contraindications of the open episodes, shown before teaching and playback. */
-function Contraindications({ patientId }: { patientId: string }) {
-  const episodes = useEpisodes(patientId);
-  const contraindicated = (episodes.data?.items ?? []).filter(
-    (episode) => episode.closed_at === null && episode.contraindications,
-  );
-  return contraindicated.map((episode) => (
-    <Alert
-      key={episode.id}
-      color="gray"
-      variant="outline"
-      icon={<IconAlertTriangle />}
-      title={t(`station:station.contraindications.${episode.side}`)}
-      data-testid="contraindications"
-    >
-      <Text fw={600} style={{ whiteSpace: "pre-wrap" }}>
-        {episode.contraindications}
-      </Text>
-    </Alert>
-  ));
-}
-
-function patientWords({ affected_side, notes }: Patient): string {
-  const shoulder = affected_side === null ? sideWord(null) : t(`station:station.shoulder.${affected_side}`);
-  return notes ? t("station:station.shoulderNotes", { shoulder, notes }) : shoulder;
 }

@@ -5,6 +5,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Check } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
 import { ME } from "../auth/examples";
+import { PATIENT } from "./session-wizard/examples";
 import { TeachPanel } from "./TeachPanel";
 
 const check = (name: Check["check"], subject: string, given: boolean, detected = false): Check => ({
@@ -26,6 +27,7 @@ const LOOKED_AT = [
 
 function show(checks: Check[]) {
   vi.spyOn(api, "teachingChecklist").mockResolvedValue({
+    patient: PATIENT,
     checks,
     complete: checks.every(({ given }) => given),
   });
@@ -89,6 +91,18 @@ describe("before teaching", () => {
     );
     const button = screen.getByRole("button", { name: "Confirm all 3 checks and start teaching" });
     expect(button.hasAttribute("disabled")).toBe(true);
+  });
+
+  it("starts only after two identifiers agree", async () => {
+    const teach = show([check("identity", "", false), ...LOOKED_AT, PEDAL, ESTOP]);
+    const start = await screen.findByRole("button", { name: "Confirm all 3 checks and start teaching" });
+    fireEvent.click(await screen.findByRole("checkbox", { name: /Name as spoken/ }));
+    expect(start.hasAttribute("disabled")).toBe(true);
+    fireEvent.click(screen.getByRole("checkbox", { name: "Clinic number: K-1" }));
+    fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
+    await waitFor(() =>
+      expect(teach).toHaveBeenCalledWith(expect.objectContaining({ identifiers: ["name", "clinic_number"] })),
+    );
   });
 
   it("asks for the chosen fixtures", async () => {

@@ -12,6 +12,7 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useUserName } from "../auth/hooks";
 import { CommandButton } from "./CommandButton";
+import { IDENTIFIERS_NEEDED, type Identifier, IdentityChoice } from "./session-wizard/IdentityChoice";
 import { CheckLine, useTeachingChecklist } from "./session-wizard/PreflightChecklist";
 import classes from "./station.module.css";
 
@@ -95,14 +96,31 @@ function TeachingSetup(props: {
   const checks = checklist.data?.checks ?? [];
   const side = checks.find(({ check }) => check === "side")?.subject;
   const shown = checks.filter(({ check, given }) => !given || check === "fixtures");
-  const toConfirm = checks.filter(({ given, detected }) => !given && !detected);
+  const [identifiers, setIdentifiers] = useState<Identifier[]>([]);
+  const identityOpen = checks.some(({ check, given }) => check === "identity" && !given);
+  const toConfirm = checks.filter(
+    ({ check, given, detected }) => !given && !detected && check !== "identity",
+  );
   const undetected = checks.some(({ given, detected }) => !given && detected);
   return (
     <>
       <FixturesChoice value={chosen} onChange={onChoose} />
       <Stack gap="sm" component="section" aria-label={t("station:teach.checklist")}>
         {shown.map((check) => (
-          <CheckLine key={check.check} check={check} />
+          <CheckLine
+            key={check.check}
+            check={check}
+            below={
+              check.check === "identity" &&
+              checklist.data && (
+                <IdentityChoice
+                  patient={checklist.data.patient}
+                  chosen={identifiers}
+                  onChange={setIdentifiers}
+                />
+              )
+            }
+          />
         ))}
       </Stack>
       <ProblemNote error={checklist.error} />
@@ -117,7 +135,11 @@ function TeachingSetup(props: {
       <CommandButton
         command="teach"
         leftSection={<IconHandGrab size={26} />}
-        disabled={checklist.data === undefined || undetected}
+        disabled={
+          checklist.data === undefined ||
+          undetected ||
+          (identityOpen && identifiers.length < IDENTIFIERS_NEEDED)
+        }
         send={async () => {
           await api.teach({
             patient_id: patientId,
@@ -127,6 +149,7 @@ function TeachingSetup(props: {
             side: side === "left" ? "left" : "right",
             fixtures,
             looked_at: toConfirm.map(({ check }) => check),
+            ...(identityOpen && { identifiers }),
           });
           void queries.invalidateQueries({ queryKey: ["session"] });
         }}

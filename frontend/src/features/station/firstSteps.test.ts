@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import type { Session } from "../../lib/api/client";
 import { type FirstStep, firstStep } from "./firstSteps";
 
-const CHECKS = ["side", "fixtures", "belt"].map((check) => ({ check })) as Session["checks"];
+const CHECKS = ["identity", "side", "fixtures", "belt"].map((check) => ({ check })) as Session["checks"];
 const begun = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
 const checked = { ...begun, checks: CHECKS };
 const asked = { ...checked, pain_before: 4 };

@@ -1,4 +1,6 @@
 /** The station's panels, loaded right after the first page. */
+export { CommissioningState } from "../commissioning/CommissioningState";
+export { DriveHealth } from "./DriveHealth";
 export { FirstSteps } from "./FirstSteps";
 export { LoadedRun } from "./LoadedRun";
 export { SimulatorPanel } from "./SimulatorPanel";

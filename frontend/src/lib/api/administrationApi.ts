@@ -1,18 +1,22 @@
 import { client, startAfter, unwrap } from "./request";
 import type { AuditQuery, Schemas } from "./types";
 
-/** Accounts, audit trail, backups, and access to restricted records. */
+/** Notifications, accounts, audit trail, backups, and access to restricted records. */
 export const administrationApi = {
+  notifications: () => unwrap(client.GET("/api/notifications")),
   accounts: () => unwrap(client.GET("/api/accounts")),
   createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
   updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
     unwrap(client.PATCH("/api/accounts/{account_id}", { params: { path: { account_id } }, body })),
-  resetAccount: (account_id: string, body: Schemas["Reset"]) =>
+  resetAccount: (account_id: string, body: Schemas["AccountReset"]) =>
     unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
   audit: (query: AuditQuery, after: string | null = null) =>
     unwrap(client.GET("/api/audit", { params: { query: { ...query, ...startAfter(after) } } })),
   stationVersions: (station: string) =>
     unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
+  clinicProfile: () => unwrap(client.GET("/api/clinic-profile")),
+  changeClinicProfile: (body: Schemas["ClinicProfileUpdate"]) =>
+    unwrap(client.PUT("/api/clinic-profile", { body })),
   backups: () => unwrap(client.GET("/api/backups")),
   makeBackup: () => unwrap(client.POST("/api/backups")),
   recordAccess: (patient_id: string) =>

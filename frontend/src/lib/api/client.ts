@@ -1,6 +1,9 @@
 import { administrationApi } from "./administrationApi";
+import { clinicApi } from "./clinicApi";
+import { commissioningApi } from "./commissioningApi";
 import { interopApi } from "./interopApi";
 import { loginApi } from "./loginApi";
+import { questionnairesApi } from "./questionnairesApi";
 import { recordsApi } from "./recordsApi";
 import { sessionsApi } from "./sessionsApi";
 import { stationApi } from "./stationApi";
@@ -12,7 +15,10 @@ export type * from "./types";
 export const api = {
   ...loginApi,
   ...administrationApi,
+  ...clinicApi,
+  ...commissioningApi,
   ...recordsApi,
+  ...questionnairesApi,
   ...sessionsApi,
   ...stationApi,
   ...interopApi,

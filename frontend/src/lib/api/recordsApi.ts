@@ -11,6 +11,36 @@ export const recordsApi = {
   createPatient: (body: Schemas["PatientCreate"]) => unwrap(client.POST("/api/patients", { body })),
   updatePatient: (key: string, body: Schemas["PatientUpdate"]) =>
     unwrap(client.PATCH("/api/patients/{patient_id}", { params: { path: { patient_id: key } }, body })),
+  patientBanner: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/banner", { params: { path: { patient_id: key } } })),
+  contraindicationKinds: () => unwrap(client.GET("/api/contraindication-kinds")),
+  contraindications: (key: string) =>
+    unwrap(
+      client.GET("/api/patients/{patient_id}/contraindications", { params: { path: { patient_id: key } } }),
+    ),
+  addContraindication: (key: string, body: Schemas["ContraindicationCreate"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/contraindications", {
+        params: { path: { patient_id: key } },
+        body,
+      }),
+    ),
+  signOffContraindication: (key: string, body: Schemas["SignOff"]) =>
+    unwrap(
+      client.POST("/api/contraindications/{contraindication_id}/sign-off", {
+        params: { path: { contraindication_id: key } },
+        body,
+      }),
+    ),
+  resolveContraindication: (key: string, body: Schemas["Resolution"]) =>
+    unwrap(
+      client.POST("/api/contraindications/{contraindication_id}/resolve", {
+        params: { path: { contraindication_id: key } },
+        body,
+      }),
+    ),
+  episode: (key: string) =>
+    unwrap(client.GET("/api/episodes/{episode_id}", { params: { path: { episode_id: key } } })),
   episodes: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}/episodes", { params: { path: { patient_id: key } } })),
   openEpisode: (key: string, body: Schemas["EpisodeCreate"]) =>
@@ -86,6 +116,8 @@ export const recordsApi = {
     ),
   recordingMotion: (key: string) =>
     unwrap(client.GET("/api/recordings/{recording_id}/motion", { params: { path: { recording_id: key } } })),
+  recordingRhythm: (key: string) =>
+    unwrap(client.GET("/api/recordings/{recording_id}/rhythm", { params: { path: { recording_id: key } } })),
   previewDerived: (key: string, body: Edit) =>
     unwrap(
       client.POST("/api/recordings/{recording_id}/derived/preview", {

@@ -46,6 +46,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/health/idle": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Check that the service may be stopped
+         * @description Answer 200 while torque is off, no commissioning runs and no session is open at this station, else 503.
+         *
+         *     ``kata update`` asks this before it stops the service. Without an answer of the database, sessions are unknown: 503.
+         */
+        get: operations["get_health_idle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/metrics": {
         parameters: {
             query?: never;
@@ -278,6 +300,130 @@ export interface paths {
         get: operations["list_audit"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/commissionings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List a station's commissionings and checks
+         * @description Return the finished commissionings and periodic checks of a station, newest first, with the figures that show drift.
+         */
+        get: operations["list_commissionings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/commissionings/{commissioning_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get a commissioning or check with its steps
+         * @description Return a commissioning or check with the values of each step before and after.
+         */
+        get: operations["get_commissioning"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/contraindication-kinds": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List the kinds of contraindications
+         * @description Return every kind, what it does, and the source of that. The list has no pages.
+         */
+        get: operations["list_contraindication_kinds"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/contraindications": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List a patient's contraindications
+         * @description Return all contraindications, resolved ones included, oldest first. A patient has few, so the list has no pages.
+         */
+        get: operations["list_contraindications"];
+        put?: never;
+        /**
+         * Record a contraindication
+         * @description Record a contraindication. It applies from the next load or teaching.
+         */
+        post: operations["add_contraindication"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/contraindications/{contraindication_id}/sign-off": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Record a doctor's permission
+         * @description Record that a doctor allows the treatment in spite of a contraindication.
+         */
+        post: operations["sign_off_contraindication"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/contraindications/{contraindication_id}/resolve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Resolve a contraindication
+         * @description Record why a contraindication no longer applies. It stays in the record.
+         */
+        post: operations["resolve_contraindication"];
         delete?: never;
         options?: never;
         head?: never;
@@ -558,6 +704,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/recordings/{recording_id}/samples.mcap": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download a recording's samples as MCAP
+         * @description Return a recording's samples as MCAP: one JSON message a sample on the topic ``recording``, with its schema and the origin as metadata.
+         */
+        get: operations["get_recording_mcap"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/runs/{run_id}/samples.csv": {
         parameters: {
             query?: never;
@@ -590,6 +756,26 @@ export interface paths {
          * @description Return a run's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata.
          */
         get: operations["get_run_parquet"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/samples.mcap": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download a run's samples as MCAP
+         * @description Return a run's samples as MCAP: one JSON message a sample on the topic ``run``, with its schema and the origin as metadata.
+         */
+        get: operations["get_run_mcap"];
         put?: never;
         post?: never;
         delete?: never;
@@ -702,6 +888,50 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/episodes/{episode_id}/patient-mode": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Hand this browser to the patient
+         * @description Lock the screen of this browser and show the patient a questionnaire. Unlocking the screen ends it.
+         */
+        post: operations["start_patient_mode"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/questionnaire": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the patient's questionnaire
+         * @description Return the questionnaire that the patient fills in on this browser while the screen is locked; null if there is none.
+         */
+        get: operations["get_patient_questionnaire"];
+        /**
+         * Answer the patient's questionnaire
+         * @description Keep the patient's answers; when the patient has finished, store them as an assessment.
+         */
+        put: operations["answer_patient_questionnaire"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/patients": {
         parameters: {
             query?: never;
@@ -750,6 +980,30 @@ export interface paths {
          * @description Change a patient's record, or archive or restore it.
          */
         patch: operations["update_patient"];
+        trace?: never;
+    };
+    "/api/clinic-profile": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the clinic's letterhead and time zone
+         * @description Return the head of printed reports and the clinic's time zone.
+         */
+        get: operations["get_clinic_profile"];
+        /**
+         * Change the clinic's letterhead and time zone
+         * @description Replace the head of printed reports and the clinic's time zone. Reports use them at once. The logo is a setting of the service.
+         */
+        put: operations["update_clinic_profile"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/patients/{patient_id}/programmes": {
@@ -898,6 +1152,26 @@ export interface paths {
          *     prescribed; weeks begin on Monday, UTC.
          */
         get: operations["get_progress"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/questionnaires": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List the questionnaires
+         * @description Return every questionnaire that Kata scores, with the languages of its imported texts. The list has no pages.
+         */
+        get: operations["list_questionnaires"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1114,6 +1388,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/commissionings/{commissioning_id}/report.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get a commissioning record as PDF
+         * @description Return the record of a commissioning or periodic check as PDF on A4.
+         */
+        get: operations["get_commissioning_report_pdf"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}/draft": {
         parameters: {
             query?: never;
@@ -1307,6 +1601,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/patients/{patient_id}/banner": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get a patient's banner
+         * @description Return who the patient is, and what forbids or limits a motion; while the database is unavailable, of this day's patients.
+         */
+        get: operations["get_patient_banner"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}": {
         parameters: {
             query?: never;
@@ -1361,7 +1675,7 @@ export interface paths {
         get?: never;
         /**
          * Confirm a check of the checklist
-         * @description Confirm a check of the checklist.
+         * @description Confirm a check of the checklist. `identity` needs two identifiers that the patient stated.
          */
         put: operations["confirm_check"];
         post?: never;
@@ -1453,6 +1767,48 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/sessions/{session_id}/goniometer-readings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Add a goniometer reading
+         * @description Store what a goniometer shows at the present pose, or at a given apparatus angle.
+         *
+         *     From readings of a motion at two poses or more, the patient's angles of the session's runs are estimated.
+         */
+        post: operations["add_goniometer_reading"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/goniometer-readings/{reading_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Remove a goniometer reading
+         * @description Remove a reading that was entered by mistake. A signed session keeps its readings.
+         */
+        delete: operations["remove_goniometer_reading"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/runs/{run_id}": {
         parameters: {
             query?: never;
@@ -1495,6 +1851,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/runs/{run_id}/played": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get what a run played, for the 3-D apparatus
+         * @description Return the measured angles and the setpoints of a run on its own clock, with at most 20 samples a second, and when resistance took
+         *     the arm back.
+         */
+        get: operations["get_played_motion"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/runs/{run_id}/figures": {
         parameters: {
             query?: never;
@@ -1509,6 +1886,158 @@ export interface paths {
          *     Peaks are preserved. A short run or window contains every sample.
          */
         get: operations["get_run_figures"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/recordings/{recording_id}/rhythm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get a recording's scapulohumeral rhythm
+         * @description Return the scapula's upward rotation over the elevation of the upper arm, and the ratio of both parts by phase.
+         *
+         *     The angles are those of the apparatus' links. The newest recording of the same motion on the sound side is compared.
+         */
+        get: operations["get_recording_rhythm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/rhythm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get a run's scapulohumeral rhythm
+         * @description Return the rhythm as it was played and as it was taught. Parts in which resistance took the arm back are not in it.
+         */
+        get: operations["get_run_rhythm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/worklist": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the work of today
+         * @description Return today's sessions, the patients who are due, your unsigned notes, and changes of your patients.
+         *
+         *     Patients whose records are not open to you are left out. A patient is due when a week divided by the prescribed sessions per week has
+         *     passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
+         */
+        get: operations["get_worklist"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/statistics/usage": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the use of the stations
+         * @description Return sessions, playbacks, hours and repetitions of each station by day or week.
+         *
+         *     A session is counted at the station and in the hour in which it began. Restricted records are counted: no patient is named.
+         */
+        get: operations["get_usage"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/statistics/tracking": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the tracking error of the stations
+         * @description Return the mean tracking error of each station by week, and its change in the last four weeks of the time.
+         *
+         *     The change is against the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
+         */
+        get: operations["get_tracking_quality"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/statistics/stops": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get stops and alarms by cause
+         * @description Return the number of stopped sessions and of alarms by cause and station. Restricted records are counted: no patient is named.
+         */
+        get: operations["get_stop_counts"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/statistics/outcomes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the outcomes of the clinic
+         * @description Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
+         *
+         *     The episodes are those whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
+         *     counted: no patient is named. Adherence is that of the last four weeks.
+         */
+        get: operations["get_outcomes"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1676,7 +2205,7 @@ export interface paths {
          * List the ways to sign in
          * @description Return the ways to sign in to this service.
          */
-        get: operations["get_ways_in"];
+        get: operations["get_sign_in_options"];
         put?: never;
         /**
          * Sign in with a password
@@ -1769,6 +2298,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/station/drive-trend": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read voltage and temperature of the drives over the last hours
+         * @description Return one point every ten seconds of the last three hours, oldest first, since the service started.
+         */
+        get: operations["get_drive_trend"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/station/lease": {
         parameters: {
             query?: never;
@@ -1833,7 +2382,8 @@ export interface paths {
          * Begin teaching
          * @description Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
          *
-         *     Refused while the checklist is incomplete, with or without a session. In another mode, refused before any lookup.
+         *     Refused while the checklist is incomplete, with or without a session, and where a contraindication forbids motion. In another
+         *     mode, refused before any lookup.
          */
         post: operations["teach"];
         delete?: never;
@@ -1875,7 +2425,7 @@ export interface paths {
          * Load a recording for playback
          * @description Check a recording with its settings against the apparatus' limits and load it as a new run.
          *
-         *     Refused while the session's checklist is incomplete. While the database does not answer, this station's running session continues
+         *     Refused while the session's checklist is incomplete, and where a contraindication forbids motion. While the database does not answer, this station's running session continues
          *     with prefetched data. In another mode, refused before any lookup.
          */
         post: operations["load"];
@@ -2067,6 +2617,133 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/station/commissioning": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get whether the station is commissioned
+         * @description Return whether this station is commissioned, and when the periodic check is due. It is read from the station's computer, not from the database.
+         */
+        get: operations["get_commissioning_status"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station-settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get a station's configuration by field
+         * @description Return a version of a station's configuration with the unit and the accepted range of each field.
+         */
+        get: operations["get_station_settings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/configuration/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Check a station's file before its import
+         * @description Check a station's file and return what it would change. Nothing is stored.
+         */
+        post: operations["preview_station_settings"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/configuration": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Import a station's file
+         * @description Replace the station's file. The service uses it from its next start on. Returns what it changes.
+         */
+        put: operations["import_station_settings"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/commissioning/run": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the state of the commissioning
+         * @description Return the steps with their results, and what the technician is asked to do.
+         */
+        get: operations["get_commissioning_run"];
+        put?: never;
+        /**
+         * Start the commissioning
+         * @description Take the drives from the control program and start the procedure or the periodic check.
+         *
+         *     Refused while a session of this station is open, and while the station is not idle. A simulated station practises on a factory-new
+         *     simulated apparatus. Stop ends the procedure with torque off.
+         */
+        post: operations["start_commissioning"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/commissioning/run/confirm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm an instruction
+         * @description Confirm that an instruction was carried out. Refused when another one is shown meanwhile.
+         */
+        post: operations["confirm_commissioning"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/stations": {
         parameters: {
             query?: never;
@@ -2221,6 +2898,68 @@ export interface paths {
          * @description Add a motion that the hand can follow, from a CSV file of poses.
          */
         post: operations["upload_motion"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/support-bundle": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download the support bundle
+         * @description Return a ZIP file that describes this installation to its maintainers, without patient data, names of users and secrets.
+         */
+        get: operations["get_support_bundle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/notifications": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List notifications
+         * @description Return what you should know, newest first, at most 50 of each kind. All users get the alarms of the last seven days.
+         *
+         *     Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
+         */
+        get: operations["list_notifications"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/operation": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get version and storage of the service
+         * @description Return the version of this service, the size of the database, and the free space on this computer.
+         */
+        get: operations["get_operation"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2405,6 +3144,31 @@ export interface components {
             accepted: boolean;
         };
         /**
+         * AcceptedValues
+         * @description The values that a field may have, in its unit.
+         */
+        AcceptedValues: {
+            /** Low */
+            low: number;
+            /** High */
+            high: number;
+            /**
+             * Choices
+             * @description The only possible values; empty: every value from low to high.
+             */
+            choices: number[];
+            /**
+             * Step
+             * @description Only multiples of it.
+             */
+            step: number | null;
+            /**
+             * None
+             * @description A value beside the others that stands for none.
+             */
+            none: number | null;
+        };
+        /**
          * Account
          * @description An account.
          */
@@ -2484,6 +3248,18 @@ export interface components {
              * @description Names of the account's stations; empty: all.
              */
             stations?: string[];
+        };
+        /**
+         * AccountReset
+         * @description What to reset besides the password.
+         */
+        AccountReset: {
+            /**
+             * Second Factor
+             * @description True also removes the second factor.
+             * @default false
+             */
+            second_factor: boolean;
         };
         /**
          * AccountUpdate
@@ -2600,16 +3376,78 @@ export interface components {
             repetitions_done: number;
         };
         /**
-         * Alive
-         * @description The service answers.
+         * AnswerOption
+         * @description One answer.
          */
-        Alive: {
+        AnswerOption: {
+            /** Answer */
+            answer: number;
             /**
-             * Status
-             * @default alive
-             * @constant
+             * Label
+             * @description Its words; empty if the questionnaire names none.
              */
-            status: "alive";
+            label: string;
+        };
+        /**
+         * ApparatusRhythm
+         * @description Scapulohumeral rhythm in angles of the apparatus' links, which are not bones.
+         */
+        ApparatusRhythm: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /**
+             * Run Id
+             * @description Null for a recording.
+             */
+            run_id: string | null;
+            /**
+             * Moved At
+             * Format: date-time
+             * @description When the motion was taught, or its run loaded.
+             * @example 2026-11-21T09:30:00Z
+             */
+            moved_at: string;
+            /**
+             * Elevation Min Deg
+             * @description Lowest elevation of the upper arm in the motion, degrees.
+             */
+            elevation_min_deg: number;
+            /**
+             * Elevation Max Deg
+             * @description Highest one.
+             */
+            elevation_max_deg: number;
+            /**
+             * Scapula Min Deg
+             * @description Lowest upward rotation of the scapula, degrees.
+             */
+            scapula_min_deg: number;
+            /**
+             * Scapula Max Deg
+             * @description Highest one.
+             */
+            scapula_max_deg: number;
+            /**
+             * Curves
+             * @description Empty if the arm was never raised or lowered by 30 deg.
+             */
+            curves: components["schemas"]["RhythmCurve"][];
+            sound: components["schemas"]["SoundRecording"] | null;
+            /**
+             * No Sound
+             * @description Why nothing is compared; null with a sound recording.
+             */
+            no_sound: ("sides_unknown" | "sound_side" | "no_recording" | "no_like_motion") | null;
+            /** Leads */
+            leads: components["schemas"]["RhythmLead"][];
         };
         /**
          * Assessment
@@ -2652,6 +3490,12 @@ export interface components {
             spadi: (number | null)[] | null;
             /** @description Null if the questionnaire was not asked. */
             spadi_score: components["schemas"]["SpadiScore"] | null;
+            /**
+             * Questionnaires
+             * @description Other questionnaires than the SPADI.
+             * @default []
+             */
+            questionnaires: components["schemas"]["QuestionnaireScore"][];
             /** Note */
             note: string;
             /**
@@ -2723,6 +3567,11 @@ export interface components {
              * @description A change of this size or more is important to patients.
              */
             spadi_important: number;
+            /**
+             * Spadi Detectable
+             * @description A smaller change of one patient may be chance.
+             */
+            spadi_detectable: number;
         };
         /**
          * AssessmentUpdate
@@ -2875,14 +3724,6 @@ export interface components {
             heads: components["schemas"]["AuditHeads"];
         };
         /**
-         * Away
-         * @description The address of the provider's login page.
-         */
-        Away: {
-            /** Address */
-            address: string;
-        };
-        /**
          * AxisInfo
          * @description Limits of one motor.
          */
@@ -2954,6 +3795,16 @@ export interface components {
              * @description Time from the drive's last answer to the snapshot, milliseconds.
              */
             age_ms: number | null;
+            /**
+             * Voltage V
+             * @description Supply voltage, volts; null: unknown, or not reported.
+             */
+            voltage_v?: number | null;
+            /**
+             * Temperature C
+             * @description Temperature of the drive, degrees Celsius; null: unknown, or not reported.
+             */
+            temperature_c?: number | null;
         };
         /**
          * Backup
@@ -3061,6 +3912,37 @@ export interface components {
              * @example /var/lib/kata/backup-key.txt
              */
             key_file: string;
+        };
+        /**
+         * BannerShoulder
+         * @description One treated shoulder.
+         */
+        BannerShoulder: {
+            /**
+             * Episode Id
+             * Format: uuid
+             */
+            episode_id: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Stage
+             * @description The newest stage; null if none is recorded.
+             */
+            stage: ("freezing" | "frozen" | "thawing") | null;
+            /** Stage Since */
+            stage_since: string | null;
+            /**
+             * Contraindications
+             * @description The episode's free text.
+             * @example No abduction beyond 90 degrees.
+             */
+            contraindications: string;
+            /** @description What the stage proposes; null without a stage. */
+            proposal: components["schemas"]["StageProposal"] | null;
         };
         /**
          * BeginOpenId
@@ -3190,6 +4072,21 @@ export interface components {
             password: string;
         };
         /**
+         * ChangeThreshold
+         * @description A change of the total and where it comes from.
+         */
+        ChangeThreshold: {
+            /** Points */
+            points: number;
+            /**
+             * Up To Points
+             * @description The upper end if the source gives a range.
+             */
+            up_to_points: number | null;
+            /** Source */
+            source: string;
+        };
+        /**
          * CheckAnswer
          * @description An answer as stored with the session.
          */
@@ -3198,11 +4095,11 @@ export interface components {
              * Check
              * @enum {string}
              */
-            check: "side" | "fixtures" | "belt" | "pedal" | "estop";
+            check: "identity" | "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
              * Subject
-             * @description The side or fixtures that it was given for.
-             * @example arm_fixer_1
+             * @description The side or fixtures that it was given for; of `identity`, the compared identifiers.
+             * @example birth_date+name
              */
             subject: string;
             /**
@@ -3230,6 +4127,15 @@ export interface components {
              */
             checked_by: string;
             /**
+             * Identifiers
+             * @description Of the check `identity` only: two that agree.
+             * @example [
+             *       "name",
+             *       "birth_date"
+             *     ]
+             */
+            identifiers?: ("name" | "birth_date" | "clinic_number")[];
+            /**
              * Recording Id
              * @description The recording to be played; it determines the fixtures.
              */
@@ -3240,6 +4146,7 @@ export interface components {
          * @description The checks and their answers.
          */
         Checklist: {
+            patient: components["schemas"]["PatientIdentity"];
             /** Checks */
             checks: components["schemas"]["SessionCheck"][];
             /**
@@ -3247,6 +4154,308 @@ export interface components {
              * @description True if every check is answered: a motion may be taught or loaded.
              */
             complete: boolean;
+        };
+        /**
+         * ClinicProfile
+         * @description The clinic's data as reports use them.
+         */
+        ClinicProfile: {
+            /** Name */
+            name: string;
+            /**
+             * Address
+             * @description Lines.
+             */
+            address: string;
+            /** Phone */
+            phone: string;
+            /**
+             * Time Zone
+             * @description IANA name; empty: that of the service's computer.
+             */
+            time_zone: string;
+            /**
+             * Has Logo
+             * @description Reports have the logo of KATA_CLINIC_LOGO.
+             */
+            has_logo: boolean;
+            /**
+             * Updated At
+             * @description Null: the values are those of the service's settings.
+             */
+            updated_at: string | null;
+            /**
+             * Updated By
+             * @description Name of the administrator who made the last change; empty before the first change.
+             */
+            updated_by: string;
+        };
+        /**
+         * ClinicProfileUpdate
+         * @description The head of printed reports, and the clinic's time zone.
+         */
+        ClinicProfileUpdate: {
+            /**
+             * Name
+             * @example Sakura Clinic
+             */
+            name: string;
+            /**
+             * Address
+             * @description Lines.
+             * @example 1-2-3 Honcho
+             *     Tokyo
+             */
+            address: string;
+            /**
+             * Phone
+             * @example 03-0000-0000
+             */
+            phone: string;
+            /**
+             * Time Zone
+             * @description IANA name; empty: that of the service's computer.
+             * @example Asia/Tokyo
+             */
+            time_zone: string;
+        };
+        /**
+         * Commissioning
+         * @description A finished commissioning or periodic check.
+         */
+        Commissioning: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Station */
+            station: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "full" | "check";
+            /** Done By */
+            done_by: string;
+            /**
+             * Software
+             * @description Version of Kata that began the record.
+             * @example 0.1.0
+             */
+            software: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Passed */
+            passed: boolean;
+            /**
+             * Fault
+             * @description Fault of the step that failed; empty if all passed.
+             */
+            fault: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            fault_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Configuration Digest
+             * @description SHA-256 of the configuration.
+             */
+            configuration_digest: string;
+            /**
+             * Digest
+             * @description SHA-256 of the record.
+             */
+            digest: string;
+            /** Figures */
+            figures: components["schemas"]["MotorCondition"][];
+        };
+        /**
+         * CommissioningDetail
+         * @description A commissioning or check with its steps.
+         */
+        CommissioningDetail: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Station */
+            station: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "full" | "check";
+            /** Done By */
+            done_by: string;
+            /**
+             * Software
+             * @description Version of Kata that began the record.
+             * @example 0.1.0
+             */
+            software: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Passed */
+            passed: boolean;
+            /**
+             * Fault
+             * @description Fault of the step that failed; empty if all passed.
+             */
+            fault: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            fault_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Configuration Digest
+             * @description SHA-256 of the configuration.
+             */
+            configuration_digest: string;
+            /**
+             * Digest
+             * @description SHA-256 of the record.
+             */
+            digest: string;
+            /** Figures */
+            figures: components["schemas"]["MotorCondition"][];
+            /** Steps */
+            steps: components["schemas"]["CommissioningStepRun"][];
+        };
+        /**
+         * CommissioningRunState
+         * @description The procedure of commissioning.
+         */
+        CommissioningRunState: {
+            /**
+             * Possible
+             * @description False if the service has no station's file.
+             */
+            possible: boolean;
+            /**
+             * Practice
+             * @description True if it runs on a factory-new simulated apparatus, for training.
+             */
+            practice: boolean;
+            /** Running */
+            running: boolean;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "full" | "check";
+            /** By */
+            by: string;
+            /**
+             * Step
+             * @description The step that runs, or ran last; null: none has run since the service started.
+             */
+            step: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
+            instruction: components["schemas"]["RunInstruction"] | null;
+            /** Steps */
+            steps: components["schemas"]["RunStep"][];
+            /**
+             * Presses
+             * @description Confirmations since its start.
+             */
+            presses: number;
+            /**
+             * Passed
+             * @description Null: it runs, or has not run since the service started.
+             */
+            passed: boolean | null;
+            /**
+             * May Check
+             * @description True if the station is commissioned, so that the periodic check can run.
+             */
+            may_check: boolean;
+        };
+        /**
+         * CommissioningState
+         * @description Whether the station is commissioned.
+         */
+        CommissioningState: {
+            /**
+             * State
+             * @description not_needed: a simulated apparatus. due: the periodic check is due.
+             * @enum {string}
+             */
+            state: "not_needed" | "commissioned" | "due" | "not_commissioned";
+            /**
+             * Reason
+             * @description Why the station is not commissioned, else empty.
+             */
+            reason: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            reason_key?: components["schemas"]["TextKey"] | null;
+            /** Commissioned At */
+            commissioned_at: string | null;
+            /**
+             * Due At
+             * @description When the next periodic check is due.
+             */
+            due_at: string | null;
+        };
+        /**
+         * CommissioningStepRun
+         * @description One run of a step.
+         */
+        CommissioningStepRun: {
+            /**
+             * Step
+             * @example registers
+             */
+            step: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Passed */
+            passed: boolean;
+            /** Fault */
+            fault: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            fault_key?: components["schemas"]["TextKey"] | null;
+            /** Values */
+            values: components["schemas"]["CommissioningValue"][];
+            /** Curves */
+            curves: components["schemas"]["MotorStepResponse"][];
+        };
+        /**
+         * CommissioningValue
+         * @description A value before and after a step.
+         */
+        CommissioningValue: {
+            /** Name */
+            name: string;
+            /**
+             * Motor
+             * @description 0: of the station.
+             */
+            motor: number;
+            /** Before */
+            before: number | string | null;
+            /** After */
+            after: number | string | null;
         };
         /**
          * Comparison
@@ -3267,15 +4476,150 @@ export interface components {
             motions: components["schemas"]["MotionTracking"][];
         };
         /**
-         * Confirm
-         * @description The six digits that the app shows.
+         * Contraindication
+         * @description A contraindication of a patient.
          */
-        Confirm: {
+        Contraindication: {
             /**
              * Code
-             * @example 123456
+             * @enum {string}
              */
-            code: string;
+            code: "fracture" | "dislocation" | "infection" | "tumour" | "thrombosis" | "recent_repair" | "joint_replacement" | "nerve_injury" | "crps" | "osteoporosis" | "hypermobility" | "anticoagulation" | "pacemaker" | "pregnancy" | "other";
+            /**
+             * Scope
+             * @description patient: concerns both shoulders. episode: one shoulder.
+             * @enum {string}
+             */
+            scope: "patient" | "episode";
+            /**
+             * Effect
+             * @description block: nothing is taught or played. sign_off: only after a doctor has allowed it. warn: shown in the banner.
+             * @enum {string}
+             */
+            effect: "block" | "sign_off" | "warn";
+            /**
+             * Name
+             * @example Fracture that has not united
+             */
+            name: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Source
+             * @description Where the effect comes from.
+             */
+            source: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            source_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Patient Id
+             * Format: uuid
+             */
+            patient_id: string;
+            /**
+             * Episode Id
+             * @description Null for a condition of the patient.
+             */
+            episode_id: string | null;
+            /** Note */
+            note: string;
+            /**
+             * Noted At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            noted_at: string;
+            /** Noted By */
+            noted_by: string;
+            /** Signed Off At */
+            signed_off_at: string | null;
+            /** Signed Off By */
+            signed_off_by: string;
+            /**
+             * Resolved At
+             * @description Since then it no longer applies.
+             */
+            resolved_at: string | null;
+            /** Resolved By */
+            resolved_by: string;
+            /** Resolution */
+            resolution: string;
+            /**
+             * Stops Motion
+             * @description True if it forbids teaching and playback now.
+             */
+            stops_motion: boolean;
+        };
+        /**
+         * ContraindicationCreate
+         * @description A new contraindication.
+         */
+        ContraindicationCreate: {
+            /**
+             * Code
+             * @enum {string}
+             */
+            code: "fracture" | "dislocation" | "infection" | "tumour" | "thrombosis" | "recent_repair" | "joint_replacement" | "nerve_injury" | "crps" | "osteoporosis" | "hypermobility" | "anticoagulation" | "pacemaker" | "pregnancy" | "other";
+            /**
+             * Episode Id
+             * @description By default the open episode, for a condition of one shoulder.
+             */
+            episode_id?: string | null;
+            /**
+             * Note
+             * @default
+             * @example Humeral neck, 3 weeks ago.
+             */
+            note: string;
+            /**
+             * Noted By
+             * @description Your name unless another is given.
+             * @default
+             */
+            noted_by: string;
+        };
+        /**
+         * ContraindicationKind
+         * @description One entry of the list, and what it does.
+         */
+        ContraindicationKind: {
+            /**
+             * Code
+             * @enum {string}
+             */
+            code: "fracture" | "dislocation" | "infection" | "tumour" | "thrombosis" | "recent_repair" | "joint_replacement" | "nerve_injury" | "crps" | "osteoporosis" | "hypermobility" | "anticoagulation" | "pacemaker" | "pregnancy" | "other";
+            /**
+             * Scope
+             * @description patient: concerns both shoulders. episode: one shoulder.
+             * @enum {string}
+             */
+            scope: "patient" | "episode";
+            /**
+             * Effect
+             * @description block: nothing is taught or played. sign_off: only after a doctor has allowed it. warn: shown in the banner.
+             * @enum {string}
+             */
+            effect: "block" | "sign_off" | "warn";
+            /**
+             * Name
+             * @example Fracture that has not united
+             */
+            name: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Source
+             * @description Where the effect comes from.
+             */
+            source: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            source_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * DatabaseStatus
@@ -3375,6 +4719,96 @@ export interface components {
             end_reason: "completed" | "shortened" | "stopped" | "patient_request" | "other";
         };
         /**
+         * DriveTrendData
+         * @description Voltage and temperature of the drives over the last hours.
+         */
+        DriveTrendData: {
+            /** Points */
+            points: components["schemas"]["DriveTrendPoint"][];
+        };
+        /**
+         * DriveTrendPoint
+         * @description What the drives reported at one time.
+         */
+        DriveTrendPoint: {
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Voltage V
+             * @description Axis order: supply voltage, volts; null: unknown.
+             */
+            voltage_v: (number | null)[];
+            /**
+             * Temperature C
+             * @description Axis order: temperature, degrees Celsius; null: unknown.
+             */
+            temperature_c: (number | null)[];
+        };
+        /**
+         * DriveWarningLive
+         * @description A drive is near one of its own limits. It is not a stop.
+         */
+        DriveWarningLive: {
+            /**
+             * Code
+             * @example drive_hot
+             */
+            code: string;
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * Message
+             * @example Motor 3 is 72 °C warm. It switches off above 80 °C.
+             */
+            message: string;
+            /**
+             * Next Step
+             * @example End the motion and let the motor cool down. If it stays warm, check what the arm pushes against.
+             */
+            next_step: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
+            /** @description Code and parameters of the English text; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey"] | null;
+        };
+        /**
+         * DuePatient
+         * @description A patient whose next session is due by the programme.
+         */
+        DuePatient: {
+            patient: components["schemas"]["SessionPatient"];
+            /**
+             * Due At
+             * Format: date-time
+             * @description Last session plus a week divided by the sessions per week. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            due_at: string;
+            /**
+             * Last Session At
+             * @description Null: no session since the programme was made.
+             */
+            last_session_at: string | null;
+            /**
+             * Sessions Per Week
+             * @description Prescribed.
+             * @example 2
+             */
+            sessions_per_week: number;
+            /**
+             * Therapist
+             * @description Of the last session; empty if unknown.
+             */
+            therapist: string;
+        };
+        /**
          * Episode
          * @description The care of one shoulder, from referral to discharge.
          */
@@ -3394,8 +4828,23 @@ export interface components {
              * @enum {string}
              */
             side: "left" | "right";
-            /** Diagnosis */
+            /**
+             * Diagnosis
+             * @description As written.
+             */
             diagnosis: string;
+            /**
+             * Diagnosis Code
+             * @description ICD-10 code of the diagnosis that the clinician chose. Empty: none was chosen.
+             * @enum {string}
+             */
+            diagnosis_code: "" | "M75.0" | "M75.1" | "M75.2" | "M75.3" | "M75.4" | "M75.5" | "S42.2" | "S43.0";
+            /**
+             * Verification
+             * @description How certain the diagnosis is. Empty: not stated.
+             * @enum {string}
+             */
+            verification: "" | "unconfirmed" | "provisional" | "differential" | "confirmed";
             /** Onset On */
             onset_on: string | null;
             /** Contraindications */
@@ -3487,10 +4936,26 @@ export interface components {
             side: "left" | "right";
             /**
              * Diagnosis
+             * @description As written.
              * @default
              * @example Adhesive capsulitis
              */
             diagnosis: string;
+            /**
+             * Diagnosis Code
+             * @description ICD-10 code of the diagnosis that the clinician chose. Empty: none was chosen.
+             * @default
+             * @example M75.0
+             * @enum {string}
+             */
+            diagnosis_code: "" | "M75.0" | "M75.1" | "M75.2" | "M75.3" | "M75.4" | "M75.5" | "S42.2" | "S43.0";
+            /**
+             * Verification
+             * @description How certain the diagnosis is. Empty: not stated.
+             * @default
+             * @enum {string}
+             */
+            verification: "" | "unconfirmed" | "provisional" | "differential" | "confirmed";
             /**
              * Onset On
              * @description When the complaint began.
@@ -3534,6 +4999,16 @@ export interface components {
         EpisodeUpdate: {
             /** Diagnosis */
             diagnosis?: string | null;
+            /**
+             * Diagnosis Code
+             * @description ICD-10 code of the diagnosis that the clinician chose. Empty: none was chosen.
+             */
+            diagnosis_code?: ("" | "M75.0" | "M75.1" | "M75.2" | "M75.3" | "M75.4" | "M75.5" | "S42.2" | "S43.0") | null;
+            /**
+             * Verification
+             * @description How certain the diagnosis is. Empty: not stated.
+             */
+            verification?: ("" | "unconfirmed" | "provisional" | "differential" | "confirmed") | null;
             /** Onset On */
             onset_on?: string | null;
             /** Contraindications */
@@ -3662,6 +5137,18 @@ export interface components {
             noted_by: string;
         };
         /**
+         * Estimate
+         * @description An estimate with its 95 % confidence interval.
+         */
+        Estimate: {
+            /** Value */
+            value: number;
+            /** Low */
+            low: number;
+            /** High */
+            high: number;
+        };
+        /**
          * EstopRequest
          * @description Press or release the emergency stop.
          */
@@ -3752,6 +5239,74 @@ export interface components {
             texts: components["schemas"]["PlacedText"][];
         };
         /**
+         * GoniometerReading
+         * @description A stored goniometer reading.
+         */
+        GoniometerReading: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Motion
+             * @description Row of Table 2 of Sun et al. (2025).
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Apparatus Deg
+             * @description Apparatus angle at that moment, degrees.
+             * @example 90
+             */
+            apparatus_deg: number;
+            /**
+             * Patient Deg
+             * @description What the goniometer showed, degrees.
+             * @example 82
+             */
+            patient_deg: number;
+            /**
+             * Read At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            read_at: string;
+            /** Read By */
+            read_by: string;
+        };
+        /**
+         * GoniometerReadingCreate
+         * @description A goniometer reading of one basic motion at the present pose, or at a given apparatus angle.
+         */
+        GoniometerReadingCreate: {
+            /**
+             * Motion
+             * @description Row of Table 2 of Sun et al. (2025), of the shoulder joint.
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Patient Deg
+             * @description What the goniometer shows, degrees.
+             * @example 82
+             */
+            patient_deg: number;
+            /**
+             * Apparatus Deg
+             * @description Apparatus angle of the motion at that moment, degrees. By default what the apparatus measures now.
+             * @example 90
+             */
+            apparatus_deg?: number | null;
+            /**
+             * Read By
+             * @description Your name unless another is given.
+             * @default
+             */
+            read_by: string;
+        };
+        /**
          * GuideRequest
          * @description The motion that the hand follows. It presses the pedal too.
          */
@@ -3827,6 +5382,18 @@ export interface components {
              * @example 10
              */
             hold_s: number;
+        };
+        /**
+         * Idleness
+         * @description The service may be stopped: no treatment is interrupted.
+         */
+        Idleness: {
+            /**
+             * Status
+             * @default idle
+             * @constant
+             */
+            status: "idle";
         };
         /**
          * ImportedMotion
@@ -3906,7 +5473,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
              * @default 100
              * @example 80
              */
@@ -3987,55 +5554,29 @@ export interface components {
             problem_key?: components["schemas"]["TextKey"] | null;
         };
         /**
-         * ItemWanted
-         * @description One recording and its settings. By default as taught, once.
+         * LanguageChoice
+         * @description A language of the page.
          */
-        ItemWanted: {
+        LanguageChoice: {
             /**
-             * Speed Percent
-             * @description Speed, percent of the taught speed.
-             * @default 100
-             * @example 50
-             */
-            speed_percent: number;
-            /**
-             * Repetitions
-             * @description Number of repetitions.
-             * @default 1
-             * @example 10
-             */
-            repetitions: number;
-            /**
-             * Pause S
-             * @description Pause at each end between repetitions, seconds.
-             * @default 0
-             * @example 2
-             */
-            pause_s: number;
-            /**
-             * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
-             * @default 100
-             * @example 80
-             */
-            range_percent: number;
-            /**
-             * Recording Id
-             * Format: uuid
-             */
-            recording_id: string;
-            /**
-             * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
-             * @example 8
-             */
-            load_level: number;
-            /**
-             * Method
-             * @default smooth
+             * Language
+             * @description en: English. ja: Japanese.
              * @enum {string}
              */
-            method: "paper" | "smooth" | "learned";
+            language: "en" | "ja";
+        };
+        /**
+         * LearningNote
+         * @description A fall-back of the learned method, or why it learned nothing.
+         */
+        LearningNote: {
+            /**
+             * Message
+             * @example the error of motor 3 had grown by more than a tenth: its earlier correction is used, and it learns half as fast
+             */
+            message: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * LeaseLive
@@ -4168,11 +5709,29 @@ export interface components {
             lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
             /**
+             * Warnings
+             * @description Drives near their own limits, in axis order.
+             * @default []
+             */
+            warnings: components["schemas"]["DriveWarningLive"][];
+            /**
              * @default {
              *       "waiting": 0
              *     }
              */
             database: components["schemas"]["DatabaseStatus"];
+        };
+        /**
+         * Liveness
+         * @description The service answers.
+         */
+        Liveness: {
+            /**
+             * Status
+             * @default alive
+             * @constant
+             */
+            status: "alive";
         };
         /**
          * LoadRequest
@@ -4202,7 +5761,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
              * @default 100
              * @example 80
              */
@@ -4345,7 +5904,7 @@ export interface components {
              */
             language: string;
             /** Permissions */
-            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "see_operation" | "read_records" | "write_records" | "administer")[];
+            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "see_operation" | "commission" | "read_records" | "write_records" | "administer")[];
             /**
              * Stations
              * @description Names of the stations that this account works at; empty: all.
@@ -4451,33 +6010,51 @@ export interface components {
         };
         /**
          * MotionTracking
-         * @description Errors of one basic motion, in the body's angle.
+         * @description Errors of one basic motion, in the apparatus angle. The patient's angle differs from it by slip at the cuff.
          */
         MotionTracking: {
             /**
              * Peak Deg
-             * @description Largest error with its sign, degrees.
+             * @description Following: largest error with its sign, degrees, the start excepted. Runs from before `compared_percent` was stored include the start.
              * @example -1.4
              */
             peak_deg: number;
             /**
              * Peak At S
-             * @description Place on the motion, seconds.
+             * @description Place of the peak on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Root mean square error, degrees.
+             * @description Following: root mean square error, degrees, the start excepted as in `peak_deg`.
              * @example 0.4
              */
             rmse_deg: number;
             /**
              * Start Deg
-             * @description Error of the first sample, degrees.
+             * @description Following: largest error of the first half second with its sign, degrees; of its first sample for runs from before `compared_percent` was stored.
              * @example 0.1
              */
             start_deg: number;
+            /**
+             * Wall Peak Deg
+             * @description As peak_deg, on the wall clock; null for older runs.
+             * @example -1.6
+             */
+            wall_peak_deg?: number | null;
+            /**
+             * Wall Rmse Deg
+             * @description As rmse_deg, on the wall clock; null for older runs.
+             * @example 0.5
+             */
+            wall_rmse_deg?: number | null;
+            /**
+             * Change Deg
+             * @description Change by settings: the largest difference, with its sign, of what was requested from what was taught, degrees. It includes Reduce range. Null for older runs.
+             * @example -12.5
+             */
+            change_deg?: number | null;
             /**
              * Lag Ms
              * @description Delay of the playback, milliseconds; null if the angle hardly moves.
@@ -4534,6 +6111,30 @@ export interface components {
             /** @description Code and parameters of the English text; null: it has none. */
             name_key?: components["schemas"]["TextKey"] | null;
             /**
+             * Patient Min Deg
+             * @description Patient's angle where the apparatus reached `played_min_deg`, estimated from goniometer readings, degrees. Null without readings of this motion at two poses: then only the apparatus angle is known.
+             * @example 12
+             */
+            patient_min_deg?: number | null;
+            /**
+             * Patient Min Uncertainty Deg
+             * @description The angle lies within plus or minus this in 95 of 100 cases, degrees.
+             * @example 14
+             */
+            patient_min_uncertainty_deg?: number | null;
+            /**
+             * Patient Max Deg
+             * @description As `patient_min_deg`, where the apparatus reached `played_max_deg`.
+             * @example 91
+             */
+            patient_max_deg?: number | null;
+            /**
+             * Patient Max Uncertainty Deg
+             * @description As `patient_min_uncertainty_deg`.
+             * @example 13
+             */
+            patient_max_uncertainty_deg?: number | null;
+            /**
              * Apparatus Min Deg
              * @description Lower end of the apparatus' range, degrees.
              * @example 0
@@ -4557,6 +6158,42 @@ export interface components {
              * @example 180
              */
             reference_max_deg: number;
+        };
+        /**
+         * MotorCondition
+         * @description Measured figures of one motor that show drift. Null: this commissioning or check did not measure it.
+         */
+        MotorCondition: {
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * Friction Deg
+             * @description How far the setpoint leads before the motor moves.
+             */
+            friction_deg?: number | null;
+            /**
+             * Play Deg
+             * @description Play of the gear; only a full commissioning measures it.
+             */
+            play_deg?: number | null;
+            /**
+             * Lag S
+             * @description Time by which the motor follows its setpoint late, s.
+             */
+            lag_s?: number | null;
+            /** Temperature C */
+            temperature_c?: number | null;
+            /** Voltage V */
+            voltage_v?: number | null;
+            /**
+             * Damaged Answers Percent
+             * @description Answers on the bus that arrived damaged.
+             */
+            damaged_answers_percent?: number | null;
         };
         /**
          * MotorRange
@@ -4586,34 +6223,90 @@ export interface components {
             max_speed_deg_s: number;
         };
         /**
+         * MotorStepResponse
+         * @description Response of a motor to a step of its setpoint.
+         */
+        MotorStepResponse: {
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * Load
+             * @enum {string}
+             */
+            load: "weight" | "empty";
+            /**
+             * Step Deg
+             * @description Height of the step.
+             */
+            step_deg: number;
+            /** P Gain */
+            p_gain: number;
+            /** I Gain */
+            i_gain: number;
+            /** D Gain */
+            d_gain: number;
+            /**
+             * Times S
+             * @description From the step on.
+             */
+            times_s: number[];
+            /**
+             * Angles Deg
+             * @description From the angle before the step.
+             */
+            angles_deg: number[];
+        };
+        /**
          * MotorTracking
-         * @description Errors of one motor.
+         * @description Errors of one motor, in the motor angle.
          */
         MotorTracking: {
             /**
              * Peak Deg
-             * @description Largest error with its sign, degrees.
+             * @description Following: largest error with its sign, degrees, the start excepted. Runs from before `compared_percent` was stored include the start.
              * @example -1.4
              */
             peak_deg: number;
             /**
              * Peak At S
-             * @description Place on the motion, seconds.
+             * @description Place of the peak on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Root mean square error, degrees.
+             * @description Following: root mean square error, degrees, the start excepted as in `peak_deg`.
              * @example 0.4
              */
             rmse_deg: number;
             /**
              * Start Deg
-             * @description Error of the first sample, degrees.
+             * @description Following: largest error of the first half second with its sign, degrees; of its first sample for runs from before `compared_percent` was stored.
              * @example 0.1
              */
             start_deg: number;
+            /**
+             * Wall Peak Deg
+             * @description As peak_deg, on the wall clock; null for older runs.
+             * @example -1.6
+             */
+            wall_peak_deg?: number | null;
+            /**
+             * Wall Rmse Deg
+             * @description As rmse_deg, on the wall clock; null for older runs.
+             * @example 0.5
+             */
+            wall_rmse_deg?: number | null;
+            /**
+             * Change Deg
+             * @description Change by settings: the largest difference, with its sign, of what was requested from what was taught, degrees. It includes Reduce range. Null for older runs.
+             * @example -12.5
+             */
+            change_deg?: number | null;
             /**
              * Lag Ms
              * @description Delay of the playback, milliseconds; null if the angle hardly moves.
@@ -4693,6 +6386,66 @@ export interface components {
             text: string;
         };
         /**
+         * Notification
+         * @description Something that a user should know. The record behind it is opened by another route.
+         */
+        Notification: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            at: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "erasure" | "emergency_access" | "failed_backup" | "alarm";
+            /**
+             * Name
+             * @description Of an emergency access: the user's name.
+             * @default
+             * @example Sato Ken
+             */
+            name: string;
+            /**
+             * Problem
+             * @description Of a failed backup: why it failed.
+             * @default
+             */
+            problem: string;
+            /**
+             * Station
+             * @description Of an alarm.
+             * @default
+             * @example Station 1
+             */
+            station: string;
+            /**
+             * Code
+             * @description Of an alarm: its cause.
+             * @default
+             * @example estop_pressed
+             */
+            code: string;
+            /**
+             * Patient Id
+             * @description Of a request for erasure.
+             */
+            patient_id?: string | null;
+            /**
+             * Session Id
+             * @description Of an alarm; null if the record is not open to you.
+             */
+            session_id?: string | null;
+        };
+        /**
          * OidcCallback
          * @description Parameters with which the provider has sent the browser back.
          */
@@ -4743,10 +6496,129 @@ export interface components {
             code: string;
         };
         /**
-         * OwnSignIn
+         * Operation
+         * @description Version and storage of this service.
+         */
+        Operation: {
+            /** Version */
+            version: string;
+            /**
+             * Database
+             * @enum {string}
+             */
+            database: "sqlite" | "postgresql";
+            /**
+             * Database Bytes
+             * @description Size of the database.
+             */
+            database_bytes: number;
+            /**
+             * Disk Free Bytes
+             * @description Free space on the disk of this service's folder, which holds the journals.
+             */
+            disk_free_bytes: number;
+            /**
+             * Disk Bytes
+             * @description Size of that disk.
+             */
+            disk_bytes: number;
+        };
+        /**
+         * OutcomeChange
+         * @description The change of one measure in one group of patients.
+         */
+        OutcomeChange: {
+            /**
+             * Measure
+             * @enum {string}
+             */
+            measure: "spadi" | "pain" | "flexion" | "abduction" | "external_rotation";
+            /**
+             * Patients
+             * @description With at least two values.
+             */
+            patients: number;
+            /**
+             * First
+             * @description Mean of the first values.
+             */
+            first: number;
+            /**
+             * Last
+             * @description Mean of the last values.
+             */
+            last: number;
+            /** @description Mean of last minus first. */
+            change: components["schemas"]["Estimate"] | null;
+            /** @description Share with an important improvement; null without a verified limit. */
+            important: components["schemas"]["Estimate"] | null;
+            /** @description Share with an improvement beyond chance; null without a verified limit. */
+            detectable: components["schemas"]["Estimate"] | null;
+            /**
+             * Weeks To Important
+             * @description Quartiles of the weeks until the first important improvement, of the patients who reached it; null for fewer than 10.
+             */
+            weeks_to_important: number[] | null;
+        };
+        /**
+         * OutcomeGroup
+         * @description One group of patients.
+         */
+        OutcomeGroup: {
+            /**
+             * By
+             * @enum {string}
+             */
+            by: "all" | "stage" | "programme";
+            /**
+             * Name
+             * @description Stage at the first assessment or name of the newest programme; empty: none, or all.
+             */
+            name: string;
+            /**
+             * Patients
+             * @description Null: hidden, because the group or the one it could be computed from is small.
+             */
+            patients: number | null;
+            /**
+             * Changes
+             * @description Empty for a hidden group; a measure with fewer than 10 patients is left out.
+             */
+            changes: components["schemas"]["OutcomeChange"][];
+        };
+        /**
+         * Outcomes
+         * @description Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted: no patient is named.
+         */
+        Outcomes: {
+            /**
+             * Limits
+             * @description By measure: the improvement that is important, and the one beyond chance.
+             * @example {
+             *       "spadi": [
+             *         13,
+             *         17
+             *       ]
+             *     }
+             */
+            limits: {
+                [key: string]: (number | null)[];
+            };
+            /**
+             * Least Patients
+             * @description Smaller groups are hidden.
+             */
+            least_patients: number;
+            /** Groups */
+            groups: components["schemas"]["OutcomeGroup"][];
+            /** @description Null while fewer than 10 programmes are followed. */
+            adherence: components["schemas"]["ProgrammeAdherence"] | null;
+        };
+        /**
+         * OwnLoginSession
          * @description A login session of the user.
          */
-        OwnSignIn: {
+        OwnLoginSession: {
             /**
              * Id
              * Format: uuid
@@ -4809,6 +6681,36 @@ export interface components {
              */
             next: string | null;
         };
+        /** Page[Commissioning] */
+        Page_Commissioning_: {
+            /** Items */
+            items: components["schemas"]["Commissioning"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[ContraindicationKind] */
+        Page_ContraindicationKind_: {
+            /** Items */
+            items: components["schemas"]["ContraindicationKind"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Contraindication] */
+        Page_Contraindication_: {
+            /** Items */
+            items: components["schemas"]["Contraindication"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
         /** Page[DeviceEvent] */
         Page_DeviceEvent_: {
             /** Items */
@@ -4839,10 +6741,20 @@ export interface components {
              */
             next: string | null;
         };
-        /** Page[OwnSignIn] */
-        Page_OwnSignIn_: {
+        /** Page[Notification] */
+        Page_Notification_: {
             /** Items */
-            items: components["schemas"]["OwnSignIn"][];
+            items: components["schemas"]["Notification"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[OwnLoginSession] */
+        Page_OwnLoginSession_: {
+            /** Items */
+            items: components["schemas"]["OwnLoginSession"][];
             /**
              * Next
              * @description Ask for the next page with this as `after`; null at the end of the list.
@@ -4863,6 +6775,16 @@ export interface components {
         Page_Programme_: {
             /** Items */
             items: components["schemas"]["Programme"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /** Page[Questionnaire] */
+        Page_Questionnaire_: {
+            /** Items */
+            items: components["schemas"]["Questionnaire"][];
             /**
              * Next
              * @description Ask for the next page with this as `after`; null at the end of the list.
@@ -4990,6 +6912,93 @@ export interface components {
             restricted: boolean;
         };
         /**
+         * PatientAnswers
+         * @description The answers so far.
+         */
+        PatientAnswers: {
+            /**
+             * Answers
+             * @description One for each item in order; null if unanswered.
+             * @example [
+             *       7,
+             *       8,
+             *       null
+             *     ]
+             */
+            answers: (number | null)[];
+            /**
+             * Finished
+             * @description True stores them as an assessment; they cannot be changed here afterwards.
+             * @default false
+             */
+            finished: boolean;
+        };
+        /**
+         * PatientBanner
+         * @description Who the patient is, and what forbids or limits a motion.
+         */
+        PatientBanner: {
+            /**
+             * Patient Id
+             * Format: uuid
+             */
+            patient_id: string;
+            /** Name */
+            name: string;
+            /** Kana */
+            kana: string | null;
+            /** Birth Date */
+            birth_date: string | null;
+            /**
+             * Age Years
+             * @description Completed years today; null without a birth date.
+             */
+            age_years: number | null;
+            /** Clinic Number */
+            clinic_number: string;
+            /**
+             * Shoulders
+             * @description Shoulders with an open episode.
+             */
+            shoulders: components["schemas"]["BannerShoulder"][];
+            /**
+             * Contraindications
+             * @description Those that apply now, of the patient and of the open episodes; those that stop motion first.
+             */
+            contraindications: components["schemas"]["Contraindication"][];
+        };
+        /**
+         * PatientChange
+         * @description A change since the assessment before, of a patient whom you have treated.
+         */
+        PatientChange: {
+            patient: components["schemas"]["SessionPatient"];
+            /**
+             * Last Session At
+             * Format: date-time
+             * @description Your last session with the patient. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            last_session_at: string;
+            /**
+             * Assessed At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            assessed_at: string;
+            /**
+             * Measure
+             * @description spadi: 0 to 100. pain: average of the last week, 0 to 10.
+             * @enum {string}
+             */
+            measure: "spadi" | "pain";
+            /** Before */
+            before: number;
+            /** Now */
+            now: number;
+        };
+        /**
          * PatientCreate
          * @description A new patient.
          */
@@ -5036,6 +7045,90 @@ export interface components {
              * @example Sleeps badly on the left side.
              */
             notes: string;
+        };
+        /**
+         * PatientIdentity
+         * @description The identifiers in the record; the patient states theirs, and the user compares.
+         */
+        PatientIdentity: {
+            /**
+             * Name
+             * @example Yamada Hanako
+             */
+            name: string;
+            /**
+             * Kana
+             * @example ヤマダ ハナコ
+             */
+            kana: string | null;
+            /**
+             * Birth Date
+             * @description Null: not recorded; it is no identifier then.
+             */
+            birth_date: string | null;
+            /**
+             * Clinic Number
+             * @example K-0042
+             */
+            clinic_number: string;
+        };
+        /**
+         * PatientModeStart
+         * @description A questionnaire for a patient, on this browser.
+         */
+        PatientModeStart: {
+            /**
+             * Questionnaire
+             * @example spadi
+             */
+            questionnaire: string;
+            /**
+             * Language
+             * @enum {string}
+             */
+            language: "en" | "ja";
+        };
+        /**
+         * PatientQuestion
+         * @description One question.
+         */
+        PatientQuestion: {
+            /** Text */
+            text: string;
+            /** Options */
+            options: components["schemas"]["AnswerOption"][];
+        };
+        /**
+         * PatientQuestionnaire
+         * @description The questionnaire that the patient fills in on this browser.
+         */
+        PatientQuestionnaire: {
+            /** Title */
+            title: string;
+            /**
+             * Language
+             * @enum {string}
+             */
+            language: "en" | "ja";
+            /** Copyright */
+            copyright: string;
+            /** Questions */
+            questions: components["schemas"]["PatientQuestion"][];
+            /**
+             * Answers
+             * @description One for each item in order; null if unanswered.
+             * @example [
+             *       7,
+             *       8,
+             *       null
+             *     ]
+             */
+            answers: (number | null)[];
+            /**
+             * Finished
+             * @description True once it is stored. Only the user's password leads further.
+             */
+            finished: boolean;
         };
         /**
          * PatientRef
@@ -5197,7 +7290,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
              * @default 100
              * @example 80
              */
@@ -5273,6 +7366,44 @@ export interface components {
             reversing: boolean;
         };
         /**
+         * PlayedMotion
+         * @description A run as it was measured. Between two samples the angles are linear.
+         */
+        PlayedMotion: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Started At
+             * Format: date-time
+             * @description When the run was loaded.
+             * @example 2026-11-21T09:30:00Z
+             */
+            started_at: string;
+            /**
+             * Times S
+             * @description Seconds since the run's first sample, ascending; the first is 0.
+             */
+            times_s: number[];
+            /**
+             * Measured Deg
+             * @description One row per time: measured motor angles in axis order 1-5, degrees.
+             */
+            measured_deg: number[][];
+            /**
+             * Setpoint Deg
+             * @description As measured_deg: the setpoints sent to the motors.
+             */
+            setpoint_deg: number[][];
+            /**
+             * Reversals S
+             * @description When resistance began to take the arm back, seconds as in times_s.
+             */
+            reversals_s: number[];
+        };
+        /**
          * Preview
          * @description The result of the check, item by item.
          */
@@ -5285,19 +7416,6 @@ export interface components {
             duration_s: number;
             /** Items */
             items: components["schemas"]["ItemPreview"][];
-        };
-        /**
-         * PreviewWanted
-         * @description The programme to be checked.
-         */
-        PreviewWanted: {
-            /** Items */
-            items: components["schemas"]["ItemWanted"][];
-            /**
-             * Episode Id
-             * @description By default the open episode.
-             */
-            episode_id?: string | null;
         };
         /**
          * Programme
@@ -5333,12 +7451,38 @@ export interface components {
             current: components["schemas"]["ProgrammeVersion"];
         };
         /**
+         * ProgrammeAdherence
+         * @description How the present programmes with prescribed sessions were followed in the last four weeks.
+         */
+        ProgrammeAdherence: {
+            /**
+             * Programmes
+             * @description Programmes of open episodes, with a session or made in the last four weeks.
+             */
+            programmes: number;
+            /**
+             * Overdue
+             * @description Of them, those whose next session is overdue by more than a day.
+             */
+            overdue: number;
+            /**
+             * Prescribed
+             * @description Sessions prescribed in this time, from each programme's date on.
+             */
+            prescribed: number;
+            /**
+             * Held
+             * @description Sessions held, at most as many of each programme as prescribed.
+             */
+            held: number;
+        };
+        /**
          * ProgrammeCreate
          * @description A new programme, with its first version.
          */
         ProgrammeCreate: {
             /** Items */
-            items: components["schemas"]["ItemWanted"][];
+            items: components["schemas"]["ProgrammeItemRequest"][];
             /**
              * Made By
              * @description Prescribing person: you unless another name is given.
@@ -5448,7 +7592,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
              * @default 100
              * @example 80
              */
@@ -5494,6 +7638,57 @@ export interface components {
             duration_s: number;
         };
         /**
+         * ProgrammeItemRequest
+         * @description One recording and its settings. By default as taught, once.
+         */
+        ProgrammeItemRequest: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of the taught speed.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description Number of repetitions.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Pause at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /**
+             * Load Level
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Method
+             * @default smooth
+             * @enum {string}
+             */
+            method: "paper" | "smooth" | "learned";
+        };
+        /**
          * ProgrammePatient
          * @description The patient of a programme.
          */
@@ -5505,6 +7700,19 @@ export interface components {
             id: string;
             /** Name */
             name: string;
+        };
+        /**
+         * ProgrammePreviewRequest
+         * @description The programme to be checked.
+         */
+        ProgrammePreviewRequest: {
+            /** Items */
+            items: components["schemas"]["ProgrammeItemRequest"][];
+            /**
+             * Episode Id
+             * @description By default the open episode.
+             */
+            episode_id?: string | null;
         };
         /**
          * ProgrammeUpdate
@@ -5578,6 +7786,12 @@ export interface components {
         Progress: {
             figure: components["schemas"]["Figure"];
             table: components["schemas"]["ProgressTable"];
+            /**
+             * Simulated
+             * @description True if some of its sessions were on a simulated apparatus.
+             * @default false
+             */
+            simulated: boolean;
         };
         /**
          * ProgressColumn
@@ -5622,10 +7836,128 @@ export interface components {
             texts: components["schemas"]["PlacedText"][];
         };
         /**
-         * Ready
+         * ProviderAddress
+         * @description The address of the provider's login page.
+         */
+        ProviderAddress: {
+            /** Address */
+            address: string;
+        };
+        /**
+         * Questionnaire
+         * @description A questionnaire that Kata can score.
+         */
+        Questionnaire: {
+            /**
+             * Code
+             * @example quickdash
+             */
+            code: string;
+            /** Title */
+            title: string;
+            /**
+             * Highest Points
+             * @description The highest total; the lowest is 0.
+             */
+            highest_points: number;
+            /**
+             * Better
+             * @description lower or higher: which total is better.
+             * @example lower
+             */
+            better: string;
+            /** Items */
+            items: number;
+            /**
+             * Most Unanswered
+             * @description With more unanswered items there is no score.
+             */
+            most_unanswered: number;
+            /** Scoring Source */
+            scoring_source: string;
+            /** Copyright */
+            copyright: string;
+            /** @description The smallest change that patients call important. */
+            important: components["schemas"]["ChangeThreshold"];
+            /** @description A change of one patient up to this may be chance. */
+            detectable: components["schemas"]["ChangeThreshold"];
+            /**
+             * Languages
+             * @description Languages whose licensed texts the clinic has imported.
+             */
+            languages: ("en" | "ja")[];
+        };
+        /**
+         * QuestionnaireScore
+         * @description An answered questionnaire.
+         */
+        QuestionnaireScore: {
+            /**
+             * Code
+             * @example quickdash
+             */
+            code: string;
+            /** Title */
+            title: string;
+            /**
+             * Answers
+             * @description One for each item in order; null if unanswered.
+             */
+            answers: (number | null)[];
+            /**
+             * Total Points
+             * @description Null if too many items are unanswered.
+             */
+            total_points: number | null;
+            /**
+             * Highest Points
+             * @description The highest total.
+             */
+            highest_points: number | null;
+        };
+        /**
+         * ReachMargin
+         * @description Where a motion is nearest to the reachable set's edge.
+         */
+        ReachMargin: {
+            /**
+             * Margin Deg
+             * @description By how many degrees the nearest angle may still change; below 0 it is beyond its limit. The apparatus tolerates 2 deg.
+             * @example 12.5
+             */
+            margin_deg: number;
+            /**
+             * At S
+             * @description Seconds from the start.
+             * @example 3.2
+             */
+            at_s: number;
+            /**
+             * Quantity
+             * @description The angle that is nearest to its limit.
+             * @example plane of elevation
+             */
+            quantity: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            quantity_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Value Deg
+             * @description The angle there.
+             * @example 117.5
+             */
+            value_deg: number;
+            /**
+             * Limit Deg
+             * @description Its limit in this pose.
+             * @example 130
+             */
+            limit_deg: number;
+        };
+        /**
+         * Readiness
          * @description A session can begin at this station.
          */
-        Ready: {
+        Readiness: {
             /**
              * Status
              * @default ready
@@ -5808,6 +8140,12 @@ export interface components {
              * @example 2210
              */
             samples: number;
+            /**
+             * Simulated
+             * @description True if it was taught on a simulated apparatus, or derived from such a recording.
+             * @default false
+             */
+            simulated: boolean;
             /** Note */
             note: string;
             /**
@@ -5919,6 +8257,12 @@ export interface components {
              * @example 2210
              */
             samples: number;
+            /**
+             * Simulated
+             * @description True if it was taught on a simulated apparatus, or derived from such a recording.
+             * @default false
+             */
+            simulated: boolean;
             /** Note */
             note: string;
             /**
@@ -5940,6 +8284,8 @@ export interface components {
              * @description One entry per motor; empty if the samples are damaged.
              */
             ranges: components["schemas"]["MotorRange"][];
+            /** @description Smallest margin to the reachable set; null if the samples are damaged. */
+            margin?: components["schemas"]["ReachMargin"] | null;
         };
         /**
          * RecordingUpdate
@@ -5992,16 +8338,170 @@ export interface components {
             next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
-         * Reset
-         * @description What to reset besides the password.
+         * Resolution
+         * @description The end of a contraindication.
          */
-        Reset: {
+        Resolution: {
             /**
-             * Second Factor
-             * @description True also removes the second factor.
-             * @default false
+             * Reason
+             * @example United on the X-ray of 2026-11-20.
              */
-            second_factor: boolean;
+            reason: string;
+            /**
+             * Resolved By
+             * @description Your name unless another is given.
+             * @default
+             */
+            resolved_by: string;
+        };
+        /**
+         * RhythmBand
+         * @description The ratio within a band of elevation, or why there is none.
+         */
+        RhythmBand: {
+            /**
+             * From Deg
+             * @description Elevation of the upper arm at the band's lower end, degrees.
+             */
+            from_deg: number;
+            /**
+             * To Deg
+             * @description Elevation at its upper end, degrees.
+             */
+            to_deg: number;
+            /**
+             * Ratio
+             * @description Degrees in the shoulder joint for each degree of upward rotation of the scapula. The median of the passes.
+             * @example 2.1
+             */
+            ratio: number | null;
+            /**
+             * Reason
+             * @description Why there is no ratio; null with a ratio.
+             */
+            reason: ("not_covered" | "at_limit" | "scapula_still" | "scapula_reversed" | "joint_reversed") | null;
+            /**
+             * Scapula Deg
+             * @description By how much the scapula turned upward within the band, degrees.
+             */
+            scapula_deg: number | null;
+            /**
+             * Joint Deg
+             * @description By how much the elevation in the shoulder joint rose, degrees.
+             */
+            joint_deg: number | null;
+            /**
+             * Passes
+             * @description Passes that have this ratio.
+             */
+            passes: number;
+        };
+        /**
+         * RhythmCurve
+         * @description The scapula over the elevation of the upper arm while it is raised or lowered. With several passes, the widest one.
+         */
+        RhythmCurve: {
+            /**
+             * Of
+             * @enum {string}
+             */
+            of: "taught" | "played" | "sound";
+            /**
+             * Direction
+             * @enum {string}
+             */
+            direction: "raising" | "lowering";
+            /**
+             * Plane
+             * @description Plane in which the arm is raised: abduction (at the side), scaption (in the scapula's plane), flexion (forward), other, or changing.
+             * @enum {string}
+             */
+            plane: "abduction" | "scaption" | "flexion" | "other" | "changing";
+            /**
+             * Plane Deg
+             * @description Median of that plane from 30 deg of elevation on: 0 at the side, 90 forward.
+             */
+            plane_deg: number;
+            /** Passes */
+            passes: number;
+            /**
+             * Elevation Deg
+             * @description Elevation of the upper arm against the trunk, ascending, degrees.
+             */
+            elevation_deg: number[];
+            /**
+             * Scapula Deg
+             * @description Upward rotation of the scapula there, degrees.
+             */
+            scapula_deg: number[];
+            /**
+             * Bands
+             * @description 30 to 60, 60 to 90 and 90 to 120 deg of elevation.
+             */
+            bands: components["schemas"]["RhythmBand"][];
+            /** @description From 30 deg to the end of the pass, or to where the scapula reached the apparatus' limit. */
+            whole: components["schemas"]["RhythmBand"];
+            /** @description Null if no published ratio fits direction and plane. */
+            reference: components["schemas"]["RhythmReference"] | null;
+        };
+        /**
+         * RhythmLead
+         * @description How much further the scapula turned from the start of the motion than the sound side's at the same elevation, while the arm is raised.
+         */
+        RhythmLead: {
+            /**
+             * Of
+             * @enum {string}
+             */
+            of: "taught" | "played" | "sound";
+            /**
+             * From Deg
+             * @description Lowest elevation that both motions cover, degrees.
+             */
+            from_deg: number;
+            /**
+             * To Deg
+             * @description Highest one, below the apparatus' limit of the scapula.
+             */
+            to_deg: number;
+            /**
+             * Largest Deg
+             * @description Largest difference; below 0 where it turned less.
+             */
+            largest_deg: number;
+            /**
+             * At Elevation Deg
+             * @description The elevation of that difference.
+             */
+            at_elevation_deg: number;
+            /**
+             * Ahead From Deg
+             * @description Lowest elevation at which the scapula runs ahead by more than 4 deg; null if it does not.
+             */
+            ahead_from_deg: number | null;
+        };
+        /**
+         * RhythmReference
+         * @description A published ratio of healthy people who moved their arm themselves, measured at bones. It is no normal band of this apparatus.
+         */
+        RhythmReference: {
+            /**
+             * Source
+             * @enum {string}
+             */
+            source: "giphart_2013" | "braman_2009";
+            /**
+             * Ratio
+             * @description Degrees in the shoulder joint for each degree of upward rotation of the scapula.
+             * @example 2
+             */
+            ratio: number;
+            /**
+             * Ratio Deviation
+             * @description Standard deviation between people; null if it was not published.
+             * @example 0.4
+             */
+            ratio_deviation: number | null;
         };
         /**
          * RomEntry
@@ -6106,7 +8606,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
              * @default 100
              * @example 80
              */
@@ -6155,6 +8655,12 @@ export interface components {
              */
             method: ("paper" | "smooth" | "learned") | null;
             /**
+             * Learning
+             * @description What the method `learned` reports of this run. Empty: it learned from every motor, or another method played.
+             * @default []
+             */
+            learning: components["schemas"]["LearningNote"][];
+            /**
              * Load Level
              * @description Resistance at which the arm is taken back; null for a run from before there were levels.
              */
@@ -6179,8 +8685,33 @@ export interface components {
              * @description Smallest share of the range that was played after the range was reduced; null if it was not reduced.
              */
             least_range_percent: number | null;
-            /** @description Null if nothing was played. */
+            /**
+             * Compared Percent
+             * @description Share of the playing time that was compared, percent. Null if nothing was played, and for a run from before it was stored.
+             */
+            compared_percent?: number | null;
+            /**
+             * Partial
+             * @description True if less than 90 % of the playing time was compared. The errors do not count in progress then.
+             * @default false
+             */
+            partial: boolean;
+            /**
+             * Clock Offset S
+             * @description Largest difference of the wall clock from the comparison's clock, seconds. The comparison's clock is that of the motion, which starts slowly.
+             * @example 0.094
+             */
+            clock_offset_s?: number | null;
+            /** @description Null if nothing was played with the requested range. */
             comparison: components["schemas"]["Comparison"] | null;
+        };
+        /**
+         * RunConfirmation
+         * @description The instruction that was carried out.
+         */
+        RunConfirmation: {
+            /** Number */
+            number: number;
         };
         /**
          * RunFigure
@@ -6202,6 +8733,41 @@ export interface components {
         RunFigures: {
             /** Motors */
             motors: components["schemas"]["RunFigure"][];
+        };
+        /**
+         * RunInstruction
+         * @description What the technician is asked to do.
+         */
+        RunInstruction: {
+            /**
+             * Number
+             * @description Counts the instructions of this run.
+             */
+            number: number;
+            /**
+             * Kind
+             * @example press_estop
+             */
+            kind: string;
+            /** Text */
+            text: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            text_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Motor
+             * @description Of the motor or the pose; 0: of none.
+             */
+            motor: number;
+            /**
+             * Seen
+             * @description True if the drives show when it is done.
+             */
+            seen: boolean;
+            /**
+             * Press
+             * @description True if it waits for a confirmation.
+             */
+            press: boolean;
         };
         /**
          * RunLive
@@ -6288,6 +8854,49 @@ export interface components {
             resistance_key?: components["schemas"]["TextKey"] | null;
         };
         /**
+         * RunStart
+         * @description What to run.
+         */
+        RunStart: {
+            /**
+             * Kind
+             * @description full: all steps that have not passed. check: the periodic check.
+             * @enum {string}
+             */
+            kind: "full" | "check";
+            /**
+             * Begin
+             * @description Repeat from this step on; by default the first that has not passed.
+             */
+            begin?: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
+        };
+        /**
+         * RunStep
+         * @description A step of the procedure.
+         */
+        RunStep: {
+            /**
+             * Key
+             * @enum {string}
+             */
+            key: "ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance";
+            /** Title */
+            title: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            title_key?: components["schemas"]["TextKey"] | null;
+            /** Does */
+            does: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            does_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "running" | "passed" | "failed";
+            /** @description Its last run; null: it has not run yet. */
+            result: components["schemas"]["CommissioningStepRun"] | null;
+        };
+        /**
          * RunStop
          * @description The cause of a stop.
          */
@@ -6357,7 +8966,7 @@ export interface components {
         };
         /**
          * Scale
-         * @description Reduce the range of some motors towards the middle of each motor's range.
+         * @description Reduce the range of some motors towards the posture in which the motion starts.
          */
         Scale: {
             /**
@@ -6388,20 +8997,15 @@ export interface components {
             motors: number[];
         };
         /**
-         * SecondFactorBegun
-         * @description The secret for an app that makes codes.
+         * SecondFactorConfirmation
+         * @description The six digits that the app shows.
          */
-        SecondFactorBegun: {
+        SecondFactorConfirmation: {
             /**
-             * Address
-             * @description `otpauth://`: for an app on this device, or to type its secret.
+             * Code
+             * @example 123456
              */
-            address: string;
-            /**
-             * Picture
-             * @description The address as a QR code: a `data:` address of an SVG.
-             */
-            picture: string;
+            code: string;
         };
         /**
          * SecondFactorRemoval
@@ -6419,6 +9023,22 @@ export interface components {
              * @example 123456
              */
             code: string;
+        };
+        /**
+         * SecondFactorSetup
+         * @description The secret for an app that makes codes.
+         */
+        SecondFactorSetup: {
+            /**
+             * Address
+             * @description `otpauth://`: for an app on this device, or to type its secret.
+             */
+            address: string;
+            /**
+             * Picture
+             * @description The address as a QR code: a `data:` address of an SVG.
+             */
+            picture: string;
         };
         /**
          * SeenState
@@ -6461,6 +9081,12 @@ export interface components {
             therapist: string;
             /** Station */
             station: string;
+            /**
+             * Simulated
+             * @description True if the apparatus was simulated: its measured values are invented.
+             * @default false
+             */
+            simulated: boolean;
             /** @description Null if recordings were chosen one by one. */
             programme: components["schemas"]["SessionProgramme"] | null;
             /**
@@ -6497,6 +9123,12 @@ export interface components {
             /** Addenda */
             addenda: components["schemas"]["Addendum"][];
             /**
+             * Goniometer Readings
+             * @description Oldest first. With two poses of a motion, its patient's angles are estimated.
+             * @default []
+             */
+            goniometer_readings: components["schemas"]["GoniometerReading"][];
+            /**
              * Updated At
              * Format: date-time
              * @description UTC.
@@ -6515,10 +9147,10 @@ export interface components {
              * Check
              * @enum {string}
              */
-            check: "side" | "fixtures" | "belt" | "pedal" | "estop";
+            check: "identity" | "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
              * Subject
-             * @description The side or fixtures that an answer is valid for.
+             * @description The side or fixtures that an answer is valid for; empty: any answer.
              * @example arm_fixer_1
              */
             subject: string;
@@ -6624,7 +9256,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range, around the middle of each motor's range.
+             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
              * @default 100
              * @example 80
              */
@@ -6793,6 +9425,12 @@ export interface components {
              */
             runs: number;
             /**
+             * Simulated
+             * @description True if the apparatus was simulated: its measured values are invented.
+             * @default false
+             */
+            simulated: boolean;
+            /**
              * Stops
              * @description Number of stopped runs.
              */
@@ -6862,6 +9500,50 @@ export interface components {
             password: string;
         };
         /**
+         * SettingChange
+         * @description A field that differs between two configurations.
+         */
+        SettingChange: {
+            /** Name */
+            name: string;
+            /** Unit */
+            unit: string;
+            /** Before */
+            before: string;
+            /** After */
+            after: string;
+        };
+        /**
+         * SettingField
+         * @description A field of a station's configuration.
+         */
+        SettingField: {
+            /**
+             * Name
+             * @example axes[1].max_torque_nm
+             */
+            name: string;
+            /** Value */
+            value: string;
+            /** Unit */
+            unit: string;
+            /** @description Null for a text. */
+            accepted: components["schemas"]["AcceptedValues"] | null;
+        };
+        /**
+         * SettingsPreview
+         * @description What an import would change.
+         */
+        SettingsPreview: {
+            /** Changes */
+            changes: components["schemas"]["SettingChange"][];
+            /**
+             * Recommission
+             * @description True if the station must be commissioned again with this configuration.
+             */
+            recommission: boolean;
+        };
+        /**
          * SideRequest
          * @description The shoulder that the apparatus is set up for.
          */
@@ -6893,6 +9575,29 @@ export interface components {
              * @example 123456
              */
             code?: string | null;
+        };
+        /**
+         * SignInOptions
+         * @description Ways to sign in, besides name and password.
+         */
+        SignInOptions: {
+            /**
+             * Openid
+             * @description Name of the clinic's OpenID provider; null: there is none.
+             */
+            openid: string | null;
+        };
+        /**
+         * SignOff
+         * @description A doctor's permission to treat in spite of a contraindication.
+         */
+        SignOff: {
+            /**
+             * Doctor
+             * @description The doctor who allows it.
+             * @example Dr. Mori
+             */
+            doctor: string;
         };
         /**
          * SimulatorState
@@ -6943,6 +9648,31 @@ export interface components {
             live: components["schemas"]["Live"];
         };
         /**
+         * SoundRecording
+         * @description The sound side's recording that is compared.
+         */
+        SoundRecording: {
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /** Name */
+            name: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Taught At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            taught_at: string;
+        };
+        /**
          * SpadiItem
          * @description One question, in our own words.
          */
@@ -6965,7 +9695,7 @@ export interface components {
         };
         /**
          * SpadiScore
-         * @description Scores from 0 (none) to 100 (worst). Null if more than two items of a subscale are unanswered.
+         * @description Scores from 0 (none) to 100 (worst). Null if more than two of the 13 items are unanswered.
          */
         SpadiScore: {
             /** Pain */
@@ -6978,18 +9708,6 @@ export interface components {
              * @example 54.6
              */
             total: number | null;
-        };
-        /**
-         * Speaks
-         * @description A language of the page.
-         */
-        Speaks: {
-            /**
-             * Language
-             * @description en: English. ja: Japanese.
-             * @enum {string}
-             */
-            language: "en" | "ja";
         };
         /**
          * Stage
@@ -7038,6 +9756,48 @@ export interface components {
             since: string;
         };
         /**
+         * StageProposal
+         * @description The highest settings that a stage proposes.
+         */
+        StageProposal: {
+            /**
+             * Stage
+             * @enum {string}
+             */
+            stage: "freezing" | "frozen" | "thawing";
+            /**
+             * Load Level
+             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Speed Percent
+             * @description Percent of the taught speed.
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Range Percent
+             * @description Percent of the taught range.
+             * @example 80
+             */
+            range_percent: number;
+            /**
+             * Repetitions
+             * @description Of one recording.
+             * @example 5
+             */
+            repetitions: number;
+            /**
+             * Source
+             * @description Where the proposal comes from.
+             */
+            source: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            source_key?: components["schemas"]["TextKey"] | null;
+        };
+        /**
          * Station
          * @description A station that is registered or has sent its state.
          */
@@ -7055,6 +9815,47 @@ export interface components {
              * @description Version of configuration and calibration; 0: unknown.
              */
             version: number;
+        };
+        /**
+         * StationDrift
+         * @description Tracking error of one station in the last four weeks, compared with the twelve weeks before.
+         */
+        StationDrift: {
+            /** Station */
+            station: string;
+            /**
+             * Playbacks
+             * @description Compared playbacks of the last four weeks.
+             */
+            playbacks: number;
+            /**
+             * Rmse Deg
+             * @description Their mean RMSE of the worst motor, degrees; null without any.
+             */
+            rmse_deg: number | null;
+            /**
+             * Before Deg
+             * @description The mean of the twelve weeks before; null without any.
+             */
+            before_deg: number | null;
+            /** @description Null with fewer than two playbacks in either time. */
+            change_deg: components["schemas"]["Estimate"] | null;
+            /**
+             * Drifting
+             * @description The interval of the change lies above one encoder count of a drive (0.088 degrees).
+             */
+            drifting: boolean;
+        };
+        /**
+         * StationFile
+         * @description The content of a station's file.
+         */
+        StationFile: {
+            /**
+             * Config
+             * @description TOML.
+             */
+            config: string;
         };
         /**
          * StationInfo
@@ -7151,6 +9952,16 @@ export interface components {
             take_s: number | null;
         };
         /**
+         * StationSettings
+         * @description One version of a station's configuration, field by field.
+         */
+        StationSettings: {
+            /** Number */
+            number: number;
+            /** Fields */
+            fields: components["schemas"]["SettingField"][];
+        };
+        /**
          * StationState
          * @description The station and its newest state.
          */
@@ -7189,6 +10000,70 @@ export interface components {
             state: components["schemas"]["StationReport"] | null;
         };
         /**
+         * StationTracking
+         * @description Tracking error of one station in one week.
+         */
+        StationTracking: {
+            /**
+             * Begins On
+             * Format: date
+             * @description The Monday.
+             * @example 2026-11-16
+             */
+            begins_on: string;
+            /** Station */
+            station: string;
+            /**
+             * Playbacks
+             * @description Compared playbacks.
+             */
+            playbacks: number;
+            /**
+             * Rmse Deg
+             * @description Mean of the worst motor's RMSE, degrees.
+             */
+            rmse_deg: number;
+            /**
+             * Peak Deg
+             * @description Largest error, degrees.
+             */
+            peak_deg: number;
+        };
+        /**
+         * StationUse
+         * @description The use of one station in one day or week.
+         */
+        StationUse: {
+            /**
+             * Begins On
+             * Format: date
+             * @description The day, or the week's Monday.
+             * @example 2026-11-16
+             */
+            begins_on: string;
+            /** Station */
+            station: string;
+            /** Sessions */
+            sessions: number;
+            /** Playbacks */
+            playbacks: number;
+            /**
+             * Stopped
+             * @description Stopped playbacks.
+             */
+            stopped: number;
+            /**
+             * Hours
+             * @description Playing time, hours.
+             */
+            hours: number;
+            /**
+             * Repetitions
+             * @description Completed repetitions.
+             */
+            repetitions: number;
+        };
+        /**
          * StationVersion
          * @description Configuration and calibration that a station's device used from a moment on.
          */
@@ -7203,7 +10078,7 @@ export interface components {
             /**
              * Software
              * @description Version of Kata that recorded it.
-             * @example 0.1.0
+             * @example 1.0.0
              */
             software: string;
             /**
@@ -7211,6 +10086,11 @@ export interface components {
              * @description TOML: configuration and calibration.
              */
             config: string;
+            /**
+             * Changed By
+             * @description Who imported it on the page; empty where the station's file was changed.
+             */
+            changed_by: string;
         };
         /**
          * StationsMessage
@@ -7293,7 +10173,7 @@ export interface components {
             message: string;
             /**
              * Next Step
-             * @example Look after the patient, release the switch, then acknowledge.
+             * @example Support the arm and look after the patient. Release the switch, then acknowledge.
              */
             next_step: string;
             /**
@@ -7310,6 +10190,29 @@ export interface components {
             message_key?: components["schemas"]["TextKey"] | null;
             /** @description Code and parameters of the English text; null: it has none. */
             next_step_key?: components["schemas"]["TextKey"] | null;
+        };
+        /**
+         * StopCount
+         * @description Stops by one cause at one station.
+         */
+        StopCount: {
+            /**
+             * Code
+             * @example estop_pressed
+             */
+            code: string;
+            /** Station */
+            station: string;
+            /**
+             * Sessions
+             * @description Sessions in which a playback was stopped.
+             */
+            sessions: number;
+            /**
+             * Alarms
+             * @description Alarms of the device, also outside sessions.
+             */
+            alarms: number;
         };
         /**
          * StopLive
@@ -7340,6 +10243,19 @@ export interface components {
              * @description Chosen by the page; the answer repeats it.
              */
             number: number;
+        };
+        /**
+         * Stops
+         * @description Stops and alarms of the stations, the most frequent first.
+         */
+        Stops: {
+            /** Rows */
+            rows: components["schemas"]["StopCount"][];
+            /**
+             * Sessions
+             * @description All sessions of the stations in this time, with and without a stop.
+             */
+            sessions: number;
         };
         /**
          * Stretch
@@ -7424,7 +10340,16 @@ export interface components {
              *       "belt"
              *     ]
              */
-            looked_at?: ("side" | "fixtures" | "belt" | "pedal" | "estop")[];
+            looked_at?: ("identity" | "side" | "fixtures" | "belt" | "pedal" | "estop")[];
+            /**
+             * Identifiers
+             * @description Identifiers that the patient has just stated and that agree with the record. Two are needed unless the identity is confirmed in the patient's open session.
+             * @example [
+             *       "name",
+             *       "birth_date"
+             *     ]
+             */
+            identifiers?: ("name" | "birth_date" | "clinic_number")[];
         };
         /**
          * Teaching
@@ -7507,6 +10432,22 @@ export interface components {
             };
         };
         /**
+         * TrackingQuality
+         * @description Tracking error of the stations.
+         */
+        TrackingQuality: {
+            /**
+             * Rows
+             * @description In the order of time.
+             */
+            rows: components["schemas"]["StationTracking"][];
+            /**
+             * Drift
+             * @description By station.
+             */
+            drift: components["schemas"]["StationDrift"][];
+        };
+        /**
          * Trim
          * @description Keep the part between two times.
          */
@@ -7587,6 +10528,14 @@ export interface components {
              * @description Range and speed of each motor.
              */
             ranges: components["schemas"]["MotorRange"][];
+            /** @description Smallest margin to the reachable set. */
+            margin: components["schemas"]["ReachMargin"];
+            /**
+             * Simulated
+             * @description True if the file was exported from a simulated apparatus.
+             * @default false
+             */
+            simulated: boolean;
         };
         /**
          * Unlock
@@ -7597,12 +10546,23 @@ export interface components {
             password: string;
         };
         /**
+         * Usage
+         * @description The use of the stations. A day or week without a session has no row.
+         */
+        Usage: {
+            /**
+             * Rows
+             * @description In the order of time.
+             */
+            rows: components["schemas"]["StationUse"][];
+        };
+        /**
          * VersionCreate
          * @description A new version of a programme.
          */
         VersionCreate: {
             /** Items */
-            items: components["schemas"]["ItemWanted"][];
+            items: components["schemas"]["ProgrammeItemRequest"][];
             /**
              * Made By
              * @description Prescribing person: you unless another name is given.
@@ -7673,15 +10633,35 @@ export interface components {
             pause_s: number;
         };
         /**
-         * WaysIn
-         * @description Ways to sign in, besides name and password.
+         * Worklist
+         * @description The work of one day. Patients whose records are not open to you are left out.
          */
-        WaysIn: {
+        Worklist: {
             /**
-             * Openid
-             * @description Name of the clinic's OpenID provider; null: there is none.
+             * Sessions
+             * @description Today's sessions and all that have not ended, newest first.
              */
-            openid: string | null;
+            sessions: components["schemas"]["SessionSummary"][];
+            /**
+             * Due
+             * @description Due today or earlier, the longest overdue first.
+             */
+            due: components["schemas"]["DuePatient"][];
+            /**
+             * Due Count
+             * @description Their number; the list shows at most 50.
+             */
+            due_count: number;
+            /**
+             * Unsigned
+             * @description Your ended sessions without a signed note, oldest first, at most 50.
+             */
+            unsigned: components["schemas"]["SessionSummary"][];
+            /**
+             * Changes
+             * @description Of your last patients, the newest session first.
+             */
+            changes: components["schemas"]["PatientChange"][];
         };
         /**
          * ProblemField
@@ -7798,7 +10778,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Alive"];
+                    "application/json": components["schemas"]["Liveness"];
                 };
             };
         };
@@ -7818,7 +10798,36 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Ready"];
+                    "application/json": components["schemas"]["Readiness"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_health_idle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Idleness"];
                 };
             };
             /** @description The apparatus' control program or the database does not answer. */
@@ -8122,7 +11131,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Reset"];
+                "application/json": components["schemas"]["AccountReset"];
             };
         };
         responses: {
@@ -8930,6 +11939,553 @@ export interface operations {
             };
             /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_commissionings: {
+        parameters: {
+            query: {
+                /** @description Its name. */
+                station: string;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+                /** @description How many at most. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Commissioning_"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_commissioning: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                commissioning_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningDetail"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_contraindication_kinds: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ContraindicationKind_"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_contraindications: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Contraindication_"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    add_contraindication: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ContraindicationCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Contraindication"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_off_contraindication: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                contraindication_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignOff"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Contraindication"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resolve_contraindication: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                contraindication_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Resolution"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Contraindication"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10289,6 +13845,91 @@ export interface operations {
             };
         };
     };
+    get_recording_mcap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The data exists but can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_run_samples: {
         parameters: {
             query?: never;
@@ -10401,6 +14042,100 @@ export interface operations {
                 };
                 content: {
                     "application/vnd.apache.parquet": string;
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The data exists but can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_mcap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -10909,6 +14644,218 @@ export interface operations {
             };
         };
     };
+    start_patient_mode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PatientModeStart"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_patient_questionnaire: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PatientQuestionnaire"] | null;
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    answer_patient_questionnaire: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PatientAnswers"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PatientQuestionnaire"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_patients: {
         parameters: {
             query?: {
@@ -11226,6 +15173,131 @@ export interface operations {
             };
         };
     };
+    get_clinic_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClinicProfile"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    update_clinic_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ClinicProfileUpdate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClinicProfile"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_programmes: {
         parameters: {
             query?: never;
@@ -11402,7 +15474,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["PreviewWanted"];
+                "application/json": components["schemas"]["ProgrammePreviewRequest"];
             };
         };
         responses: {
@@ -11939,6 +16011,62 @@ export interface operations {
             };
             /** @description The request is invalid; see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_questionnaires: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Questionnaire_"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12881,6 +17009,85 @@ export interface operations {
             };
         };
     };
+    get_commissioning_report_pdf: {
+        parameters: {
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
+            header?: never;
+            path: {
+                commissioning_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_note_draft: {
         parameters: {
             query?: {
@@ -13729,6 +17936,82 @@ export interface operations {
             };
         };
     };
+    get_patient_banner: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PatientBanner"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_session: {
         parameters: {
             query?: never;
@@ -13988,7 +18271,7 @@ export interface operations {
             header?: never;
             path: {
                 session_id: string;
-                check: "side" | "fixtures" | "belt" | "pedal" | "estop";
+                check: "identity" | "side" | "fixtures" | "belt" | "pedal" | "estop";
             };
             cookie?: never;
         };
@@ -14438,6 +18721,181 @@ export interface operations {
             };
         };
     };
+    add_goniometer_reading: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["GoniometerReadingCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Session"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_goniometer_reading: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+                reading_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Session"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_run: {
         parameters: {
             query?: never;
@@ -14599,9 +19057,105 @@ export interface operations {
             };
         };
     };
+    get_played_motion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlayedMotion"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The data exists but can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_run_figures: {
         parameters: {
             query?: {
+                /** @description path: time on the motion. wall: real time since it began. */
+                clock?: "path" | "wall";
                 /** @description Start of a window, seconds on the figure's clock. */
                 start_s?: number | null;
                 /** @description End of that window, seconds. */
@@ -14698,6 +19252,551 @@ export interface operations {
             };
         };
     };
+    get_recording_rhythm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ApparatusRhythm"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The data exists but can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_rhythm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ApparatusRhythm"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The data exists but can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_worklist: {
+        parameters: {
+            query?: {
+                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                utc_offset_minutes?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Worklist"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_usage: {
+        parameters: {
+            query?: {
+                /** @description week: from Monday on. */
+                by?: "day" | "week";
+                /** @description From this time on; default: a year before the end. */
+                since?: string | null;
+                /** @description Before this time; default: now. */
+                until?: string | null;
+                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                utc_offset_minutes?: number;
+                /** @description Only this station. */
+                station?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Usage"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_tracking_quality: {
+        parameters: {
+            query?: {
+                /** @description From this time on; default: a year before the end. */
+                since?: string | null;
+                /** @description Before this time; default: now. */
+                until?: string | null;
+                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                utc_offset_minutes?: number;
+                /** @description Only this station. */
+                station?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TrackingQuality"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_stop_counts: {
+        parameters: {
+            query?: {
+                /** @description From this time on; default: a year before the end. */
+                since?: string | null;
+                /** @description Before this time; default: now. */
+                until?: string | null;
+                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                utc_offset_minutes?: number;
+                /** @description Only this station. */
+                station?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Stops"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_outcomes: {
+        parameters: {
+            query?: {
+                /** @description From this time on; default: a year before the end. */
+                since?: string | null;
+                /** @description Before this time; default: now. */
+                until?: string | null;
+                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                utc_offset_minutes?: number;
+                /** @description Only this station. */
+                station?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Outcomes"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     choose_language: {
         parameters: {
             query?: never;
@@ -14707,7 +19806,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Speaks"];
+                "application/json": components["schemas"]["LanguageChoice"];
             };
         };
         responses: {
@@ -14975,7 +20074,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Confirm"];
+                "application/json": components["schemas"]["SecondFactorConfirmation"];
             };
         };
         responses: {
@@ -15072,7 +20171,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SecondFactorBegun"];
+                    "application/json": components["schemas"]["SecondFactorSetup"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -15231,7 +20330,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_OwnSignIn_"];
+                    "application/json": components["schemas"]["Page_OwnLoginSession_"];
                 };
             };
             /** @description No user is signed in at this browser. */
@@ -15359,7 +20458,7 @@ export interface operations {
             };
         };
     };
-    get_ways_in: {
+    get_sign_in_options: {
         parameters: {
             query?: never;
             header?: never;
@@ -15374,7 +20473,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["WaysIn"];
+                    "application/json": components["schemas"]["SignInOptions"];
                 };
             };
         };
@@ -15458,7 +20557,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Away"];
+                    "application/json": components["schemas"]["ProviderAddress"];
                 };
             };
             /** @description Not found. */
@@ -15657,6 +20756,62 @@ export interface operations {
             };
             /** @description Not allowed for this account, or the request came from another site's page. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_drive_trend: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DriveTrendData"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16785,6 +21940,509 @@ export interface operations {
             };
         };
     };
+    get_commissioning_status: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningState"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_station_settings: {
+        parameters: {
+            query: {
+                /** @description Its name. */
+                station: string;
+                /** @description The version; the newest by default. */
+                number?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StationSettings"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_station_settings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StationFile"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SettingsPreview"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    import_station_settings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StationFile"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SettingsPreview"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_commissioning_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningRunState"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    start_commissioning: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunStart"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningRunState"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    confirm_commissioning: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunConfirmation"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningRunState"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_stations: {
         parameters: {
             query?: never;
@@ -17336,6 +22994,174 @@ export interface operations {
             };
             /** @description The request is invalid; see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_support_bundle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/zip": unknown;
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_notifications: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Notification_"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_operation: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -10,7 +10,7 @@ export const sessionsApi = {
     unwrap(
       client.POST("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } }, body }),
     ),
-  previewProgramme: (key: string, body: Schemas["PreviewWanted"]) =>
+  previewProgramme: (key: string, body: Schemas["ProgrammePreviewRequest"]) =>
     unwrap(
       client.POST("/api/patients/{patient_id}/programmes/preview", {
         params: { path: { patient_id: key } },
@@ -30,10 +30,10 @@ export const sessionsApi = {
     ),
   sessions: (query: SessionQuery, after: string | null = null) =>
     unwrap(client.GET("/api/sessions", { params: { query: { ...query, ...startAfter(after) } } })),
-  patientSessions: (key: string, after: string | null = null) =>
+  patientSessions: (key: string, after: string | null = null, limit = 50) =>
     unwrap(
       client.GET("/api/patients/{patient_id}/sessions", {
-        params: { path: { patient_id: key }, query: startAfter(after) },
+        params: { path: { patient_id: key }, query: { limit, ...startAfter(after) } },
       }),
     ),
   sessionFilterOptions: () => unwrap(client.GET("/api/sessions/filter-options")),
@@ -76,14 +76,38 @@ export const sessionsApi = {
     unwrap(
       client.POST("/api/sessions/{session_id}/addenda", { params: { path: { session_id: key } }, body }),
     ),
+  addGoniometerReading: (key: string, body: Schemas["GoniometerReadingCreate"]) =>
+    unwrap(
+      client.POST("/api/sessions/{session_id}/goniometer-readings", {
+        params: { path: { session_id: key } },
+        body,
+      }),
+    ),
+  removeGoniometerReading: (session_id: string, reading_id: string) =>
+    unwrap(
+      client.DELETE("/api/sessions/{session_id}/goniometer-readings/{reading_id}", {
+        params: { path: { session_id, reading_id } },
+      }),
+    ),
   sessionAlarms: (session_id: string) =>
     unwrap(client.GET("/api/events", { params: { query: { session_id, kind: "alarm", limit: 50 } } })),
+  /** Where resistance took the arm back. */
+  sessionReversals: (session_id: string) =>
+    unwrap(
+      client.GET("/api/events", { params: { query: { session_id, code: "load_reversal", limit: 200 } } }),
+    ),
   sessionPlan: (key: string) =>
     unwrap(client.GET("/api/sessions/{session_id}/plan", { params: { path: { session_id: key } } })),
-  runFigures: (key: string, window: PlotWindow | null) =>
+  runFigures: (key: string, window: PlotWindow | null, clock: "path" | "wall") =>
     unwrap(
-      client.GET("/api/runs/{run_id}/figures", { params: { path: { run_id: key }, query: window ?? {} } }),
+      client.GET("/api/runs/{run_id}/figures", {
+        params: { path: { run_id: key }, query: { ...window, clock } },
+      }),
     ),
+  playedMotion: (key: string) =>
+    unwrap(client.GET("/api/runs/{run_id}/played", { params: { path: { run_id: key } } })),
+  runRhythm: (key: string) =>
+    unwrap(client.GET("/api/runs/{run_id}/rhythm", { params: { path: { run_id: key } } })),
   runMotion: (key: string) =>
     unwrap(client.GET("/api/runs/{run_id}/motion", { params: { path: { run_id: key } } })),
 };

@@ -6,6 +6,7 @@ const STOP_TIMEOUT_MS = 4000;
 
 /** The apparatus at this station, and its simulator. */
 export const stationApi = {
+  driveTrend: () => unwrap(client.GET("/api/station/drive-trend")),
   readyPatients: async () => (await unwrap(client.GET("/api/station/ready-patients"))).items,
   teachingChecklist: (patient_id: string, fixtures: Schemas["TeachRequest"]["fixtures"]) =>
     unwrap(

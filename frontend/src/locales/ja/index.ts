@@ -1,38 +1,44 @@
-import administration from "./administration.json";
 import alarms from "./alarms.json";
 import app from "./app.json";
 import assessments from "./assessments.json";
 import auth from "./auth.json";
+import clinic from "./clinic.json";
 import common from "./common.json";
 import digitalTwin from "./digital-twin.json";
 import episodes from "./episodes.json";
 import fleet from "./fleet.json";
 import importExport from "./import-export.json";
+import notifications from "./notifications.json";
+import patientMode from "./patient-mode.json";
 import patients from "./patients.json";
 import programmes from "./programmes.json";
 import progress from "./progress.json";
 import recordings from "./recordings.json";
 import reports from "./reports.json";
+import search from "./search.json";
 import sessions from "./sessions.json";
 import station from "./station.json";
 import ui from "./ui.json";
 
 export default {
-  administration,
   alarms,
   app,
   assessments,
   auth,
+  clinic,
   common,
   "digital-twin": digitalTwin,
   episodes,
   fleet,
   "import-export": importExport,
+  notifications,
+  "patient-mode": patientMode,
   patients,
   programmes,
   progress,
   recordings,
   reports,
+  search,
   sessions,
   station,
   ui,

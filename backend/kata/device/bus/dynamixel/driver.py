@@ -1,51 +1,54 @@
-"""Driver for Dynamixel Protocol 2.0 with the control table of the XH540 (robotis e-manual).
+"""Driver for Dynamixel Protocol 2.0 with the control table of the X series (ROBOTIS e-Manual).
 
-Each cycle has three requests. A Sync Read reads current, velocity and position of all five drives (a Fast Sync Read if
-the drives support it: one packet, a quarter fewer bytes). A Read reads the registers of one drive in turn. The last
-Read reads the external ports, so that the emergency stop is the newest value. Setpoints and torque are sent as Sync
-Writes, which no drive answers; the drives' registers show the resulting torque.
+A cycle has one request: a Fast Sync Read of the block of Indirect Data that holds everything of every drive, the inputs
+included (:mod:`kata.device.bus.dynamixel.cycle_block`); a Sync Read if the drives do not support it. The drive of the inputs
+answers first, so that no other drive can silence it. Setpoints and torque are sent as Sync Writes, which no drive answers;
+the drives' registers show the resulting torque.
 
-Every register that the configuration determines is verified (:mod:`kata.device.bus.dynamixel.registers`). The registers in the
-status block are verified with each status. The others are read in a slow rotation that sometimes replaces a status, so
-that no cycle becomes longer.
+Opening a port writes nothing, and a drive that has restarted has no block. Until the map of the block has been verified on
+every drive that answers, a cycle reads the registers themselves with three requests: current, velocity and position of all
+drives, the status of one drive in turn, and the ports.
 
-An answer does not identify its request. The driver therefore asks the drives for one more byte in every other cycle,
-and asks the inputs for up to thirteen more bytes in rotation. An answer that arrives whole cycles late then has the
-wrong length.
+Every register that the configuration determines is verified (:mod:`kata.device.bus.dynamixel.registers`). Those in the
+block are verified with each answer, the others in a slow rotation.
+
+An answer does not identify its request. The driver therefore asks for another number of bytes in each cycle. An answer
+that arrives whole cycles late then has the wrong length.
 """
 
 import logging
 import struct
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import cycle
 from typing import Final
 
-from kata.device import texts
+from kata.device.bus.dynamixel.answers import DynamixelAnswers
+from kata.device.bus.dynamixel.bandwidth import cycle_time_ns
+from kata.device.bus.dynamixel.cycle_block import (
+    INDIRECT_DATA,
+    PRESENT_BYTES,
+    CycleBlock,
+    decode,
+)
 from kata.device.bus.dynamixel.packets import BROADCAST, FastParser, StatusParser, encode, encode_cached
 from kata.device.bus.dynamixel.registers import (
-    AMPERE_PER_UNIT,
+    BLOCKS,
     BUS_WATCHDOG,
     DEG_PER_COUNT,
-    EEPROM_BLOCKS,
     GOAL_POSITION,
-    NM_PER_AMPERE,
+    LENGTHS,
     PORT_DATA,
-    PORTS_BLOCK,
     PRESENT,
+    STATUS,
     STATUS_BLOCK,
     TORQUE_ENABLE,
-    Register,
-    configured_registers,
-    nearest_turn,
-    port_mode,
-    zero_count,
 )
-from kata.device.bus.dynamixel.requests import ALERT, SYNC_WRITE, DynamixelRequests, OnReply, Replies
+from kata.device.bus.dynamixel.requests import ALERT, SYNC_WRITE, OnReply, Replies
+from kata.device.bus.plugin import Driver
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
+from kata.device.bus.port import BusSample, DriveHealth, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.serial_transport import Transport
-from kata.device.bus.verification import Verification
-from kata.device.config import Axis, StationConfig
+from kata.device.config import StationConfig
 
 log = logging.getLogger(__name__)
 
@@ -58,39 +61,18 @@ parts after it.
 _INPUT_ANSWER_LENGTHS: Final = 14
 
 _STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
-_HARDWARE_ERROR_AT: Final = 70 - TORQUE_ENABLE
-_WATCHDOG_AT: Final = BUS_WATCHDOG - TORQUE_ENABLE
-_WATCHDOG_STEP_MS: Final = 20
-_WATCHDOG_TRIPPED: Final = 0xFF
-_DEG_S_A_UNIT: Final = 0.229 * 6
-_NO_TORQUE: Final = Register("torque enable", TORQUE_ENABLE, b"\0")
-_ARMING_LIMIT_NS: Final = 5_000_000
-"""The write that arms the watchdogs takes effect within this time; an earlier status may still show an unarmed
-watchdog.
-"""
 
-_PRESENT_FORMAT: Final = struct.Struct("<hii")
-_DRIVE_LENGTHS: Final = (_PRESENT_FORMAT.size, _PRESENT_FORMAT.size + 1)
+_DRIVE_LENGTHS: Final = (PRESENT_BYTES, PRESENT_BYTES + 1)
 _GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
 """Address and length of the goals in a Sync Write."""
 
 
-class DynamixelBus(DynamixelRequests):
+class DynamixelBus(DynamixelAnswers):
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Protocol 2.0."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
         super().__init__(config, open_transport)
-        self._axes = {axis.id: axis for axis in config.axes}
-        self._zeros = {axis.id: zero_count(axis) for axis in config.axes}
-        """By drive id: the position that the drive reports at motor angle 0, whole turns included."""
-        self._registers = [configured_registers(config, axis) for axis in config.axes]
-        self._ports = (self._ids.index(config.inputs.drive_id), PORTS_BLOCK)
-        """Drive and block that hold the modes of the input ports."""
-        self._port_modes = frozenset(port_mode(port) for port in config.inputs.ports)
-        self._verification = Verification(len(self._ids), 1 + len(EEPROM_BLOCKS), config.cycle_hz, urgent=self._ports)
-        self._armed_ns: int | None = None
-        """When the bus watchdogs were armed; None while torque is off."""
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
         """Id and goal of each drive."""
         self._next_status = cycle(range(len(config.axes)))
@@ -99,11 +81,14 @@ class DynamixelBus(DynamixelRequests):
         self._plain_cycles = 0
         self._extra_bytes = 0
         """Extra bytes requested in this cycle: 0 or 1."""
+        self._drives_turn = False
+        """True if this cycle reads the drives, when a cycle has no time for three answers."""
+        self._block_lengths = cycle(LENGTHS)
         # More lengths than the cycles in which an input is valid, and none that this drive's other answers have.
-        lengths = [
+        input_lengths = [
             n for n in range(self._input_bytes, self._input_bytes + _INPUT_ANSWER_LENGTHS) if n not in _DRIVE_LENGTHS
         ]
-        self._input_prefixes = cycle([n - self._input_bytes for n in lengths])
+        self._input_prefixes = cycle([n - self._input_bytes for n in input_lengths])
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -124,47 +109,134 @@ class DynamixelBus(DynamixelRequests):
     def read(self) -> BusSample:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._backoff.begin_cycle()
-        self._extra_bytes = 1 - self._extra_bytes
-        drives, corrupt, timed_out = self.read_drives()
-        for n, drive in enumerate(drives):
-            self._verification.heard(n, answered=drive is not None)
-        if due := self._verification.next_read():
+        self._slack_left_ns = self._slack_ns
+        asked = self._inputs_first(self._backoff.poll_order())
+        if asked and all(self._is_mapped(self._ids.index(drive_id)) for drive_id in asked):
+            return self._read_blocks(asked)
+        return self._read_separately()
+
+    # -- one request ------------------------------------------------------------------------------------------------
+
+    def _inputs_first(self, asked: list[int]) -> list[int]:
+        drive_id = self._config.inputs.drive_id
+        if drive_id not in asked or self._backoff.missed(drive_id):
+            return asked
+        return [drive_id, *(other for other in asked if other != drive_id)]
+
+    def _read_blocks(self, asked: list[int]) -> BusSample:
+        """Read the block of each of these drives."""
+        found: dict[int, DriveSample] = {}
+        blocks: dict[int, CycleBlock] = {}
+        statuses: dict[int, DriveStatus] = {}
+        health: list[DriveHealth] = []
+
+        def take(drive_id: int, t_ns: int, error: int, data: bytes) -> None:
+            if error & ~ALERT:
+                return
+            blocks[drive_id] = block = decode(data)
+            axis = self._ids.index(drive_id)
+            if not block.marked:
+                self._verification.forget(axis)
+                return
+            self._decode_drive(found, drive_id, t_ns, error, data)
+            statuses[axis] = self._block_status(axis, t_ns, block, data)
+            if reported := self._drive_health(axis, t_ns, data):
+                health.append(reported)
+
+        size = next(self._block_lengths)
+        replies = self._read_drives(asked, INDIRECT_DATA, size, take)
+        drives = self._record(asked, found, answered=blocks)
+        inputs_id, inputs = self._config.inputs.drive_id, None
+        if inputs_id in found:
+            if self._inputs_are_verified:
+                inputs = input_sample(found[inputs_id].t_ns, self._config.inputs, blocks[inputs_id].ports)
+        elif inputs_id not in asked:
+            inputs = self._read_inputs()
+        if due := self._verification.next_read(replaces_status=False):
             self._verify(*due)
-            statuses: tuple[DriveStatus, ...] = ()
-        else:
-            status = self._read_status(next(self._next_status))
-            statuses = (status,) if status else ()
+        read = tuple(statuses[n] for n in sorted(statuses))
+        missing = self._missing(asked, blocks, corrupt=replies.corrupt)
+        return BusSample(drives, inputs, read, *missing, tuple(health))
+
+    # -- three requests ---------------------------------------------------------------------------------------------
+
+    def _read_separately(self) -> BusSample:
+        """Read drives, one status and the inputs. If three answers take longer than a cycle, drives and statuses take
+        turns.
+        """
+        crowded = 3 * self.latency_ns > self._slack_ns
+        self._drives_turn = not (crowded and self._drives_turn)
+        drives: tuple[DriveSample | None, ...] = (None,) * len(self._ids)
+        corrupt = timed_out = frozenset[int]()
+        if self._drives_turn:
+            drives, corrupt, timed_out = self.read_drives()
+        statuses: tuple[DriveStatus, ...] = ()
+        if not (crowded and self._drives_turn):
+            if due := self._verification.next_read():
+                self._verify(*due)
+            else:
+                status = self._read_status(self._next_status_axis())
+                statuses = (status,) if status else ()
         return BusSample(drives, self._read_inputs(), statuses, corrupt, timed_out)
+
+    def _next_status_axis(self) -> int:
+        """Return the axis whose status is read next: one that has lost its marker, else each in turn."""
+        lost = [n for n in range(len(self._ids)) if self._verification.is_unread(n, STATUS)]
+        return lost[0] if lost else next(self._next_status)
 
     def read_drives(self) -> tuple[tuple[DriveSample | None, ...], frozenset[int], frozenset[int]]:
         """Read position, speed and torque of all five drives. Return them with the axes whose answer was corrupt and
         those that timed out.
         """
         self._slack_left_ns = self._slack_ns
+        self._extra_bytes = 1 - self._extra_bytes
         asked = self._backoff.poll_order()
-        fast = bool(self._fast) and not self._plain_cycles
-        self._plain_cycles = max(0, self._plain_cycles - 1)
         found: dict[int, DriveSample] = {}
-        replies = self._sync_read(asked, fast, lambda *answer: self._decode_drive(found, *answer))
-        if fast and replies.corrupt:
-            self._plain_cycles = _PLAIN_READ_CYCLES
+        size = PRESENT_BYTES + self._extra_bytes
+        replies = self._read_drives(asked, PRESENT, size, lambda *answer: self._decode_drive(found, *answer))
         if self._fast is None and len(found) == len(self._ids):
             self._try_fast()
-        self.errors += len(asked) - len(found)
-        self._backoff.answered(asked, found.keys())
+        drives = self._record(asked, found, answered=found)
+        return drives, *self._missing(asked, found, corrupt=replies.corrupt)
+
+    def _missing(
+        self, asked: Sequence[int], answered: Collection[int], *, corrupt: bool
+    ) -> tuple[frozenset[int], frozenset[int]]:
+        """Return the axes that were asked and sent no valid answer: first those that were corrupt, then those that timed
+        out.
+        """
+        missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in answered])
+        return (missing, frozenset()) if corrupt else (frozenset(), missing)
+
+    def _read_drives(self, asked: Sequence[int], address: int, size: int, on_reply: OnReply) -> Replies:
+        """Read the same registers of these drives."""
+        fast = bool(self._fast) and not self._plain_cycles
+        self._plain_cycles = max(0, self._plain_cycles - 1)
+        replies = self._sync_read(asked, address, size, on_reply, fast=fast)
+        if fast and replies.corrupt:
+            self._plain_cycles = _PLAIN_READ_CYCLES
+        return replies
+
+    def _record(
+        self, asked: list[int], found: Mapping[int, DriveSample], answered: Collection[int]
+    ) -> tuple[DriveSample | None, ...]:
+        """Record which drives answered; return the samples in axis order."""
+        self.errors += sum(1 for drive_id in asked if drive_id not in answered)
+        self._backoff.answered(asked, answered)
         drives = tuple([found.get(drive_id) for drive_id in self._ids])
-        missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in found])
-        return (drives, missing, frozenset()) if replies.corrupt else (drives, frozenset(), missing)
+        for n, drive in enumerate(drives):
+            self._verification.heard(n, answered=drive is not None)
+        return drives
 
     def _try_fast(self) -> None:
         """Try Fast Sync Read once after opening, when every drive answers."""
-        self._fast = bool(self._sync_read(self._ids, fast=True).of)
+        self._fast = bool(self._sync_read(self._ids, PRESENT, PRESENT_BYTES, None, fast=True).of)
         if not self._fast:
             log.info("the drives do not support Fast Sync Read; using Sync Read")
 
     def read_inputs(self) -> InputSample | None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._slack_left_ns = self._slack_ns // 2
+        self._slack_left_ns = self._poll_slack_ns
         return self._read_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
@@ -186,26 +258,21 @@ class DynamixelBus(DynamixelRequests):
         self._armed_ns = None
         self._sync_write(TORQUE_ENABLE, [b"\0"] * len(self._ids))
 
-    @property
-    def _watchdog(self) -> int:
-        return self._config.bus_watchdog_ms // _WATCHDOG_STEP_MS
-
     # -- requests -------------------------------------------------------------------------------------------------
 
-    def _sync_read(self, asked: Sequence[int], fast: bool, on_reply: OnReply | None = None) -> Replies:
+    def _sync_read(
+        self, asked: Sequence[int], address: int, size: int, on_reply: OnReply | None, *, fast: bool
+    ) -> Replies:
         if not asked:
             return Replies()
-        size = _PRESENT_FORMAT.size + self._extra_bytes
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
-        request = encode_cached(BROADCAST, instruction, struct.pack("<HH", PRESENT, size) + bytes(asked))
+        request = encode_cached(BROADCAST, instruction, struct.pack("<HH", address, size) + bytes(asked))
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, on_reply)
 
     def _read_inputs(self) -> InputSample | None:
-        """Return the state of the contacts. None also if the ports are not verified as inputs: their values mean
-        nothing then. A mismatch of another register hides no pressed switch.
-        """
+        """Return the state of the contacts; None also if the ports are not verified as inputs."""
         inputs = self._config.inputs
-        if not self._verification.registers_match(*self._ports, self._port_modes):
+        if not self._inputs_are_verified:
             return None
         first = min(inputs.ports)
         length = self._input_bytes
@@ -221,82 +288,23 @@ class DynamixelBus(DynamixelRequests):
         ports = self._config.inputs.ports
         return 2 * (max(ports) - min(ports)) + 2
 
-    def _decode_drive(self, found: dict[int, DriveSample], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
-        """Decode an answer as soon as it arrives: the next drive's answer is still on the wire."""
-        if error & ~ALERT:
-            return
-        axis = self._axes[drive_id]
-        current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
-        if self._armed_ns is None:
-            # A drive that lost power may have lost whole turns. With torque on the turn stays.
-            self._zeros[drive_id] = zero_count(axis) - nearest_turn(axis, position)
-        found[drive_id] = DriveSample(
-            t_ns=t_ns,
-            position_deg=axis.direction * (position - self._zeros[drive_id]) * DEG_PER_COUNT,
-            speed_deg_s=axis.direction * velocity * _DEG_S_A_UNIT,
-            torque_nm=axis.direction * current * AMPERE_PER_UNIT * NM_PER_AMPERE,
-            alert=error & ALERT != 0,
-        )
-
     def _read_status(self, axis: int) -> DriveStatus | None:
         read = self._read_registers(self._ids[axis], TORQUE_ENABLE, _STATUS_BYTES)
         if read is None:
             return None
-        t_ns, data = read
-        self._compare(axis, 0, STATUS_BLOCK, data, *self._watchdog_mismatch(t_ns, data))
-        return DriveStatus(
-            t_ns=t_ns,
-            axis=axis,
-            torque_on=data[0] != 0,
-            hardware_error=data[_HARDWARE_ERROR_AT],
-            watchdog_tripped=data[_WATCHDOG_AT] == _WATCHDOG_TRIPPED,
-            verified=self._verification.verified(axis),
-            mismatch=self._verification.mismatch(axis),
-        )
+        return self._register_status(axis, *read)
 
     # -- verification -----------------------------------------------------------------------------------------------
 
     def _verify(self, axis: int, block: int) -> None:
-        """Read one block of one drive's EEPROM and compare it with the configuration."""
-        addresses = EEPROM_BLOCKS[block - 1]
+        """Read one block of one drive's registers and compare it with the configuration."""
+        addresses = BLOCKS[block]
         read = self._read_registers(self._ids[axis], addresses.start, len(addresses))
         if read:
-            self._compare(axis, block, addresses, read[1])
+            _, data = read
+            self._note_limits(axis, block, data)
+            self._compare(axis, block, lambda address: data[address - addresses.start :])
 
-    def _compare(self, axis: int, block: int, addresses: range, data: bytes, *mismatches: str) -> None:
-        differing = [
-            register.name
-            for register in self._registers[axis]
-            if register.address in addresses
-            and data[(at := register.address - addresses.start) : at + len(register.data)] != register.data
-        ]
-        self._verification.found(axis, block, [*mismatches, *differing])
 
-    def _watchdog_mismatch(self, t_ns: int, data: bytes) -> tuple[str, ...]:
-        """Return the watchdog's name if a drive with torque has not armed it: no drive confirms the write that arms it."""
-        armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMING_LIMIT_NS
-        if not armed or not data[0] or data[_WATCHDOG_AT] in (self._watchdog, _WATCHDOG_TRIPPED):
-            return ()
-        return ("bus watchdog",)
-
-    # -- configuration ------------------------------------------------------------------------------------------------
-
-    def _configure(self, motor: int, axis: Axis, registers: Sequence[Register]) -> None:
-        self._require_one_drive(motor, axis.id)
-        model, *others = registers
-        self._check_model(motor, axis, model)
-        if self._register(motor, axis.id, _NO_TORQUE) != _NO_TORQUE.data:
-            raise BusError(texts.DRIVE_HAS_TORQUE(motor=motor, drive_id=axis.id))
-        self._write(motor, axis.id, BUS_WATCHDOG, b"\0")
-        for register in others:
-            # EEPROM is written only where it differs: its cells wear.
-            if register.address >= TORQUE_ENABLE or self._register(motor, axis.id, register) != register.data:
-                self._write(motor, axis.id, register.address, register.data)
-            if self._register(motor, axis.id, register) != register.data:
-                raise BusError(texts.DRIVE_SETTING_REFUSED(motor=motor, drive_id=axis.id, setting=register.name))
-
-    def _check_model(self, motor: int, axis: Axis, model: Register) -> None:
-        data = self._register(motor, axis.id, model)
-        if data != model.data:
-            number = int.from_bytes(data, "little")
-            raise BusError(texts.DRIVE_OTHER_MODEL(motor=motor, drive_id=axis.id, model=number, wanted=axis.model))
+DRIVER: Final = Driver(make_bus=DynamixelBus, cycle_time_ns=cycle_time_ns)
+"""Its ranges and rules are in :mod:`kata.device.config_rules`."""

@@ -1,9 +1,11 @@
-"""The registers of an X-series servo that a station's configuration determines (control table of the XH540, robotis e-manual)."""
+"""The registers of an X-series servo that a station's configuration determines (control table of the X series, ROBOTIS e-Manual)."""
 
 import struct
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
+from kata.device.bus.dynamixel.cycle_block import ADDRESSES, INDIRECT_ADDRESS, lengths
+from kata.device.bus.dynamixel.models import AMPERE_PER_UNIT, MODELS
 from kata.device.config import Axis, StationConfig
 
 TORQUE_ENABLE: Final = 64
@@ -15,11 +17,14 @@ PORT_DATA: Final = 150
 """Address of port n: this plus 2 n."""
 
 _MODEL: Final = 0
+FIRMWARE: Final = 6
 _RETURN_DELAY: Final = 9
 _DRIVE_MODE: Final = 10
 _OPERATING_MODE: Final = 11
 _SECONDARY_ID: Final = 12
 _HOMING_OFFSET: Final = 20
+_HEALTH_LIMITS: Final = 31
+"""Temperature limit (1), maximum (2) and minimum voltage (2). They are read, and not configured."""
 _CURRENT_LIMIT: Final = 38
 _POSITION_LIMITS: Final = 48
 """Maximum and minimum, four bytes each, in counts of one turn."""
@@ -32,11 +37,27 @@ _GAINS: Final = 80
 _GOAL_CURRENT: Final = 102
 
 STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
-"""Read of one drive in turn in every cycle: torque, hardware error, gains, watchdog and goal current."""
-EEPROM_BLOCKS: Final = (range(24), range(_CURRENT_LIMIT, _STARTUP + 1))
-"""Read in a slow rotation. No block is longer than the status block, which it replaces."""
-PORTS_BLOCK: Final = 2
-"""The block with the modes of the external ports; the status block is block 0."""
+"""Read of one drive in turn while drives are not read as one block: torque, hardware error, gains, watchdog, goal current."""
+_FIRST_MAP: Final = 15
+_MAP_END: Final = INDIRECT_ADDRESS + 2 * len(ADDRESSES)
+BLOCKS: Final = (
+    range(TORQUE_ENABLE, _GAINS),
+    range(_GAINS, _GOAL_CURRENT + 2),
+    range(24),
+    range(_HEALTH_LIMITS - 2, _STARTUP + 1),
+    range(INDIRECT_ADDRESS, INDIRECT_ADDRESS + 2 * _FIRST_MAP),
+    range(INDIRECT_ADDRESS + 2 * _FIRST_MAP, _MAP_END),
+)
+"""The verified blocks: the first two with a drive's status, the others in a slow rotation. No block is longer than the status
+block, which it may replace, and no two of the rotation are of the same length.
+"""
+BLOCKS_WITH_STATUS: Final = 2
+VERIFIED_BLOCKS: Final = BLOCKS[BLOCKS_WITH_STATUS:]
+"""The blocks of the rotation."""
+LENGTHS: Final = lengths(frozenset(len(block) for block in BLOCKS))
+"""Lengths to read, a different one in each cycle (:mod:`~kata.device.bus.dynamixel.cycle_block`)."""
+STATUS, GAINS, PORTS_BLOCK = 0, 1, 3
+MAP_BLOCKS: Final = (4, 5)
 
 _CURRENT_BASED_POSITION: Final = 5
 _DIGITAL_INPUT_PULL_UP: Final = 2
@@ -48,11 +69,10 @@ _NO_SECONDARY_ID: Final = 255
 _NOTHING_AT_STARTUP: Final = 0
 """No torque and no restored RAM: after power-up the drive has its defaults, which verification detects."""
 
+MAP_NAMES: Final = ("indirect addresses 1 to 15", "indirect addresses 16 to 28")
+
 DEG_PER_COUNT: Final = 360 / 4096
 COUNTS_PER_TURN: Final = 4096
-AMPERE_PER_UNIT: Final = 0.00269
-NM_PER_AMPERE: Final = 2.0
-"""Torque constant of the motors: 10 Nm at 5 A (apparatus facts)."""
 _HALF_TURN: Final = 2048
 _LAST_COUNT: Final = 4095
 
@@ -78,7 +98,7 @@ def configured_registers(config: StationConfig, axis: Axis) -> tuple[Register, .
 
 
 def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
-    current = round(axis.max_torque_nm / NM_PER_AMPERE / AMPERE_PER_UNIT)
+    current = round(axis.max_torque_nm / nm_per_unit(axis))
     yield Register("model number", _MODEL, struct.pack("<H", axis.model))
     yield Register("return delay time", _RETURN_DELAY, bytes([config.return_delay_us // 2]))
     yield Register("drive mode", _DRIVE_MODE, bytes([_NORMAL]))
@@ -92,15 +112,41 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
         for port in sorted(config.inputs.ports):
             yield Register(port_mode(port), _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
     yield Register("startup configuration", _STARTUP, bytes([_NOTHING_AT_STARTUP]))
+    for begin, name in ((0, MAP_NAMES[0]), (_FIRST_MAP, MAP_NAMES[1])):
+        part = ADDRESSES[begin : begin + _FIRST_MAP]
+        yield Register(name, INDIRECT_ADDRESS + 2 * begin, struct.pack(f"<{len(part)}H", *part))
     gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
     yield Register("position gains", _GAINS, gains)
     yield Register("goal current", _GOAL_CURRENT, struct.pack("<h", current))
     yield CONFIGURED
 
 
+def nm_per_unit(axis: Axis) -> float:
+    """Return the torque of one unit in the registers of currents."""
+    return AMPERE_PER_UNIT * MODELS[axis.model].nm_per_a
+
+
 def port_mode(port: int) -> str:
     """Return the name of the register with the mode of external port 1 to 3."""
     return f"mode of external port {port}"
+
+
+class HealthLimits(NamedTuple):
+    """The limits at which a drive switches its torque off."""
+
+    max_temperature_c: float
+    max_voltage_v: float
+    min_voltage_v: float
+
+
+_HEALTH_FORMAT: Final = struct.Struct("<BHH")
+
+
+def health_limits(ports_block: bytes) -> HealthLimits:
+    """Return the limits in the block that also holds the modes of the ports."""
+    at = _HEALTH_LIMITS - BLOCKS[PORTS_BLOCK].start
+    temperature_c, most_tenths, least_tenths = _HEALTH_FORMAT.unpack_from(ports_block, at)
+    return HealthLimits(float(temperature_c), most_tenths / 10, least_tenths / 10)
 
 
 def _position_limits(axis: Axis) -> bytes | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from kata.device import texts
+from kata.device.bus.dynamixel.bandwidth import cycle_time_ns
 from kata.device.bus.dynamixel.packets import BROADCAST, OVERHEAD, FastParser, StatusParser, encode, encode_cached
 from kata.device.bus.dynamixel.registers import Register
 from kata.device.bus.poll_backoff import PollBackoff
@@ -14,10 +15,18 @@ from kata.device.bus.serial_transport import Transport
 from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.config import StationConfig
 
-_MAX_SLACK_NS: Final = 4_000_000
-"""Time for adapter, driver and scheduler, in addition to the transmission time; limited to this share of a cycle:"""
+_MAX_SLACK_NS: Final = 8_000_000
+"""Limits the time for adapter, driver and scheduler in one cycle, in addition to the transmission time. It is what a cycle
+leaves, less the time for the rest of the loop's work:
+"""
+_RESERVE_NS: Final = 1_500_000
 _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.4
+"""Share of a short cycle that the slack is at least, at most:"""
+_SHORT_SLACK_NS: Final = 4_000_000
+_LATENCY_MARGIN_NS: Final = 1_000_000
+_LATENCY_DECAY: Final = 64
+"""Answers after which a latency that was measured once is mostly forgotten."""
 _EARLIEST_SHARE: Final = 0.8
 """Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 ALERT: Final = 0x80
@@ -51,7 +60,13 @@ class DynamixelRequests:
         self._open_transport = open_transport
         self._byte_ns = BITS_A_BYTE * 1_000_000_000 // config.baud
         self._delay_ns = config.return_delay_us * 1000
-        self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
+        period_ns = 1_000_000_000 // config.cycle_hz
+        share_ns = min(_SHORT_SLACK_NS, int(_SLACK_SHARE * period_ns))
+        self._slack_ns = min(_MAX_SLACK_NS, max(share_ns, int(period_ns - cycle_time_ns(config)) - _RESERVE_NS))
+        self._doubtful_slack_ns = share_ns
+        self._poll_slack_ns = max(share_ns // 2, min(_MAX_SLACK_NS, period_ns // 2 - 2 * _RESERVE_NS))
+        self.latency_ns = 0
+        """How late answers arrive after their bytes could have passed: the longest of the last answers."""
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
         """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
@@ -154,14 +169,20 @@ class DynamixelRequests:
         sent_ns = transport.now_ns()
         out_ns = self._send(request)
         earliest_ns = out_ns + self._span_ns(sizes)
-        deadline_ns = earliest_ns + max(self._slack_left_ns, _MIN_SLACK_NS)
+        patience_ns = self.latency_ns + _LATENCY_MARGIN_NS if self.latency_ns > _MIN_SLACK_NS else _MIN_SLACK_NS
+        deadline_ns = earliest_ns + max(self._slack_left_ns, patience_ns)
+        answering = sum(1 for drive_id in asked if not self._backoff.missed(drive_id))
+        # A drive that did not answer last time is not worth the whole slack, unless no drive did: then the computer was late.
+        one_answers = self._backoff.one_answers
+        doubtful_ns = earliest_ns + max(self._doubtful_slack_ns, patience_ns)
         first_ns = sent_ns + int(_EARLIEST_SHARE * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         each_ns = self._delay_ns + sizes[-1] * self._byte_ns
         # When the first answer's bytes have passed. The clock is read after sending, so this is never too early.
         through_ns = max(out_ns, transport.now_ns() + len(request) * self._byte_ns) + self._span_ns(sizes[:1])
-        replies = Replies()
+        replies, late_ns = Replies(), 0
         while len(replies.of) < len(asked):
-            data = transport.receive(earliest_ns, deadline_ns)
+            enough = one_answers and len(replies.of) >= answering
+            data = transport.receive(earliest_ns, min(deadline_ns, doubtful_ns) if enough else deadline_ns)
             if not data:
                 break
             t_ns = transport.now_ns()
@@ -180,7 +201,12 @@ class DynamixelRequests:
                 replies.of[drive_id] = (came_ns, error, payload)
                 if on_reply:
                     on_reply(drive_id, came_ns, error, payload)
+            if found:
+                # Also of answers to only a part of the request: a drive that answered late is not taken for silent next time.
+                late_ns = max(0, t_ns - earliest_ns)
         self._slack_left_ns -= max(0, transport.now_ns() - earliest_ns)
+        if replies.of:
+            self.latency_ns = max(late_ns, self.latency_ns - self.latency_ns // _LATENCY_DECAY)
         replies.corrupt = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
 

@@ -15,9 +15,11 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
 
 from kata.device import texts
+from kata.device.bus.modbus.bandwidth import cycle_time_ns
 from kata.device.bus.modbus.requests import READ, WRITE, ModbusAnswer, ModbusRequests
+from kata.device.bus.plugin import Driver
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
+from kata.device.bus.port import BusError, BusSample, DriveHealth, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.verification import Verification
 from kata.device.config import NO_REGISTER, Axis, StationConfig
@@ -41,6 +43,12 @@ class ModbusBus(ModbusRequests):
         self._verification = Verification(len(self._ids), 1 + len(self._spans), config.cycle_hz)
         self._armed_ns: int | None = None
         """When the watchdogs were armed; None while torque is off."""
+        self._health_limits: list[tuple[float | None, float | None, float | None]] = [(None, None, None)] * len(
+            self._ids
+        )
+        """By axis: lowest and highest voltage, and highest temperature, as read from the drive."""
+        self._health_turn = 0
+        """Axis whose voltage and temperature are decoded in this cycle."""
         self._goals: dict[int, bytes] = {}
         """By slave: the goal that function 23 writes with the next read."""
 
@@ -68,6 +76,8 @@ class ModbusBus(ModbusRequests):
         statuses: list[DriveStatus] = []
         corrupt: set[int] = set()
         timed_out: set[int] = set()
+        health: tuple[DriveHealth, ...] = ()
+        self._health_turn = (self._health_turn + 1) % len(self._ids)
         for n, axis in enumerate(self._config.axes):
             answer = self._read_drive(axis) if self._backoff.should_poll(axis.id) else None
             if answer and answer.data is not None:
@@ -75,6 +85,8 @@ class ModbusBus(ModbusRequests):
                 self._verification.found(n, 0, ())
                 self._verification.heard(n, answered=True)
                 statuses.append(self._drive_status(n, answer.t_ns, answer.data))
+                if n == self._health_turn:
+                    health = self._drive_health(n, answer.t_ns, answer.data)
             else:
                 drives.append(None)
                 if answer:
@@ -82,7 +94,8 @@ class ModbusBus(ModbusRequests):
                 self._verification.heard(n, answered=False)
         if due := self._verification.next_read():
             self._verify(*due)
-        return BusSample(tuple(drives), self._read_inputs(), tuple(statuses), frozenset(corrupt), frozenset(timed_out))
+        inputs = self._read_inputs()
+        return BusSample(tuple(drives), inputs, tuple(statuses), frozenset(corrupt), frozenset(timed_out), health)
 
     def read_inputs(self) -> InputSample | None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -164,6 +177,34 @@ class ModbusBus(ModbusRequests):
             mismatch=self._verification.mismatch(axis),
         )
 
+    def _drive_health(self, axis: int, t_ns: int, data: bytes) -> tuple[DriveHealth, ...]:
+        """Return voltage and temperature, as far as the map names their registers."""
+        registers = self._map
+        volt = self._scaled(data, registers.supply_voltage, registers.voltage_per_v)
+        temperature_c = self._scaled(data, registers.temperature, registers.temperature_per_c)
+        if volt is None and temperature_c is None:
+            return ()
+        return (DriveHealth(t_ns, axis, volt, temperature_c, *self._health_limits[axis]),)
+
+    def _scaled(self, data: bytes, register: int, per_unit: float) -> float | None:
+        return None if register == NO_REGISTER else self._word(data, register) / per_unit
+
+    def _note_limits(self, axis: int, span: range, data: bytes) -> None:
+        """Take the drive's own limits from a span that was read back."""
+
+        def limit(register: int, per_unit: float) -> float:
+            at = 2 * (register - span.start)
+            return int.from_bytes(data[at : at + 2], "big", signed=True) / per_unit
+
+        registers = self._map
+        low_v, high_v, temperature_c = self._health_limits[axis]
+        if registers.voltage_limits in span:
+            low_v = limit(registers.voltage_limits, registers.voltage_per_v)
+            high_v = limit(registers.voltage_limits + 1, registers.voltage_per_v)
+        if registers.temperature_limit in span:
+            temperature_c = limit(registers.temperature_limit, registers.temperature_per_c)
+        self._health_limits[axis] = (low_v, high_v, temperature_c)
+
     # -- verification -----------------------------------------------------------------------------------------------
 
     def _configured(self, axis: Axis) -> Iterator[tuple[str, int, bytes]]:
@@ -190,6 +231,7 @@ class ModbusBus(ModbusRequests):
         if answer.data is None:
             return
         data = answer.data[1:]
+        self._note_limits(axis, span, data)
         mismatches = [
             name
             for name, first, wanted in self._registers[axis]
@@ -259,3 +301,12 @@ class ModbusBus(ModbusRequests):
     def _long(self, data: bytes, register: int) -> int:
         at = 1 + 2 * (register - self._map.block_start)
         return int.from_bytes(data[at : at + 4], "big", signed=True)
+
+
+def _setpoint_delay_s(config: StationConfig) -> float:
+    """Return one cycle with function 23: the next cycle's request carries a setpoint."""
+    return 1.0 / config.cycle_hz if config.modbus.function_23 else 0.0
+
+
+DRIVER: Final = Driver(make_bus=ModbusBus, cycle_time_ns=cycle_time_ns, setpoint_delay_s=_setpoint_delay_s)
+"""Its ranges and rules are in :mod:`kata.device.config_rules`."""

@@ -2,8 +2,8 @@ import { expect, test } from "vitest";
 import { DrawingPace } from "./drawingPace";
 
 /** What a view draws within a minute in which its picture changes all the time: how often, and for how long. */
-function aMinuteOf(drawing_ms: number) {
-  const pace = new DrawingPace();
+function aMinuteOf(drawing_ms: number, inSoftware = false) {
+  const pace = new DrawingPace(inSoftware);
   let [now_ms, times, drawn_ms] = [0, 0, 0];
   while (now_ms < 60_000) {
     now_ms += pace.wait_ms(now_ms);
@@ -25,6 +25,11 @@ test("draws every frame if a drawing takes 2 ms", () => {
 
 test("limits slow drawing to a quarter of the time", () => {
   for (const drawing_ms of [20, 100, 300]) expect(aMinuteOf(drawing_ms).share).toBeCloseTo(0.25, 1);
+});
+
+test("limits drawing in software to a twentieth of the time, for the control loop on the same computer", () => {
+  for (const drawing_ms of [5, 20, 50]) expect(aMinuteOf(drawing_ms, true).share).toBeCloseTo(0.05, 1);
+  expect(aMinuteOf(20, true).share).toBeLessThan(0.06);
 });
 
 test("delays no picture by more than a second", () => {

@@ -22,6 +22,8 @@ const SHARPEST = 1.5;
 
 /** Draws the apparatus on a canvas on request. */
 export class Stage {
+  /** True without a graphics card. */
+  readonly inSoftware: boolean;
   readonly #renderer: WebGLRenderer;
   readonly #scene = new Scene();
   readonly #camera = new PerspectiveCamera(30, 1, 100, 12000);
@@ -39,6 +41,7 @@ export class Stage {
    */
   constructor(canvas: OffscreenCanvas, side: Side, limits: Limits, density: number) {
     const [context, software] = contextOf(canvas);
+    this.inSoftware = software;
     this.#renderer = new WebGLRenderer({ canvas, context });
     // Checking for errors would wait for the shader compiler.
     this.#renderer.debug.checkShaderErrors = false;

@@ -7,8 +7,8 @@ import { Stage } from "./stage";
  * with Stop must not block.
  */
 class Drawer {
-  readonly #pace = new DrawingPace();
   readonly #stage: Stage;
+  readonly #pace: DrawingPace;
   #next: Picture | null = null;
   #drawn: Picture | null = null;
   #timer: ReturnType<typeof setTimeout> | null = null;
@@ -17,6 +17,7 @@ class Drawer {
 
   constructor({ canvas, side, limits, density }: WorkerSetup) {
     this.#stage = new Stage(canvas, side, limits, density);
+    this.#pace = new DrawingPace(this.#stage.inSoftware);
     void this.#stage.prepare().then(() => {
       this.#ready = true;
       this.#schedule();
@@ -31,8 +32,9 @@ class Drawer {
   #schedule() {
     // The requested frame will draw the newest picture.
     if (!this.#ready || this.#next === null || this.#frame !== null) return;
-    // An unknown pose is drawn without throttling.
-    if (this.#drawn?.real && this.#next.real === null) this.#requestFrame();
+    // An unknown pose and another view, which somebody asked for, are drawn without throttling.
+    if (this.#drawn && (!sameView(this.#next, this.#drawn) || (this.#drawn.real && !this.#next.real)))
+      this.#requestFrame();
     else this.#timer ??= setTimeout(() => this.#requestFrame(), this.#pace.wait_ms(performance.now()));
   }
 
@@ -54,6 +56,9 @@ class Drawer {
     send({ drawn: picture.number });
   }
 }
+
+/** By value: every message is a copy. */
+const sameView = (one: Picture, other: Picture) => JSON.stringify(one.view) === JSON.stringify(other.view);
 
 function send(message: WorkerMessage) {
   self.postMessage(message);

@@ -71,19 +71,18 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
     },
   });
   return (
-    <Stack>
+    <Stack gap="xs">
       <Select
-        size="lg"
+        size="md"
         label={t("station:wizard.programme")}
         allowDeselect={false}
         data={options}
         value={chosen}
         onChange={setGiven}
       />
-      <PlannedItems items={items} />
       <Group>
         <Button
-          size="xl"
+          size="lg"
           loading={begin.isPending}
           disabled={programmes.isPending}
           onClick={() => begin.mutate()}
@@ -92,13 +91,15 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
         </Button>
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />
+      {/* Below the button, so that a long programme does not push it off the screen. */}
+      <PlannedItems items={items} />
     </Stack>
   );
 }
 
 function PlannedItems({ items }: { items: SessionItem[] }) {
   return items.map((item) => (
-    <Text key={item.position}>
+    <Text key={item.position} size="sm">
       {t("station:wizard.item", {
         position: item.position,
         name: item.recording_name,

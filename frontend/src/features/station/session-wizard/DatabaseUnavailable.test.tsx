@@ -9,6 +9,7 @@ import { useRefetchAfterOutage } from "../../../lib/offline";
 import { NoteCard } from "../../sessions/NoteCard";
 import { ReadySelect } from "../ReadySelect";
 import { BeginStep } from "./BeginStep";
+import { PATIENT } from "./examples";
 import { SessionWizard } from "./SessionWizard";
 
 const UNAVAILABLE = new ProblemError({ code: "database_away", detail: "The database does not answer." });
@@ -45,6 +46,7 @@ const SESSION: Session = {
   side: "left",
   therapist: "Ito Mai",
   station: "Station 1",
+  simulated: false,
   programme: READY.programme,
   started_at: "2026-11-21T09:00:00Z",
   ended_at: null,
@@ -57,6 +59,7 @@ const SESSION: Session = {
   signed_at: null,
   signed_by: "",
   addenda: [],
+  goniometer_readings: [],
   updated_at: "2026-11-21T09:30:00Z",
   runs: [],
 };
@@ -124,7 +127,9 @@ describe("while the database is unavailable", () => {
 
   it("continues the session from its stored state", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([{ ...READY, session: SESSION }]);
-    const checklist = vi.spyOn(api, "checklist").mockResolvedValue({ checks: [], complete: false });
+    const checklist = vi
+      .spyOn(api, "checklist")
+      .mockResolvedValue({ patient: PATIENT, checks: [], complete: false });
     show(<SessionWizard patientId="p" wanted={null} />);
     await screen.findByRole("heading", { name: "Checklist" });
     await waitFor(() => expect(checklist).toHaveBeenCalledWith("s", "r"));

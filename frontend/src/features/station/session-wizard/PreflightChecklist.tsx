@@ -1,7 +1,7 @@
 import { Button, Card, Group, Stack, Text } from "@mantine/core";
 import { IconCircle, IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import type { ReactNode } from "react";
+import { type ReactNode, useState } from "react";
 import { api, type Check, type Schemas } from "../../../lib/api/client";
 import { formatClock } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
@@ -9,6 +9,7 @@ import { replaceData } from "../../../lib/replaceData";
 import { translateServerText } from "../../../lib/serverText";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useHasPermission, useUserName } from "../../auth/hooks";
+import { IDENTIFIERS_NEEDED, type Identifier, IdentityChoice } from "./IdentityChoice";
 import { CheckPicture } from "./pictures";
 
 const POLL_MS = 1000;
@@ -50,12 +51,14 @@ export function PreflightChecklist(props: {
   const writes = useHasPermission("write_records");
   const queries = useQueryClient();
   const checklist = useChecklist(sessionId, recordingId);
+  const [identifiers, setIdentifiers] = useState<Identifier[]>([]);
   const confirm = useMutation({
     mutationFn: async (checks: Check[]) => {
       for (const { check } of checks) {
         const saved = await api.confirmCheck(sessionId, check, {
           checked_by: who,
           recording_id: recordingId,
+          ...(check === "identity" && { identifiers }),
         });
         replaceData(queries, ["session", sessionId, "checklist", recordingId], saved);
         if (saved.complete) onComplete?.();
@@ -64,11 +67,36 @@ export function PreflightChecklist(props: {
     onSettled: () => void queries.invalidateQueries({ queryKey: ["session"] }),
   });
   const checks = (checklist.data?.checks ?? []).filter((check) => !onlyOpen || !check.given);
-  const toConfirm = writes ? checks.filter((check) => !check.given && !check.detected) : [];
+  const manual = writes ? checks.filter((check) => !check.given && !check.detected) : [];
+  // The identity needs an answer of its own: which identifiers agree.
+  const toConfirm = manual.filter(({ check }) => check !== "identity");
+  const identity = manual.find(({ check }) => check === "identity");
   return (
     <Stack gap="sm">
       {checks.map((check) => (
-        <CheckLine key={check.check} check={check}>
+        <CheckLine
+          key={check.check}
+          check={check}
+          below={
+            check === identity &&
+            checklist.data && (
+              <Group justify="space-between" align="end">
+                <IdentityChoice
+                  patient={checklist.data.patient}
+                  chosen={identifiers}
+                  onChange={setIdentifiers}
+                />
+                <Button
+                  size="lg"
+                  disabled={confirm.isPending || identifiers.length < IDENTIFIERS_NEEDED}
+                  onClick={() => confirm.mutate([check])}
+                >
+                  {t("station:identity.confirm")}
+                </Button>
+              </Group>
+            )
+          }
+        >
           {toConfirm.includes(check) && (
             <Button
               size="lg"
@@ -98,7 +126,8 @@ export function PreflightChecklist(props: {
 }
 
 /** One check: its picture, its sentence, and who confirmed it. */
-export function CheckLine({ check, children }: { check: Check; children?: ReactNode }) {
+export function CheckLine(props: { check: Check; children?: ReactNode; below?: ReactNode }) {
+  const { check, children, below } = props;
   return (
     <Card withBorder padding="sm" data-testid={`check-${check.check}`}>
       <Group wrap="nowrap" justify="space-between">
@@ -112,6 +141,7 @@ export function CheckLine({ check, children }: { check: Check; children?: ReactN
         </Group>
         {children}
       </Group>
+      {below}
     </Card>
   );
 }

@@ -7,6 +7,7 @@ import { api, type Check, ProblemError, type Session } from "../../../lib/api/cl
 import { authStore } from "../../auth/authState";
 import { VIEWER } from "../../auth/examples";
 import { NoteCard } from "../../sessions/NoteCard";
+import { PATIENT } from "./examples";
 import { NrsScale } from "./NrsScale";
 import { PreflightChecklist } from "./PreflightChecklist";
 
@@ -17,6 +18,7 @@ const SESSION: Session = {
   side: "left",
   therapist: "Ito Mai",
   station: "Station 1",
+  simulated: false,
   programme: null,
   started_at: "2026-11-21T09:00:00Z",
   ended_at: null,
@@ -29,6 +31,7 @@ const SESSION: Session = {
   signed_at: null,
   signed_by: "",
   addenda: [],
+  goniometer_readings: [],
   updated_at: "2026-11-21T09:30:00Z",
   runs: [],
 };
@@ -65,10 +68,13 @@ afterEach(cleanup);
 describe("the checklist", () => {
   it("has buttons for manual checks only", async () => {
     vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: PATIENT,
       checks: [check("side", true), check("belt", false), check("estop", false, true)],
       complete: false,
     });
-    const tick = vi.spyOn(api, "confirmCheck").mockResolvedValue({ checks: [], complete: true });
+    const tick = vi
+      .spyOn(api, "confirmCheck")
+      .mockResolvedValue({ patient: PATIENT, checks: [], complete: true });
     show(<PreflightChecklist sessionId="s" recordingId="r" />);
     await screen.findByText("About the side.");
     expect(screen.getByTestId("check-side").textContent).toContain("Ito Mai");
@@ -83,11 +89,15 @@ describe("the checklist", () => {
   it("confirms all checks with one press and reports completion once", async () => {
     const open = [check("side", false), check("fixtures", false), check("belt", false)];
     const seen = check("estop", true, true);
-    vi.spyOn(api, "checklist").mockResolvedValue({ checks: [...open, seen], complete: false });
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: PATIENT,
+      checks: [...open, seen],
+      complete: false,
+    });
     const tick = vi
       .spyOn(api, "confirmCheck")
       .mockImplementation((_, name) =>
-        Promise.resolve({ checks: [...open, seen], complete: name === "belt" }),
+        Promise.resolve({ patient: PATIENT, checks: [...open, seen], complete: name === "belt" }),
       );
     const onComplete = vi.fn();
     show(<PreflightChecklist sessionId="s" recordingId="r" onComplete={onComplete} />);
@@ -98,7 +108,7 @@ describe("the checklist", () => {
 
   it("stops at a refused check and shows why", async () => {
     const open = [check("side", false), check("fixtures", false)];
-    vi.spyOn(api, "checklist").mockResolvedValue({ checks: open, complete: false });
+    vi.spyOn(api, "checklist").mockResolvedValue({ patient: PATIENT, checks: open, complete: false });
     const tick = vi
       .spyOn(api, "confirmCheck")
       .mockRejectedValue(new ProblemError({ detail: "This session has ended." }));
@@ -110,8 +120,49 @@ describe("the checklist", () => {
     expect(onComplete).not.toHaveBeenCalled();
   });
 
+  it("confirms the identity only with two identifiers that agree", async () => {
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: PATIENT,
+      checks: [check("identity", false), check("belt", false), check("side", false)],
+      complete: false,
+    });
+    const tick = vi.spyOn(api, "confirmCheck").mockResolvedValue({
+      patient: PATIENT,
+      checks: [],
+      complete: false,
+    });
+    show(<PreflightChecklist sessionId="s" recordingId="r" />);
+    const confirm = await screen.findByRole("button", { name: "Confirm the identity" });
+    // The press that confirms the other checks does not confirm the identity.
+    expect(button("Confirm all 2 checks")).toBeTruthy();
+    expect(confirm.hasAttribute("disabled")).toBe(true);
+    fireEvent.click(screen.getByRole("checkbox", { name: "Name as spoken: Yamada Hanako (ヤマダ ハナコ)" }));
+    expect(confirm.hasAttribute("disabled")).toBe(true);
+    fireEvent.click(screen.getByRole("checkbox", { name: /Birth date/ }));
+    fireEvent.click(confirm);
+    await waitFor(() =>
+      expect(tick).toHaveBeenCalledWith("s", "identity", {
+        checked_by: "Ito Mai",
+        recording_id: "r",
+        identifiers: ["name", "birth_date"],
+      }),
+    );
+  });
+
+  it("does not offer a birth date that the record lacks", async () => {
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: { ...PATIENT, birth_date: null },
+      checks: [check("identity", false)],
+      complete: false,
+    });
+    show(<PreflightChecklist sessionId="s" recordingId="r" />);
+    expect((await screen.findAllByRole("checkbox")).length).toBe(2);
+    expect(screen.queryByRole("checkbox", { name: /Birth date/ })).toBeNull();
+  });
+
   it("can show only open checks", async () => {
     vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: PATIENT,
       checks: [check("side", true), check("fixtures", false)],
       complete: false,
     });
@@ -122,7 +173,11 @@ describe("the checklist", () => {
 
   it("is read-only without permission", async () => {
     authStore.signedIn(VIEWER);
-    vi.spyOn(api, "checklist").mockResolvedValue({ checks: [check("belt", false)], complete: false });
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: PATIENT,
+      checks: [check("belt", false)],
+      complete: false,
+    });
     show(<PreflightChecklist sessionId="s" recordingId={null} />);
     await screen.findByText("About the belt.");
     expect(screen.queryByRole("button")).toBeNull();

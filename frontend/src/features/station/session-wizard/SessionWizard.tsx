@@ -31,10 +31,10 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
   const { step, go, reset, heading } = useStep(session, !newestSession.isPending, run !== null);
   if (newestSession.isPending) return null;
   return (
-    <Card withBorder component="section" aria-label={t("station:wizard.title")}>
-      <Stack>
+    <Card withBorder padding="sm" component="section" aria-label={t("station:wizard.title")}>
+      <Stack gap="sm">
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
-        <Title order={2} size="h3" ref={heading} tabIndex={-1}>
+        <Title order={2} size="h4" ref={heading} tabIndex={-1}>
           {t(`station:stepNames.${step}`)}
         </Title>
         <ProblemNote error={newestSession.error} />
@@ -96,7 +96,7 @@ function LastSigned({ sessionId }: { sessionId: string }) {
   return (
     <Text>
       {t("station:wizard.lastSigned")}
-      <PageLink to="/sessions/$sessionId" params={{ sessionId: sessionId }}>
+      <PageLink to="/sessions/$sessionId" params={{ sessionId }} search={{ tab: "record" }}>
         {t("station:wizard.viewSession")}
       </PageLink>
     </Text>
@@ -132,7 +132,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   const { step, session, locked, onGo } = props;
   const reached = STEPS.indexOf(stepOf(session));
   return (
-    <Group component="nav" gap="xs" aria-label={t("station:wizard.steps")}>
+    <Group component="nav" gap={6} aria-label={t("station:wizard.steps")}>
       {STEPS.map((listed, place) => (
         <UnstyledButton
           key={listed}
@@ -145,8 +145,8 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
             <IconCircleCheckFilled size={22} aria-label={t("station:wizard.done")} />
           ) : (
             <b>{place + 1}</b>
-          )}{" "}
-          {t(`station:stepNames.${listed}`)}
+          )}
+          <span className={classes.stepName}>{t(`station:stepNames.${listed}`)}</span>
         </UnstyledButton>
       ))}
     </Group>

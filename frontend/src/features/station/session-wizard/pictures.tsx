@@ -21,6 +21,8 @@ export function CheckPicture({ check }: { check: Check }) {
       return <PedalPicture />;
     case "estop":
       return <EstopPicture />;
+    case "identity":
+      return null;
   }
 }
 

@@ -3,7 +3,7 @@ import { canGoTo, type Item, isDone, nextItem, type Step, stepAfter, stepOf } fr
 
 type Seen = NonNullable<Parameters<typeof stepOf>[0]>;
 const answer = (check: Seen["checks"][number]["check"]) => ({ check, subject: "", at: "", by: "Ito Mai" });
-const CHECKED = (["side", "fixtures", "belt"] as const).map(answer);
+const CHECKED = (["identity", "side", "fixtures", "belt"] as const).map(answer);
 const FRESH: Seen = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
 const RUN = { programme_position: 1, outcome: "completed" } as Seen["runs"][number];
 const item = (position: number) => ({ position, recording_id: `r${position}` }) as Item;

@@ -13,7 +13,11 @@ export function stepOf(session: SessionState | null): Step {
   if (session.ended_at) return "note";
   if (session.pain_after !== null) return "note";
   if (session.runs.length > 0) return "play";
-  if (!["side", "fixtures", "belt"].every((name) => session.checks.some(({ check }) => check === name))) {
+  if (
+    !["identity", "side", "fixtures", "belt"].every((name) =>
+      session.checks.some(({ check }) => check === name),
+    )
+  ) {
     return "checklist";
   }
   return session.pain_before === null ? "pain_before" : "play";

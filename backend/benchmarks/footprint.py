@@ -1,0 +1,152 @@
+"""``python -m benchmarks footprint``: memory of each process, idle processor time, and bytes written to the disk."""
+
+import os
+import re
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+from urllib.request import Request, urlopen
+
+from kata.bench.account import ACTIVE_HEADER
+from kata.bench.page_load import page_load
+from kata.bench.records import BenchRecords
+from kata.bench.report import Report
+from kata.bench.running_service import RunningService, children, prepare_records
+
+_RATE_HZ: Final = 100
+_MB: Final = 1e6
+_KIB: Final = 1024
+_SETTLE_S: Final = 10.0
+_NAMES: Final = (
+    ("kata.device.reference_builder", "reference builder"),
+    ("kata.device", "device"),
+    ("kata.simulator", "simulator"),
+    ("spawn_main", "worker"),
+    ("resource_tracker", "resource tracker"),
+)
+"""Words of a command line, and the process's name."""
+_PART_OF_KATA: Final = ("service", "worker", "device", "reference builder", "resource tracker")
+
+
+@dataclass(frozen=True)
+class Process:
+    """What a process uses at one moment."""
+
+    name: str
+    pss_mb: float
+    """Its memory; of pages that several processes share, its part."""
+    locked_mb: float
+    cpu_s: float
+    written: int
+    """Bytes that it has caused to be written to a disk."""
+
+
+def run(seconds: float, progress: Callable[[str], None]) -> Report:
+    """Measure a service with one open page: idle, then playing, each for some seconds.
+
+    :raises BenchError: when the apparatus stops.
+    """
+    report = Report(
+        f"Footprint at {_RATE_HZ} Hz, one page open, {seconds:g} s idle and {seconds:g} s of playing",
+        (
+            "Process",
+            "PSS idle, MB",
+            "PSS later, MB",
+            "locked, MB",
+            "CPU idle, %",
+            "written idle, MB/h",
+            "playing, MB/h",
+        ),
+    )
+    with TemporaryDirectory(prefix="kata-bench-") as folder:
+        records = prepare_records(Path(folder), play_s=seconds + 2 * _SETTLE_S, plot_s=60.0)
+        with (
+            RunningService(Path(folder), records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as service,
+            page_load(service, None, pages=1),
+        ):
+            progress("Settling")
+            time.sleep(_SETTLE_S)
+            idle = _between(service.service_pid, seconds, progress, "Idle")
+            service.play(records)
+            playing = _between(service.service_pid, seconds, progress, "Playing")
+            service.until(lambda live: live.mode == "idle", 120.0)
+            _use_worker(service, records)
+            later = {process.name: process for process in _processes(service.service_pid)}
+    for name, (first, last) in idle.items():
+        used = {
+            "pss_idle_mb": last.pss_mb,
+            "pss_later_mb": later[name].pss_mb,
+            "locked_mb": later[name].locked_mb,
+            "cpu_idle_percent": 100 * (last.cpu_s - first.cpu_s) / seconds,
+            "written_idle_mb_h": _per_hour(first, last, seconds),
+            "written_playing_mb_h": _per_hour(*playing[name], seconds) if name in playing else 0.0,
+        }
+        report.figures |= {f"footprint_{name.replace(' ', '_')}_{figure}": value for figure, value in used.items()}
+        report.rows.append((name, *(f"{value:.1f}" for value in used.values())))
+    for when, mb in (
+        ("idle", sum(last.pss_mb for name, (_, last) in idle.items() if name in _PART_OF_KATA)),
+        ("later", sum(process.pss_mb for name, process in later.items() if name in _PART_OF_KATA)),
+    ):
+        report.figures[f"footprint_pss_{when}_mb"] = mb
+        report.notes.append(f"Together without the simulator, {when}: {mb:.0f} MB.")
+    report.notes.append("later: after a playback, its import and a figure. PSS: a shared page counts in parts.")
+    return report
+
+
+def _between(
+    pid: int, seconds: float, progress: Callable[[str], None], what: str
+) -> dict[str, tuple[Process, Process]]:
+    """Return each process before and after some seconds, by name."""
+    progress(what)
+    before = {process.name: process for process in _processes(pid)}
+    time.sleep(seconds)
+    after = {process.name: process for process in _processes(pid)}
+    return {name: (before[name], after[name]) for name in before if name in after}
+
+
+def _per_hour(first: Process, last: Process, seconds: float) -> float:
+    return (last.written - first.written) / seconds * 3600 / _MB
+
+
+def _use_worker(service: RunningService, records: BenchRecords) -> None:
+    """Draw a figure, as a user does who looks at a session."""
+    request = Request(
+        f"{service.url}/api/runs/{records.run_id}/figures", headers={"Cookie": service.cookie} | ACTIVE_HEADER
+    )
+    with urlopen(request, timeout=60.0) as answer:
+        answer.read()
+
+
+def _processes(service_pid: int) -> Iterator[Process]:
+    """Yield the service and all processes below it."""
+    waiting = [service_pid]
+    while waiting:
+        pid = waiting.pop(0)
+        waiting += children(pid)
+        yield _process(pid, "service" if pid == service_pid else _name(pid))
+
+
+def _name(pid: int) -> str:
+    command = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
+    return next((name for word, name in _NAMES if word in command), command.strip())
+
+
+def _process(pid: int, name: str) -> Process:
+    folder = Path(f"/proc/{pid}")
+    memory = (folder / "smaps_rollup").read_text()
+    times = (folder / "stat").read_text().rpartition(")")[2].split()
+    return Process(
+        name=name,
+        pss_mb=_number(r"^Pss:\s+(\d+) kB", memory) * _KIB / _MB,
+        locked_mb=_number(r"^Locked:\s+(\d+) kB", memory) * _KIB / _MB,
+        cpu_s=(int(times[11]) + int(times[12])) / os.sysconf("SC_CLK_TCK"),
+        written=_number(r"^write_bytes: (\d+)", (folder / "io").read_text()),
+    )
+
+
+def _number(pattern: str, text: str) -> int:
+    found = re.search(pattern, text, re.MULTILINE)
+    return int(found[1]) if found else 0

@@ -1,0 +1,100 @@
+"""``python -m benchmarks start``: the time from the command ``kata serve`` until its first answers."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Final
+from urllib.error import HTTPError
+from urllib.request import urlopen
+
+from kata.bench.report import Report
+from kata.bench.running_service import BenchError
+
+_LIMIT_S: Final = 120.0
+_POLL_S: Final = 0.01
+_PATHS: Final = ("/", "/health/ready")
+
+
+@dataclass(frozen=True)
+class Start:
+    """Seconds from the start of the process until the answer 200."""
+
+    page_s: float
+    ready_s: float
+
+
+def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> Report:
+    """Start the service of this checkout some times, in turns with that of another checkout.
+
+    Each checkout has a data folder of its own. Its first start, which creates the database, is reported apart.
+
+    :param against: the other checkout.
+    :raises BenchError: when a service does not become ready.
+    """
+    report = Report(
+        f"Start of the service, {rounds} times",
+        ("Checkout", "first start: ready, s", "page, s (median)", "ready, s (median)", "ready, s (slowest)"),
+    )
+    checkouts = {"this": Path(__file__).parents[2]} | ({"other": against} if against else {})
+    with TemporaryDirectory(prefix="kata-bench-") as folder:
+        starts: dict[str, list[Start]] = {name: [] for name in checkouts}
+        for n in range(rounds + 1):
+            for name, checkout in checkouts.items():
+                progress(f"Start {n} of {rounds}, {name}")
+                starts[name].append(_start(checkout, Path(folder) / name))
+    for name, (first, *later) in starts.items():
+        figures = {
+            "first_ready": first.ready_s,
+            "page": median(one.page_s for one in later),
+            "ready": median(one.ready_s for one in later),
+            "ready_max": max(one.ready_s for one in later),
+        }
+        report.figures |= {f"start_{name}_{figure}_s": seconds for figure, seconds in figures.items()}
+        report.rows.append((name, *(f"{seconds:.2f}" for seconds in figures.values())))
+    report.notes.append(
+        "page: GET / answers 200. ready: GET /health/ready answers 200, with the device process. Simulated apparatus."
+    )
+    return report
+
+
+def _start(checkout: Path, data: Path) -> Start:
+    """Start the service, wait for its answers, and end it."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
+    environment["PYTHONPATH"] = str(checkout / "backend")
+    data.mkdir(exist_ok=True)
+    log = data.with_suffix(".log")
+    command = [sys.executable, "-m", "kata", "serve", "--simulate", "--port", str(port), "--data", str(data)]
+    began = time.monotonic()
+    with log.open("wb") as output:
+        service = subprocess.Popen(command, env=environment, stdout=output, stderr=output, cwd=data)
+    try:
+        answered_s = [_until_answered(f"http://127.0.0.1:{port}{path}", service, began, log) for path in _PATHS]
+    finally:
+        service.send_signal(signal.SIGINT)
+        service.wait(30.0)
+    return Start(*answered_s)
+
+
+def _until_answered(url: str, service: "subprocess.Popen[bytes]", began: float, log: Path) -> float:
+    while True:
+        try:
+            with urlopen(url, timeout=5.0) as answer:
+                answer.read()
+                return time.monotonic() - began
+        except HTTPError as error:
+            error.close()
+        except OSError:
+            pass
+        if service.poll() is not None or time.monotonic() - began > _LIMIT_S:
+            raise BenchError(f"{url} did not answer: {log.read_text()[-500:].strip()}")
+        time.sleep(_POLL_S)

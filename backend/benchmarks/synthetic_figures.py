@@ -1,0 +1,62 @@
+"""The derived rows of an invented clinic's figures. The bulk insertion does not run :mod:`kata.clinic.statistics.upkeep`."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any, Final
+from uuid import UUID
+
+from kata.clinic.statistics.measures import MEASURES
+from kata.clinic.statistics.upkeep import hour_of
+
+_HOUR_SUMS: Final = (
+    "sessions", "playbacks", "stopped", "played_s", "repetitions", "compared", "rmse_sum_deg", "rmse_square_sum_deg2", "peak_deg",
+)  # fmt: skip
+
+
+def _no_sums() -> dict[str, float]:
+    return dict.fromkeys(_HOUR_SUMS, 0)
+
+
+@dataclass
+class StationHours:
+    """Sums the sessions of each hour and station."""
+
+    _sums: dict[tuple[datetime, str], dict[str, float]] = field(default_factory=lambda: defaultdict(_no_sums))
+
+    def add(self, began: datetime, station: str, runs: Sequence[dict[str, Any]]) -> None:
+        """Add a session with its rows of runs. All of them were played."""
+        sums = self._sums[hour_of(began), station]
+        sums["sessions"] += 1
+        for run in runs:
+            rmse_deg = run["worst_rmse_deg"]
+            sums["playbacks"] += 1
+            sums["stopped"] += run["outcome"] == "stopped"
+            sums["played_s"] += run["played_s"]
+            sums["repetitions"] += run["repetitions_done"]
+            sums["compared"] += 1
+            sums["rmse_sum_deg"] += rmse_deg
+            sums["rmse_square_sum_deg2"] += rmse_deg**2
+            sums["peak_deg"] = max(sums["peak_deg"], run["worst_peak_deg"])
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the rows of ``station_hours``."""
+        return [{"hour": stored_time(hour), "station": station} | sums for (hour, station), sums in self._sums.items()]
+
+
+def outcome_rows(episode_id: UUID, values: dict[str, list[tuple[datetime, float]]]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of ``episode_outcomes``. ``values``: time and value of each measure, in order."""
+    for measure, of in values.items():
+        (first_at, first), (last_at, last) = of[0], of[-1]
+        limit = MEASURES[measure].important  # type: ignore[index]
+        important = next((at for at, value in of if limit is not None and first - value >= limit), None)
+        yield {
+            "episode_id": episode_id.hex, "measure": measure, "first_at": stored_time(first_at), "first": first,
+            "last_at": stored_time(last_at), "last": last, "important_at": important and stored_time(important),
+        }  # fmt: skip
+
+
+def stored_time(at: datetime) -> str:
+    """Return a time as SQLite stores it; PostgreSQL accepts it when its time zone is UTC."""
+    return at.replace(tzinfo=None).isoformat(" ", "microseconds")

@@ -1,0 +1,1 @@
+"""A driver package for Kata."""

@@ -1,0 +1,45 @@
+"""How much a client may send or open."""
+
+import time
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Allowance:
+    """A token bucket: ``per_s`` a second on average, and at most ``at_once`` without a pause."""
+
+    per_s: float
+    at_once: float
+    left: float = field(init=False)
+    at_s: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with a full bucket."""
+        self.left = self.at_once
+        self.at_s = time.monotonic()
+
+    def take(self) -> bool:
+        """Take one. Return False, with nothing taken, if less is left."""
+        self._refill()
+        if self.left < 1:
+            return False
+        self.left -= 1
+        return True
+
+    def take_some(self, amount: int) -> int:
+        """Take ``amount``, or as much of it as is left. Return what was taken."""
+        self._refill()
+        taken = min(amount, int(self.left))
+        self.left -= taken
+        return taken
+
+    @property
+    def is_full(self) -> bool:
+        """True if nothing has been taken for long enough."""
+        self._refill()
+        return self.left == self.at_once
+
+    def _refill(self) -> None:
+        now_s = time.monotonic()
+        self.left = min(self.at_once, self.left + (now_s - self.at_s) * self.per_s)
+        self.at_s = now_s

@@ -1,0 +1,199 @@
+"""Run the procedure of commissioning for the page, in a process of its own that uses the drives in place of the device process."""
+
+import asyncio
+import contextlib
+import json
+import logging
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from kata.api import texts
+from kata.device import config
+from kata.device.config import StationConfig
+from kata.device.messages import Refusal
+from kata.station.station import NO_ANSWER, Station
+
+log = logging.getLogger(__name__)
+
+PRACTICE_FILE: Final = "practice.toml"
+"""File in the data folder that a practice on a simulated apparatus writes."""
+_STOP_LIMIT_S: Final = 1.5
+"""The procedure ends within a cycle of 10 ms. A process that does not is killed; the drives' watchdog then stops them."""
+_END_LIMIT_S: Final = 10.0
+_LONGEST_LINE: Final = 1 << 20
+
+RunKind = Literal["full", "check"]
+
+
+@dataclass
+class RunProgress:
+    """What the procedure has reported so far."""
+
+    kind: RunKind
+    by: str
+    simulated: bool
+    running: bool = True
+    step: str = ""
+    """Key of the step that runs, or ran last."""
+    instruction: dict[str, Any] | None = None
+    """What the technician is asked to do now."""
+    ended: list[dict[str, Any]] = field(default_factory=list)
+    """Finished steps as in the record."""
+    passed: bool | None = None
+    presses: int = 0
+
+
+class CommissioningRun:
+    """Runs at most one procedure. Use it in the service's event loop only."""
+
+    def __init__(
+        self, station: Station, station_file: Path | None, data: Path, on_passed: Callable[[StationConfig, str], None]
+    ) -> None:
+        """``station_file``: of the real apparatus; a simulated one practises in ``data``. ``on_passed``: with the new configuration and who made it."""
+        self._station, self._station_file, self._data = station, station_file, data
+        self._on_passed = on_passed
+        self._child: asyncio.subprocess.Process | None = None
+        self._following: asyncio.Task[None] | None = None
+        self._stopped = False
+        self.progress: RunProgress | None = None
+
+    @property
+    def file(self) -> Path | None:
+        """Return the station's file that a run would write."""
+        return self._data / PRACTICE_FILE if self.practises else self._station_file
+
+    @property
+    def running(self) -> bool:
+        """True while a procedure runs."""
+        return self.progress is not None and self.progress.running
+
+    @property
+    def practises(self) -> bool:
+        """True if a run is a practice on a simulated apparatus."""
+        return self._station.info.simulated
+
+    async def start(self, kind: RunKind, begin: str | None, by: str) -> Refusal | None:
+        """Take the drives from the device process and start the procedure. Return None when it runs."""
+        file, simulated = self.file, self.practises
+        if file is None:
+            return Refusal.of(
+                code="no_station_file", message=texts.NO_STATION_FILE(), next_step=texts.START_WITH_STATION_FILE()
+            )
+        self._stopped = False
+        if refusal := await self._station.hand_over(self.stop):
+            return refusal
+        self.progress = RunProgress(kind, by, simulated)
+        options = [f"--by={by}", "--lines"]
+        options += ["--simulate=1"] if simulated else []
+        options += ["--check"] if kind == "check" else []
+        options += [f"--from={begin}"] if begin else []
+        try:
+            self._child = await asyncio.create_subprocess_exec(
+                *(sys.executable, "-m", "kata", "commission", str(file), *options),
+                stdin=asyncio.subprocess.PIPE,
+                stdout=asyncio.subprocess.PIPE,
+                limit=_LONGEST_LINE,
+                start_new_session=True,
+            )
+        except OSError:
+            log.exception("the commissioning process cannot be started")
+            self._end(None)
+            return Refusal.of(
+                code=NO_ANSWER, message=texts.COMMISSIONING_NOT_STARTED(), next_step=texts.REPORT_WITH_LOG()
+            )
+        if self._stopped:  # while the drives were handed over
+            self._send({"stop": True})
+        self._following = asyncio.create_task(self._follow(self._child, file), name="commissioning")
+        return None
+
+    def confirm(self, number: int) -> bool:
+        """Confirm the instruction with this number. Return False if another one, or none, is shown."""
+        progress = self.progress
+        if progress is None or progress.instruction is None or progress.instruction["number"] != number:
+            return False
+        progress.presses += 1
+        progress.instruction = progress.instruction | {"press": False}
+        self._send({"confirm": number})
+        return True
+
+    async def stop(self) -> Refusal | None:
+        """Switch torque off and end the procedure. Return None when its process has ended."""
+        self._stopped = True
+        child = self._child
+        if child is None:
+            return None
+        self._send({"stop": True})
+        try:
+            async with asyncio.timeout(_STOP_LIMIT_S):
+                await child.wait()
+        except TimeoutError:
+            log.error("the commissioning process does not stop and is killed; the drives' watchdog stops them")
+            with contextlib.suppress(ProcessLookupError):
+                child.kill()
+            await child.wait()
+        return None
+
+    async def close(self) -> None:
+        """Stop the procedure and wait for its end."""
+        await self.stop()
+        if self._following:
+            with contextlib.suppress(asyncio.CancelledError, TimeoutError):
+                async with asyncio.timeout(_END_LIMIT_S):
+                    await self._following
+
+    def _send(self, message: dict[str, Any]) -> None:
+        if self._child is not None and self._child.stdin is not None:
+            with contextlib.suppress(ConnectionError):
+                self._child.stdin.write(json.dumps(message).encode() + b"\n")
+
+    async def _follow(self, child: asyncio.subprocess.Process, file: Path) -> None:
+        """Take the lines of the process until it ends; then give the drives back."""
+        assert child.stdout is not None and self.progress is not None
+        try:
+            async for line in child.stdout:
+                self._take(self.progress, line)
+        except ValueError:
+            log.exception("a line of the commissioning process cannot be read")
+            with contextlib.suppress(ProcessLookupError):
+                child.kill()
+        await child.wait()
+        new = None
+        if self.progress.passed and self.progress.kind == "full" and not self.progress.simulated:
+            try:
+                new = config.read(file)
+            except config.ConfigError:
+                log.exception("the configuration of the commissioning cannot be used")
+        self._end(new)
+
+    def _take(self, progress: RunProgress, line: bytes) -> None:
+        try:
+            message = json.loads(line)
+        except ValueError:
+            log.warning("commissioning: %s", line.decode(errors="replace").strip())
+            return
+        match message.pop("event", None):
+            case "step":
+                progress.step, progress.instruction = message["step"], None
+            case "instruct":
+                progress.instruction = message
+            case "working":
+                progress.instruction = None
+            case "ended":
+                progress.instruction = None
+                progress.ended.append(message["run"])
+            case "finished":
+                progress.passed = message["passed"]
+
+    def _end(self, new: StationConfig | None) -> None:
+        """Give the drives back to the device process."""
+        assert self.progress is not None
+        self._child = None
+        self.progress.running = False
+        self.progress.instruction = None
+        self.progress.passed = bool(self.progress.passed)
+        if new is not None:
+            self._on_passed(new, self.progress.by)
+        self._station.take_back(new)

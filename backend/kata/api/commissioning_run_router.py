@@ -1,0 +1,204 @@
+"""Routes that run the commissioning from the page."""
+
+from typing import Annotated, Final, Literal
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.concurrency import run_in_threadpool
+from pydantic import Field, StrictInt
+
+from kata.api import texts
+from kata.api.commissioning_run import CommissioningRun, RunKind
+from kata.api.errors import refused
+from kata.api.services import services_of
+from kata.clinic.commissionings.schemas import CommissioningStepRun
+from kata.clinic.sessions import service as sessions
+from kata.commissioning.record import CHECKED, CommissioningRecord, readable_record, record_path
+from kata.commissioning.steps import STEP_TEXTS, passed_steps
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.errors import ProblemError
+from kata.station.schemas import OptionalKey, TextKey
+from kata.types import Schema
+
+router = APIRouter(prefix="/api/station/commissioning/run", tags=["commissioning"])
+
+StepKey = Literal[
+    "ids", "registers", "inputs", "axes", "torque", "zero", "range", "stops", "gains", "lags", "acceptance"
+]
+_ORDER: Final = [step.key for step in STEP_TEXTS]
+
+
+class RunStart(Schema):
+    """What to run."""
+
+    kind: RunKind = Field(description="full: all steps that have not passed. check: the periodic check.")
+    begin: StepKey | None = Field(
+        None, description="Repeat from this step on; by default the first that has not passed."
+    )
+
+
+class RunConfirmation(Schema):
+    """The instruction that was carried out."""
+
+    number: StrictInt = Field(ge=1)
+
+
+class RunInstruction(Schema):
+    """What the technician is asked to do."""
+
+    number: int = Field(ge=1, description="Counts the instructions of this run.")
+    kind: str = Field(examples=["press_estop"])
+    text: str
+    text_key: OptionalKey = None
+    motor: int = Field(ge=0, description="Of the motor or the pose; 0: of none.")
+    seen: bool = Field(description="True if the drives show when it is done.")
+    press: bool = Field(description="True if it waits for a confirmation.")
+
+
+class RunStep(Schema):
+    """A step of the procedure."""
+
+    key: StepKey
+    title: str
+    title_key: OptionalKey = None
+    does: str
+    does_key: OptionalKey = None
+    state: Literal["waiting", "running", "passed", "failed"]
+    result: CommissioningStepRun | None = Field(description="Its last run; null: it has not run yet.")
+
+
+class CommissioningRunState(Schema):
+    """The procedure of commissioning."""
+
+    possible: bool = Field(description="False if the service has no station's file.")
+    practice: bool = Field(description="True if it runs on a factory-new simulated apparatus, for training.")
+    running: bool
+    kind: RunKind
+    by: str
+    step: StepKey | None = Field(
+        description="The step that runs, or ran last; null: none has run since the service started."
+    )
+    instruction: RunInstruction | None
+    steps: list[RunStep]
+    presses: int = Field(ge=0, description="Confirmations since its start.")
+    passed: bool | None = Field(description="Null: it runs, or has not run since the service started.")
+    may_check: bool = Field(description="True if the station is commissioned, so that the periodic check can run.")
+
+
+async def _run(request: Request) -> CommissioningRun:
+    return services_of(request).commissioning_run
+
+
+TheRun = Annotated[CommissioningRun, Depends(_run)]
+
+
+@router.get("", summary="Get the state of the commissioning")
+async def get_commissioning_run(run: TheRun) -> CommissioningRunState:
+    """Return the steps with their results, and what the technician is asked to do."""
+    return await run_in_threadpool(_state, run)
+
+
+@router.post("", responses=PROBLEMS.of(409, 422, 503), summary="Start the commissioning")
+async def start_commissioning(
+    request: Request, run: TheRun, database: TheDatabase, actor: TheActor, wanted: RunStart
+) -> CommissioningRunState:
+    """Take the drives from the control program and start the procedure or the periodic check.
+
+    Refused while a session of this station is open, and while the station is not idle. A simulated station practises on a factory-new
+    simulated apparatus. Stop ends the procedure with torque off.
+    """
+    name = services_of(request).station_name
+
+    def open_sessions() -> bool:
+        with database.read() as session:
+            return sessions.has_open(session, name)
+
+    if await run_in_threadpool(open_sessions):
+        raise ProblemError(409, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
+    await run_in_threadpool(_check_start, run, wanted)
+    if refusal := await run.start(wanted.kind, wanted.begin, actor.name):
+        raise refused(refusal)
+    return await run_in_threadpool(_state, run)
+
+
+@router.post("/confirm", responses=PROBLEMS.of(409, 422), summary="Confirm an instruction")
+async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> CommissioningRunState:
+    """Confirm that an instruction was carried out. Refused when another one is shown meanwhile."""
+    if not run.confirm(given.number):
+        raise ProblemError(409, "other_instruction", texts.OTHER_INSTRUCTION(), texts.READ_INSTRUCTION_AGAIN())
+    return await run_in_threadpool(_state, run)
+
+
+def _check_start(run: CommissioningRun, wanted: RunStart) -> None:
+    """Refuse a start that the procedure would refuse.
+
+    :raises ProblemError: 409.
+    """
+    record = _record(run)
+    if wanted.kind == "check" and not _may_check(record):
+        raise ProblemError(409, "check_impossible", texts.CHECK_IMPOSSIBLE(), texts.COMMISSION_FIRST())
+    passed = _passed(record)
+    if wanted.begin and _ORDER.index(wanted.begin) > len(passed):
+        raise ProblemError(409, "steps_missing", texts.STEPS_MISSING(), texts.BEGIN_EARLIER())
+
+
+def _record(run: CommissioningRun) -> CommissioningRecord | None:
+    """Return the record of the real apparatus; None if there is none that can be used."""
+    return None if run.file is None or run.practises else readable_record(record_path(run.file))
+
+
+def _may_check(record: CommissioningRecord | None) -> bool:
+    """Return True if the periodic check can run: the commissioning has passed."""
+    return record is not None and record.passed
+
+
+def _passed(record: CommissioningRecord | None) -> set[str]:
+    """Return the steps that an unfinished record has passed. A finished one is commissioned again from the first step on."""
+    return set() if record is None or record.passed else passed_steps(record.steps)
+
+
+def _state(run: CommissioningRun) -> CommissioningRunState:
+    progress, record = run.progress, _record(run)
+    kind = progress.kind if progress else "full"
+    ended = {ran["step"]: ran for ran in progress.ended} if progress else {}
+    before = set() if progress else _passed(record)
+    running = progress is not None and progress.running
+    steps = []
+    for step in STEP_TEXTS:
+        if kind == "check" and step.key not in CHECKED:
+            continue
+        ran = ended.get(step.key)
+        if progress and running and progress.step == step.key and ran is None:
+            state = "running"
+        elif ran is not None:
+            state = "passed" if ran["passed"] else "failed"
+        else:
+            state = "passed" if step.key in before else "waiting"
+        result = {name: value for name, value in ran.items() if name != "by"} if ran else None
+        steps.append(
+            RunStep.model_validate(
+                {
+                    "key": step.key,
+                    "title": step.title,
+                    "title_key": TextKey.of(step.title),
+                    "does": step.does,
+                    "does_key": TextKey.of(step.does),
+                    "state": state,
+                    "result": result,
+                }
+            )
+        )
+    return CommissioningRunState.model_validate(
+        {
+            "possible": run.file is not None,
+            "practice": run.practises,
+            "running": running,
+            "kind": kind,
+            "by": progress.by if progress else "",
+            "step": (progress.step or None) if progress else None,
+            "instruction": progress.instruction if progress else None,
+            "steps": steps,
+            "presses": progress.presses if progress else 0,
+            "passed": None if progress is None or running else progress.passed,
+            "may_check": _may_check(record),
+        }
+    )

@@ -1,0 +1,68 @@
+"""Follow the commissioning record beside the station's file while the service runs."""
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+from kata.clinic.commissionings.importer import import_records
+from kata.commissioning import texts
+from kata.commissioning.record import record_paths
+from kata.commissioning.status import CommissioningStatus, commissioning_status
+from kata.database.engine import Database
+from kata.device.config import StationConfig
+from kata.device.messages import Refusal
+
+log = logging.getLogger(__name__)
+
+
+class CommissioningWatch:
+    """Imports finished records, and knows whether the station is commissioned with the configuration in use."""
+
+    def __init__(
+        self, database: Database, config: StationConfig, station_file: Path | None, *, simulated: bool
+    ) -> None:
+        """``config``: of ``station_file``. A simulated apparatus needs no commissioning; its records are imported nevertheless."""
+        self._database, self._config, self._file = database, config, station_file
+        self._simulated = simulated
+        self._seen: object = None
+        self.status = self._judge()
+        self.on_change: Callable[[Refusal | None], None] = lambda refusal: None
+
+    @property
+    def refusal(self) -> Refusal | None:
+        """Return why the station refuses patients, else None."""
+        if self.status is None or self.status.missing is None:
+            return None
+        return Refusal.of(
+            code="not_commissioned",
+            message=texts.NOT_COMMISSIONED(reason=self.status.missing),
+            next_step=texts.RUN_COMMISSION(),
+        )
+
+    def use(self, config: StationConfig) -> None:
+        """Judge the record by another configuration from now on."""
+        self._config, self._seen = config, None
+
+    def look(self) -> None:
+        """Judge and import the records if a file has changed since the last call. Call it from one thread, at any interval.
+
+        :raises DatabaseUnavailableError: when the database does not answer; the next call imports.
+        """
+        if self._file is None:
+            return
+        seen = [(path, path.stat().st_mtime_ns, path.stat().st_size) for path in record_paths(self._file)]
+        if seen == self._seen:
+            return
+        self.status = self._judge()
+        self.on_change(self.refusal)
+        import_records(self._database, self._config.name, self._file)
+        self._seen = seen
+
+    def _judge(self) -> CommissioningStatus | None:
+        """Return the status; None where no commissioning is needed."""
+        if self._simulated or self._file is None:
+            return None
+        status = commissioning_status(self._file, self._config)
+        if status.missing is not None:
+            log.error("the station is not commissioned: %s; it refuses patients", status.missing)
+        return status

@@ -1,0 +1,84 @@
+"""What the user of a page should know: open erasures, emergency accesses without a review, failed backups, and recent alarms.
+
+Pages ask at intervals. The answer has ids and times and nothing of a record, so the audit trail records no view.
+"""
+
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from typing import Final, Literal
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import Field
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor
+from kata.auth.permissions import ROLE_PERMISSIONS
+from kata.backups import catalogue
+from kata.clinic.events import service as events
+from kata.clinic.restricted import service as restricted
+from kata.database.base import utc_now
+from kata.dependencies import TheActor, TheDatabase
+from kata.interop import erasures
+from kata.pagination import Page
+from kata.types import Moment, Schema
+
+router = APIRouter(tags=["notifications"])
+
+_ALARMS_FOR: Final = timedelta(days=7)
+"""Older alarms are in the clinic's figures."""
+_MOST: Final = 50
+"""Of one kind."""
+
+
+class Notification(Schema):
+    """Something that a user should know. The record behind it is opened by another route."""
+
+    id: UUID
+    at: Moment
+    kind: Literal["erasure", "emergency_access", "failed_backup", "alarm"]
+    name: str = Field("", description="Of an emergency access: the user's name.", examples=["Sato Ken"])
+    problem: str = Field("", description="Of a failed backup: why it failed.")
+    station: str = Field("", description="Of an alarm.", examples=["Station 1"])
+    code: str = Field("", description="Of an alarm: its cause.", examples=["estop_pressed"])
+    patient_id: UUID | None = Field(None, description="Of a request for erasure.")
+    session_id: UUID | None = Field(None, description="Of an alarm; null if the record is not open to you.")
+
+
+@router.get("/api/notifications", summary="List notifications")
+def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notification]:
+    """Return what you should know, newest first, at most 50 of each kind. All users get the alarms of the last seven days.
+
+    Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
+    """
+    with database.read() as session:
+        found = list(_alarms(session, actor, utc_now()))
+        if "administer" in ROLE_PERMISSIONS[actor.role]:
+            found += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
+    return Page[Notification].complete(sorted(found, key=lambda one: (one.at, one.id), reverse=True))
+
+
+def _alarms(session: Session, actor: Actor, now: datetime) -> Iterator[Notification]:
+    rows, _ = events.find(session, events.EventFilter(kind="alarm"), _MOST, None)
+    for alarm in events.shown_to(session, actor, [row for row in rows if row.at >= now - _ALARMS_FOR]):
+        yield Notification(
+            id=alarm.id, at=alarm.at, kind="alarm", station=alarm.station, code=alarm.code, session_id=alarm.session_id
+        )
+
+
+def _erasures(session: Session, actor: Actor) -> Iterator[Notification]:
+    for row in erasures.undecided(session, restricted.hidden(actor))[-_MOST:]:
+        yield Notification(id=row.id, at=row.asked_at, kind="erasure", patient_id=row.patient_id)
+
+
+def _accesses(session: Session) -> Iterator[Notification]:
+    for access in restricted.break_glass_accesses(session, _MOST, None)[0]:
+        if access.reviewed_at is None:
+            yield Notification(id=access.id, at=access.at, kind="emergency_access", name=access.name)
+
+
+def _failed_backups(session: Session) -> Iterator[Notification]:
+    good = catalogue.last_good(session)
+    for row in catalogue.newest(session, _MOST)[0]:
+        if row.problem and (good is None or row.at > good.at):
+            yield Notification(id=row.id, at=row.at, kind="failed_backup", problem=row.problem)

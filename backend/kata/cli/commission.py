@@ -1,0 +1,249 @@
+"""``kata commission``: the procedure of :mod:`kata.commissioning` in a terminal."""
+
+import select
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final, Protocol
+
+from msgspec import structs
+
+from kata.cli.commission_lines import LineFrontEnd, LineTechnician
+from kata.commissioning import texts
+from kata.commissioning.bench import Bench, ManualAction, StepError, Technician
+from kata.commissioning.procedure import (
+    STEPS,
+    CommissioningStep,
+    begin_record,
+    check,
+    commission,
+    first_draft,
+)
+from kata.commissioning.record import (
+    CommissioningRecord,
+    RecordedStep,
+    RecordError,
+    configuration_of,
+    has_configuration,
+    read_record,
+    record_path,
+    write_record,
+)
+from kata.commissioning.steps import passed_steps
+from kata.device import config
+from kata.device.bus.serial_transport import SerialTransport
+from kata.device.config import StationConfig
+from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
+from kata.reporting import letterhead
+from kata.reporting.rendering import Print, commissioning_pdf
+from kata.settings import Settings
+from kata.system import realtime
+from kata.system.console import console, fail
+
+STEP_KEYS: Final = tuple(step.key for step in STEPS)
+_END: Final = "q"
+
+
+class TerminalTechnician:
+    """Shows instructions in a terminal. Enter confirms, q ends the step."""
+
+    def instruct(self, instruction: ManualAction) -> None:
+        """See :class:`~kata.commissioning.bench.Technician`."""
+        how = "" if instruction.seen else "  [Enter: done, q: end]"
+        console.print(f"  -> {instruction.text}{how}", markup=False)
+
+    def has_confirmed(self) -> bool:
+        """See :class:`~kata.commissioning.bench.Technician`."""
+        readable, _, _ = select.select([sys.stdin], [], [], 0.0)
+        if not readable:
+            return False
+        line = sys.stdin.readline()
+        if not line or line.strip().lower() == _END:
+            raise StepError(texts.TECHNICIAN_STOPPED())
+        return True
+
+
+class FrontEnd(Protocol):
+    """Shows the progress of the procedure."""
+
+    def announce(self, step: CommissioningStep) -> None:
+        """Show a step before it runs."""
+
+    def report(self, ran: RecordedStep) -> None:
+        """Show the result of a step."""
+
+    def finish(self, *, passed: bool, text: str) -> None:
+        """Show the end."""
+
+
+class TerminalFrontEnd:
+    """Shows the progress in a terminal."""
+
+    def announce(self, step: CommissioningStep) -> None:
+        """See :class:`FrontEnd`."""
+        place = STEP_KEYS.index(step.key) + 1
+        console.print(f"\n{place}/{len(STEPS)} {step.title}\n   {step.does}", markup=False, soft_wrap=True)
+
+    def report(self, ran: RecordedStep) -> None:
+        """See :class:`FrontEnd`."""
+        for value in ran.values:
+            motor = f"motor {value.motor} " if value.motor else ""
+            before = "" if value.before is None else f"{value.before} -> "
+            console.print(f"     {motor}{value.name}: {before}{value.after}", markup=False)
+        console.print("   passed" if ran.passed else f"   FAILED: {ran.fault}", markup=False)
+
+    def finish(self, *, passed: bool, text: str) -> None:
+        """See :class:`FrontEnd`."""
+        console.print(text, markup=False, soft_wrap=True)
+
+
+@dataclass
+class WorkCounter:
+    """Counts what a person does, and the time in which the machine works without one. Wraps a technician."""
+
+    technician: Technician
+    now_ns: Callable[[], int]
+    presses: int = 0
+    """Instructions that the person confirms."""
+    others: int = 0
+    """Instructions that the drives see."""
+    waited_ns: int = 0
+    _since_ns: int | None = None
+
+    def instruct(self, instruction: ManualAction) -> None:
+        """See :class:`~kata.commissioning.bench.Technician`."""
+        self.presses += not instruction.seen
+        self.others += instruction.seen
+        self._since_ns = self.now_ns()
+        self.technician.instruct(instruction)
+
+    def has_confirmed(self) -> bool:
+        """See :class:`~kata.commissioning.bench.Technician`."""
+        confirmed = self.technician.has_confirmed()
+        if confirmed and self._since_ns is not None:
+            self.waited_ns += self.now_ns() - self._since_ns
+            self._since_ns = None
+        return confirmed
+
+
+def run(
+    station: Path, port: str | None, by: str, first: str | None, simulated: int | None, *, lines: bool = False
+) -> bool:
+    """Commission a station from the step ``first`` on; return True if every step has passed and the configuration is written.
+
+    ``lines``: for a program, see :mod:`kata.cli.commission_lines`.
+    """
+    front: FrontEnd = LineFrontEnd() if lines else TerminalFrontEnd()
+    if simulated is None:
+        record, draft = begin(station, port, by, first)
+        if draft.protocol != "dynamixel":
+            fail(texts.ONLY_DYNAMIXEL())
+        bench = _bench_at_port(draft, lines=lines)
+    else:
+        # Each practice begins with drives from their boxes.
+        bench, first = _practice_bench(simulated, lines=lines), None
+        record = begin_record(bench.draft, by)
+    counter = WorkCounter(bench.technician, bench.now_ns)
+    bench.technician, began_ns = counter, bench.now_ns()
+    for step, ran in commission(bench, record, lambda: datetime.now(UTC), first):
+        if ran is None:
+            front.announce(step)
+            continue
+        record = ran
+        if record.passed:
+            config.write(configuration_of(record), station)
+            config.read(station)
+        write_record(record, record_path(station))
+        record_path(station).with_suffix(".pdf").write_bytes(_report_of(record))
+        front.report(record.steps[-1])
+    if not record.passed:
+        text = "Not commissioned. Run the command again; it begins with the step that failed."
+        front.finish(passed=False, text=text)
+        return False
+    machine_s = (bench.now_ns() - began_ns - counter.waited_ns) / 1e9
+    work = f"{counter.presses} confirmations, {counter.others} actions that the drives saw, {machine_s:.0f} s of the machine."
+    front.finish(passed=True, text=f"Commissioned. Configuration: {station}. Record: {record_path(station)}.\n{work}")
+    return True
+
+
+def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
+    """Run the periodic check of a commissioned station; return True if every step has passed. ``lines``: as in :func:`run`."""
+    front: FrontEnd = LineFrontEnd() if lines else TerminalFrontEnd()
+    try:
+        draft, record = config.read(station), read_record(record_path(station))
+    except (RecordError, config.ConfigError) as error:
+        fail(str(error))
+    if record is None or not record.passed or not has_configuration(record, draft):
+        fail("The station is not commissioned with this configuration.")
+    bench = _bench_at_port(draft, lines=lines)
+    for step, ran in check(bench, record, lambda: datetime.now(UTC), by):
+        if ran is None:
+            front.announce(step)
+            continue
+        record = ran
+        write_record(record, record_path(station))
+        front.report(record.checks[-1])
+    passed = record.checks[-1].passed
+    front.finish(passed=passed, text="The check has passed." if passed else "The check has found a fault.")
+    return passed
+
+
+def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[CommissioningRecord, StationConfig]:
+    """Return the unfinished record to continue, or a new one; and the configuration to begin with. ``first``: the step to begin with."""
+    path = record_path(station)
+    try:
+        former = read_record(path)
+        present = config.read(station) if station.exists() else first_draft(station.stem, port or "/dev/ttyUSB0")
+        unfinished = configuration_of(former) if former and not former.passed else None
+    except (RecordError, config.ConfigError) as error:
+        fail(str(error))
+    if former and unfinished:
+        record, draft = former, _at_port(unfinished, port)
+    else:
+        if former:
+            path.rename(path.with_suffix(f".{former.digest[:8]}.json"))
+        draft = _at_port(present, port)
+        record = begin_record(draft, by, former.digest if former else "")
+    if first and STEP_KEYS.index(first) > len(passed_steps(record.steps)):
+        fail(f"The steps before {first} have not passed.")
+    return record, draft
+
+
+def _bench_at_port(draft: StationConfig, *, lines: bool) -> Bench:
+    """Return the bench of a real apparatus. This thread is then as punctual as the device process where the system grants it."""
+    realtime.schedule(realtime.CONTROL_PRIORITY)
+    if not lines:
+        return Bench(draft, TerminalTechnician(), SerialTransport, time.sleep, time.monotonic_ns)
+    technician = LineTechnician()
+    return Bench(draft, technician, SerialTransport, technician.stoppable(time.sleep), time.monotonic_ns)
+
+
+def _practice_bench(seed: int, *, lines: bool) -> Bench:
+    """Return the bench of a factory-new simulated apparatus, with simulated hands."""
+    apparatus = FactoryNewApparatus(seed)
+    hands = SimulatedTechnician(apparatus)
+    bench = apparatus.bench(hands)
+    if lines:
+        technician = LineTechnician()
+        technician.hands = hands
+        bench.technician, bench.sleep = technician, technician.stoppable(bench.sleep)
+    return bench
+
+
+def _at_port(draft: StationConfig, port: str | None) -> StationConfig:
+    return structs.replace(draft, port=port) if port else draft
+
+
+def _report_of(record: CommissioningRecord) -> bytes:
+    """Return the record as PDF. Its letterhead is the clinic's (KATA_CLINIC_NAME and others)."""
+    settings = Settings()
+    try:
+        head = letterhead.read(
+            settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
+        )
+    except letterhead.LetterheadError as error:
+        fail(str(error))
+    return commissioning_pdf(record, Print(head, "en", settings.clinic_time_zone, datetime.now(UTC)))

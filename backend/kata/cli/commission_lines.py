@@ -1,0 +1,123 @@
+"""``kata commission --lines``: the procedure of :mod:`kata.commissioning` for a program. The service runs it for its page.
+
+Each line of standard output is a JSON object with ``event``: ``step``, ``instruct``, ``working``, ``ended`` or ``finished``. Each line of
+standard input is ``{"confirm": NUMBER}``, the number of an instruction, or ``{"stop": true}``. The end of standard input is a stop.
+"""
+
+import json
+import os
+import select
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+
+from kata.commissioning import texts
+from kata.commissioning.bench import ManualAction, StepError, Technician
+from kata.commissioning.procedure import CommissioningStep
+from kata.commissioning.record import RecordedStep
+
+
+class LineTechnician:
+    """Sends instructions as lines, and reads confirmations and stops.
+
+    With ``hands``, a confirmation lets them do what is asked, and nothing moves before: the simulation's clock must not run while a
+    person reads.
+    """
+
+    def __init__(self, keyboard: int | None = None) -> None:
+        """``keyboard``: file descriptor of the input; standard input by default."""
+        self._keyboard = sys.stdin.fileno() if keyboard is None else keyboard
+        self._unread = b""
+        self._number = 0
+        self._confirmed = 0
+        self._stopped = False
+        self._instruction: ManualAction | None = None
+        self.hands: Technician | None = None
+
+    def instruct(self, instruction: ManualAction) -> None:
+        """See :class:`~kata.commissioning.bench.Technician`."""
+        self._number += 1
+        self._instruction = instruction
+        send(
+            event="instruct",
+            number=self._number,
+            kind=instruction.kind,
+            text=str(instruction.text),
+            text_key=msgspec.to_builtins(instruction.text.key),
+            motor=instruction.number,
+            seen=instruction.seen,
+            press=self.hands is not None or not instruction.seen,
+        )
+
+    def has_confirmed(self) -> bool:
+        """See :class:`~kata.commissioning.bench.Technician`."""
+        if self.hands is None:
+            self._read(0.0)
+            self._raise_if_stopped()
+            return self._take_confirmation()
+        if self._instruction is not None:
+            while not self._take_confirmation():
+                self._read(None)
+                self._raise_if_stopped()
+            self.hands.instruct(self._instruction)
+            self._instruction = None
+        return self.hands.has_confirmed()
+
+    def stoppable(self, sleep: Callable[[float], None]) -> Callable[[float], None]:
+        """Return ``sleep`` that raises a StepError after a stop. Every wait and every cycle of the steps calls it."""
+
+        def sleep_unless_stopped(seconds: float) -> None:
+            self._read(0.0)
+            self._raise_if_stopped()
+            sleep(seconds)
+
+        return sleep_unless_stopped
+
+    def _take_confirmation(self) -> bool:
+        if self._confirmed != self._number:
+            return False
+        self._confirmed = 0
+        send(event="working")
+        return True
+
+    def _raise_if_stopped(self) -> None:
+        if self._stopped:
+            raise StepError(texts.TECHNICIAN_STOPPED())
+
+    def _read(self, timeout_s: float | None) -> None:
+        """Read what has been sent; wait for it with None."""
+        while select.select([self._keyboard], [], [], timeout_s)[0]:
+            data = os.read(self._keyboard, 4096)
+            if not data:
+                self._stopped = True
+                return
+            *lines, self._unread = (self._unread + data).split(b"\n")
+            for line in lines:
+                message = json.loads(line)
+                self._stopped = self._stopped or bool(message.get("stop"))
+                self._confirmed = message.get("confirm", self._confirmed)
+            timeout_s = 0.0
+
+
+class LineFrontEnd:
+    """Sends the progress of the procedure as lines."""
+
+    def announce(self, step: CommissioningStep) -> None:
+        """See :class:`~kata.cli.commission.FrontEnd`."""
+        send(event="step", step=step.key)
+
+    def report(self, ran: RecordedStep) -> None:
+        """See :class:`~kata.cli.commission.FrontEnd`."""
+        send(event="ended", run=msgspec.to_builtins(ran))
+
+    def finish(self, *, passed: bool, text: str) -> None:
+        """See :class:`~kata.cli.commission.FrontEnd`."""
+        send(event="finished", passed=passed, text=text)
+
+
+def send(**message: Any) -> None:
+    """Write a line."""
+    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.flush()

@@ -1,0 +1,1 @@
+"""Records of commissionings and periodic checks."""

@@ -1,0 +1,27 @@
+"""Import finished commissionings from the records beside the station's file.
+
+Only ``kata commission`` and the page's procedure write these files; the service only reads them.
+"""
+
+import logging
+from pathlib import Path
+
+from kata.actor import by_program
+from kata.clinic.commissionings import service
+from kata.commissioning.record import RecordError, read_record, record_paths
+from kata.database.engine import Database
+
+log = logging.getLogger(__name__)
+
+
+def import_records(database: Database, station: str, station_file: Path) -> None:
+    """Store every finished commissioning and check that the database does not have. Records that were changed are left out."""
+    with by_program("import_commissioning", station), database.write() as session:
+        for path in record_paths(station_file):
+            try:
+                record = read_record(path)
+            except RecordError as error:
+                log.warning("a commissioning record is not imported: %s", error)
+                continue
+            for ended in service.finished(record) if record else ():
+                service.add(session, station, ended)

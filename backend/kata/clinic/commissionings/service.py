@@ -1,0 +1,140 @@
+"""Store and read commissionings. The caller commits."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from itertools import groupby
+from typing import Any, Final
+from uuid import UUID, uuid4
+
+import msgspec
+from msgspec import structs
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from kata.clinic import texts
+from kata.clinic.commissionings.schemas import CommissioningKind
+from kata.clinic.commissionings.tables import CommissioningRow
+from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, sealed
+from kata.errors import not_found
+from kata.motion.axes import AXES
+from kata.pagination import Keyset
+
+_NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], CommissioningRow.ended_at, CommissioningRow.id, descending=True)
+_FIGURES: Final = {
+    "friction deg": "friction_deg",
+    "play deg": "play_deg",
+    "lag s": "lag_s",
+    "temperature_c": "temperature_c",
+    "voltage_v": "voltage_v",
+    "damaged_answers_percent": "damaged_answers_percent",
+}
+"""Name in the record, and name of the figure."""
+
+
+@dataclass(frozen=True)
+class FinishedCommissioning:
+    """A commissioning or check that has ended. ``record`` has only its own steps."""
+
+    kind: CommissioningKind
+    done_by: str
+    steps: tuple[RecordedStep, ...]
+    record: CommissioningRecord
+
+
+def finished(record: CommissioningRecord) -> Iterator[FinishedCommissioning]:
+    """Yield the commissioning of a record if it has passed, and each of its periodic checks that has ended."""
+    if not record.passed:
+        return
+    yield FinishedCommissioning("full", record.by, record.steps, sealed(structs.replace(record, checks=())))
+    for steps in _check_runs(record.checks):
+        if steps[-1].step == CHECKED[-1] or not steps[-1].passed:
+            own = sealed(structs.replace(record, steps=(), checks=steps))
+            yield FinishedCommissioning("check", steps[0].by, steps, own)
+
+
+def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, ...]]:
+    """Yield the steps of each check. Each check begins with the first of its steps."""
+    number = 0
+
+    def check_of(step: RecordedStep) -> int:
+        nonlocal number
+        number += step.step == CHECKED[0]
+        return number
+
+    for _, steps in groupby(checks, check_of):
+        yield tuple(steps)
+
+
+def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
+    """Store a commissioning or check. Return False if it is stored already."""
+    began_at = datetime.fromisoformat(ended.steps[0].began_at)
+    stored = select(CommissioningRow.id).where(
+        CommissioningRow.station == station, CommissioningRow.kind == ended.kind, CommissioningRow.began_at == began_at
+    )
+    if session.scalar(stored) is not None:
+        return False
+    last = ended.steps[-1]
+    session.add(
+        CommissioningRow(
+            id=uuid4(),
+            station=station,
+            kind=ended.kind,
+            done_by=ended.done_by,
+            software=ended.record.kata,
+            began_at=began_at,
+            ended_at=datetime.fromisoformat(last.ended_at),
+            passed=last.passed,
+            fault=last.fault,
+            fault_key=msgspec.to_builtins(last.fault_key),
+            digest=ended.record.digest,
+            configuration_digest=ended.record.configuration_digest,
+            figures=_figures(ended.steps),
+            record=msgspec.json.encode(ended.record).decode(),
+        )
+    )
+    return True
+
+
+def _figures(steps: Sequence[RecordedStep]) -> list[dict[str, Any]]:
+    """Return the newest figures of each motor."""
+    of_motor: dict[int, dict[str, Any]] = {motor: {"motor": motor} for motor in AXES}
+    for step in steps:
+        for value in step.values:
+            if value.name in _FIGURES and value.motor in of_motor:
+                of_motor[value.motor][_FIGURES[value.name]] = value.after
+    return [of_motor[motor] for motor in AXES]
+
+
+def find(
+    session: Session, station: str, limit: int, after: str | None
+) -> tuple[Sequence[CommissioningRow], str | None]:
+    """Return a page of a station's commissionings and checks (newest first) and the next cursor.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
+    query = select(CommissioningRow).where(CommissioningRow.station == station)
+    rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
+    return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.ended_at, row.id))
+
+
+def get(session: Session, commissioning_id: UUID) -> CommissioningRow:
+    """Return a commissioning or check.
+
+    :raises ProblemError: 404 when there is none.
+    """
+    row = session.get(CommissioningRow, commissioning_id)
+    if row is None:
+        raise not_found(texts.COMMISSIONING_NOT_FOUND)
+    return row
+
+
+def record_of(row: CommissioningRow) -> CommissioningRecord:
+    """Return the stored record."""
+    return msgspec.json.decode(row.record, type=CommissioningRecord)
+
+
+def steps_of(row: CommissioningRow) -> tuple[RecordedStep, ...]:
+    """Return the steps of a commissioning or check."""
+    record = record_of(row)
+    return record.steps if row.kind == "full" else record.checks

@@ -1,0 +1,1 @@
+"""Contraindications and precautions of a patient, and what each does."""

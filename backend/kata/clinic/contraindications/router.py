@@ -1,0 +1,69 @@
+"""REST routes of contraindications."""
+
+from uuid import UUID
+
+from fastapi import APIRouter
+
+from kata.clinic.contraindications import service
+from kata.clinic.contraindications.schemas import (
+    Contraindication,
+    ContraindicationCreate,
+    ContraindicationKind,
+    Resolution,
+    SignOff,
+)
+from kata.dependencies import PROBLEMS, TheDatabase
+from kata.pagination import Page
+
+router = APIRouter(tags=["contraindications"])
+
+
+@router.get("/api/contraindication-kinds", summary="List the kinds of contraindications")
+def list_contraindication_kinds() -> Page[ContraindicationKind]:
+    """Return every kind, what it does, and the source of that. The list has no pages."""
+    return Page[ContraindicationKind].complete(service.kinds())
+
+
+@router.get(
+    "/api/patients/{patient_id}/contraindications",
+    summary="List a patient's contraindications",
+    responses=PROBLEMS.of(404, 422),
+)
+def list_contraindications(database: TheDatabase, patient_id: UUID) -> Page[Contraindication]:
+    """Return all contraindications, resolved ones included, oldest first. A patient has few, so the list has no pages."""
+    with database.read() as session:
+        return Page[Contraindication].complete(service.of_patient(session, patient_id))
+
+
+@router.post(
+    "/api/patients/{patient_id}/contraindications",
+    summary="Record a contraindication",
+    status_code=201,
+    responses=PROBLEMS.of(404, 409, 422),
+)
+def add_contraindication(database: TheDatabase, patient_id: UUID, given: ContraindicationCreate) -> Contraindication:
+    """Record a contraindication. It applies from the next load or teaching."""
+    with database.write() as session:
+        return service.add(session, patient_id, given)
+
+
+@router.post(
+    "/api/contraindications/{contraindication_id}/sign-off",
+    summary="Record a doctor's permission",
+    responses=PROBLEMS.of(404, 409, 422),
+)
+def sign_off_contraindication(database: TheDatabase, contraindication_id: UUID, given: SignOff) -> Contraindication:
+    """Record that a doctor allows the treatment in spite of a contraindication."""
+    with database.write() as session:
+        return service.sign_off(session, contraindication_id, given)
+
+
+@router.post(
+    "/api/contraindications/{contraindication_id}/resolve",
+    summary="Resolve a contraindication",
+    responses=PROBLEMS.of(404, 409, 422),
+)
+def resolve_contraindication(database: TheDatabase, contraindication_id: UUID, given: Resolution) -> Contraindication:
+    """Record why a contraindication no longer applies. It stays in the record."""
+    with database.write() as session:
+        return service.resolve(session, contraindication_id, given)

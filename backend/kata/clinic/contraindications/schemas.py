@@ -1,0 +1,65 @@
+"""Request and response models of contraindications."""
+
+from typing import Annotated
+from uuid import UUID
+
+from pydantic import Field, StringConstraints
+
+from kata.clinic.contraindications.kinds import Code, Effect, Scope
+from kata.station.schemas import OptionalKey
+from kata.types import NO_NUL, By, Moment, Name, Note, Schema
+
+Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000, pattern=NO_NUL)]
+
+
+class ContraindicationKind(Schema):
+    """One entry of the list, and what it does."""
+
+    code: Code
+    scope: Scope = Field(description="patient: concerns both shoulders. episode: one shoulder.")
+    effect: Effect = Field(
+        description="block: nothing is taught or played. sign_off: only after a doctor has allowed it. warn: shown in the banner."
+    )
+    name: str = Field(examples=["Fracture that has not united"])
+    name_key: OptionalKey = None
+    source: str = Field(description="Where the effect comes from.")
+    source_key: OptionalKey = None
+
+
+class ContraindicationCreate(Schema):
+    """A new contraindication."""
+
+    code: Code
+    episode_id: UUID | None = Field(None, description="By default the open episode, for a condition of one shoulder.")
+    note: Note = Field("", examples=["Humeral neck, 3 weeks ago."])
+    noted_by: By = Field("", description="Your name unless another is given.")
+
+
+class SignOff(Schema):
+    """A doctor's permission to treat in spite of a contraindication."""
+
+    doctor: Name = Field(description="The doctor who allows it.", examples=["Dr. Mori"])
+
+
+class Resolution(Schema):
+    """The end of a contraindication."""
+
+    reason: Reason = Field(examples=["United on the X-ray of 2026-11-20."])
+    resolved_by: By = Field("", description="Your name unless another is given.")
+
+
+class Contraindication(ContraindicationKind):
+    """A contraindication of a patient."""
+
+    id: UUID
+    patient_id: UUID
+    episode_id: UUID | None = Field(description="Null for a condition of the patient.")
+    note: str
+    noted_at: Moment
+    noted_by: str
+    signed_off_at: Moment | None
+    signed_off_by: str
+    resolved_at: Moment | None = Field(description="Since then it no longer applies.")
+    resolved_by: str
+    resolution: str
+    stops_motion: bool = Field(description="True if it forbids teaching and playback now.")

@@ -1,0 +1,169 @@
+"""Read and write contraindications, and check them before a motion. The caller commits."""
+
+from collections.abc import Iterable
+from uuid import UUID, uuid4
+
+from sqlalchemy import or_, select
+from sqlalchemy.orm import Session
+
+from kata.clinic import texts
+from kata.clinic.contraindications.kinds import KINDS, Kind, kind_of
+from kata.clinic.contraindications.schemas import (
+    Contraindication,
+    ContraindicationCreate,
+    ContraindicationKind,
+    Resolution,
+    SignOff,
+)
+from kata.clinic.contraindications.tables import ContraindicationRow
+from kata.clinic.episodes import service as episodes
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
+from kata.database.base import utc_now
+from kata.errors import ProblemError, not_found
+from kata.station.schemas import TextKey
+
+
+def kinds() -> list[ContraindicationKind]:
+    """Return the list, in the order of the form."""
+    return [ContraindicationKind(**_of_kind(kind)) for kind in KINDS.values()]
+
+
+def of_patient(session: Session, patient_id: UUID) -> list[Contraindication]:
+    """Return a patient's contraindications, resolved ones included, oldest first.
+
+    :raises ProblemError: 404.
+    """
+    patients.get(session, patient_id)
+    query = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient_id)
+    return [as_contraindication(row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))]
+
+
+def present(session: Session, patient_id: UUID, episode_ids: Iterable[UUID]) -> list[Contraindication]:
+    """Return the unresolved contraindications of a patient and of these episodes; those that stop motion first."""
+    applies = or_(ContraindicationRow.episode_id.is_(None), ContraindicationRow.episode_id.in_(list(episode_ids)))
+    query = select(ContraindicationRow).where(
+        ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None), applies
+    )
+    found = [as_contraindication(row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))]
+    return sorted(found, key=lambda one: not one.stops_motion)
+
+
+def require_none(session: Session, patient_id: UUID, side: str) -> None:
+    """Check that no contraindication forbids a motion of this shoulder.
+
+    :raises ProblemError: 409, see :func:`check`.
+    """
+    episode = episodes.open_episode(session, patient_id, side)
+    check(present(session, patient_id, [episode.id] if episode else []))
+
+
+def check(found: Iterable[Contraindication]) -> None:
+    """Check that none of the contraindications forbids motion now. Needs no database.
+
+    :raises ProblemError: 409 ``contraindicated``, or ``sign_off_needed`` where a doctor may allow it.
+    """
+    stopping = [one for one in found if one.stops_motion]
+    blocking = [KINDS[one.code].name for one in stopping if one.effect == "block"]
+    if blocking:
+        raise ProblemError(
+            409, "contraindicated", texts.MOTION_CONTRAINDICATED(conditions=blocking), texts.RESOLVE_CONTRAINDICATION()
+        )
+    if stopping:
+        names = [KINDS[one.code].name for one in stopping]
+        raise ProblemError(
+            409, "sign_off_needed", texts.SIGN_OFF_NEEDED(conditions=names), texts.ASK_DOCTOR_TO_SIGN_OFF()
+        )
+
+
+def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Contraindication:
+    """Record a contraindication.
+
+    :raises ProblemError: 404; 409 for an erased patient, without an open episode for a condition of a shoulder, and for a condition that
+        is recorded already; 422 for an episode of another patient.
+    """
+    patient = patients.get(session, patient_id, to_change=True)
+    patients.check_not_erased(patient)
+    episode_id = None
+    if KINDS[given.code].scope == "episode":
+        episode = episodes.get(session, given.episode_id) if given.episode_id else patient.episode
+        episode_id = _open(episode, patient_id).id
+    same = present(session, patient_id, [episode_id] if episode_id else [])
+    if given.code != "other" and any(one.code == given.code for one in same):
+        raise ProblemError(
+            409, "already_recorded", texts.CONTRAINDICATION_RECORDED(), texts.CHECK_LIST_OF_CONTRAINDICATIONS()
+        )
+    row = ContraindicationRow(
+        id=uuid4(),
+        patient_id=patient_id,
+        episode_id=episode_id,
+        code=given.code,
+        note=given.note,
+        noted_at=utc_now(),
+        noted_by=given.noted_by,
+    )
+    session.add(row)
+    session.flush()
+    return as_contraindication(row)
+
+
+def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Contraindication:
+    """Record that a doctor allows the treatment.
+
+    :raises ProblemError: 404; 409 for a resolved one, and for one that no doctor can sign off.
+    """
+    row = _to_change(session, contraindication_id)
+    if kind_of(row.code).effect != "sign_off":
+        raise ProblemError(409, "no_sign_off", texts.NO_SIGN_OFF_FOR_THIS(), texts.RESOLVE_CONTRAINDICATION())
+    row.signed_off_at, row.signed_off_by = utc_now(), given.doctor
+    session.flush()
+    return as_contraindication(row)
+
+
+def resolve(session: Session, contraindication_id: UUID, given: Resolution) -> Contraindication:
+    """Record that a contraindication no longer applies.
+
+    :raises ProblemError: 404; 409 for a resolved one.
+    """
+    row = _to_change(session, contraindication_id)
+    row.resolved_at, row.resolved_by, row.resolution = utc_now(), given.resolved_by, given.reason
+    session.flush()
+    return as_contraindication(row)
+
+
+def as_contraindication(row: ContraindicationRow) -> Contraindication:
+    """Return the response model."""
+    kind = kind_of(row.code)
+    stops = kind.effect == "block" or (kind.effect == "sign_off" and row.signed_off_at is None)
+    columns = {name: getattr(row, name) for name in Contraindication.model_fields if hasattr(row, name)}
+    return Contraindication(**columns | _of_kind(kind) | {"stops_motion": stops and row.resolved_at is None})
+
+
+def _of_kind(kind: Kind) -> dict[str, object]:
+    return {
+        "code": kind.code,
+        "scope": kind.scope,
+        "effect": kind.effect,
+        "name": kind.name,
+        "name_key": TextKey.of(kind.name),
+        "source": kind.source,
+        "source_key": TextKey.of(kind.source),
+    }
+
+
+def _open(episode: EpisodeRow | None, patient_id: UUID) -> EpisodeRow:
+    if episode is None or episode.closed_at:
+        raise ProblemError(409, "no_episode", texts.NO_EPISODE(), texts.OPEN_ONE_FIRST())
+    if episode.patient_id != patient_id:
+        raise not_found(texts.EPISODE_NOT_FOUND)
+    return episode
+
+
+def _to_change(session: Session, contraindication_id: UUID) -> ContraindicationRow:
+    row = session.get(ContraindicationRow, contraindication_id, with_for_update=True)
+    if row is None:
+        raise not_found(texts.CONTRAINDICATION_NOT_FOUND)
+    patients.check_not_erased(patients.get(session, row.patient_id))
+    if row.resolved_at:
+        raise ProblemError(409, "resolved", texts.CONTRAINDICATION_RESOLVED(), texts.CHECK_LIST_OF_CONTRAINDICATIONS())
+    return row

@@ -1,0 +1,78 @@
+"""What a stage of frozen shoulder proposes for a playback. Pure functions.
+
+The order of the stages is that of Kelley MJ et al., "Shoulder pain and mobility deficits: adhesive capsulitis", clinical practice guideline,
+J Orthop Sports Phys Ther 2013; 43(5): A1-A31: the more irritable the shoulder, the gentler and shorter the stretching; and of Diercks RL,
+Stevens M, "Gentle thawing of the frozen shoulder", J Shoulder Elbow Surg 2004; 13: 499-502: exercise within the limits of pain. Neither
+gives a load level, a speed, a range or a number of repetitions for this apparatus. The numbers are the clinic's decision.
+
+A proposal changes no setting. The page warns where a setting exceeds it, and the audit trail names the exceeded settings of a load.
+"""
+
+from types import MappingProxyType
+from typing import Final, Literal, Protocol
+
+from pydantic import Field
+
+from kata.clinic import texts
+from kata.clinic.episodes.schemas import StageName
+from kata.station.schemas import LoadLevel, OptionalKey, TextKey
+from kata.types import Schema
+
+ProposedSetting = Literal["load_level", "speed_percent", "range_percent", "repetitions"]
+
+
+class StageProposal(Schema):
+    """The highest settings that a stage proposes."""
+
+    stage: StageName
+    load_level: LoadLevel
+    speed_percent: float = Field(description="Percent of the taught speed.", examples=[50.0])
+    range_percent: float = Field(description="Percent of the taught range.", examples=[80.0])
+    repetitions: int = Field(description="Of one recording.", examples=[5])
+    source: str = Field(description="Where the proposal comes from.")
+    source_key: OptionalKey = None
+
+
+class _Settings(Protocol):
+    @property
+    def speed_percent(self) -> float: ...
+    @property
+    def range_percent(self) -> float: ...
+    @property
+    def repetitions(self) -> int: ...
+
+
+def _proposal(stage: StageName, load_level: int, percent: tuple[float, float], repetitions: int) -> StageProposal:
+    source = texts.SOURCE_STAGE()
+    return StageProposal(
+        stage=stage,
+        load_level=load_level,
+        speed_percent=percent[0],
+        range_percent=percent[1],
+        repetitions=repetitions,
+        source=source,
+        source_key=TextKey.of(source),
+    )
+
+
+PROPOSALS: Final = MappingProxyType(
+    {
+        "freezing": _proposal("freezing", 8, (50.0, 80.0), 5),
+        "frozen": _proposal("frozen", 15, (75.0, 100.0), 10),
+        "thawing": _proposal("thawing", 20, (100.0, 100.0), 20),
+    }
+)
+
+
+def exceeded(stage: str | None, load_level: int, settings: _Settings) -> list[ProposedSetting]:
+    """Return the settings that exceed the proposal of a stage. None without a stage."""
+    proposal = PROPOSALS.get(stage or "")
+    if proposal is None:
+        return []
+    given: dict[ProposedSetting, float] = {
+        "load_level": load_level,
+        "speed_percent": settings.speed_percent,
+        "range_percent": settings.range_percent,
+        "repetitions": settings.repetitions,
+    }
+    return [name for name, value in given.items() if value > getattr(proposal, name)]

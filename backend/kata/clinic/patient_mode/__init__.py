@@ -1,0 +1,1 @@
+"""The patient's mode: a patient fills in a questionnaire on a locked browser."""

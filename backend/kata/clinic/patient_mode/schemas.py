@@ -1,0 +1,54 @@
+"""Request and response models of the patient's mode."""
+
+from typing import Annotated
+
+from pydantic import Field, StrictBool
+
+from kata.i18n import Language
+from kata.types import Schema
+
+Answers = Annotated[
+    list[Annotated[int, Field(ge=0, le=100)] | None],
+    Field(max_length=200, description="One for each item in order; null if unanswered.", examples=[[7, 8, None]]),
+]
+
+
+class PatientModeStart(Schema):
+    """A questionnaire for a patient, on this browser."""
+
+    questionnaire: str = Field(max_length=32, examples=["spadi"])
+    language: Language
+
+
+class AnswerOption(Schema):
+    """One answer."""
+
+    answer: int
+    label: str = Field(description="Its words; empty if the questionnaire names none.")
+
+
+class PatientQuestion(Schema):
+    """One question."""
+
+    text: str
+    options: list[AnswerOption]
+
+
+class PatientQuestionnaire(Schema):
+    """The questionnaire that the patient fills in on this browser."""
+
+    title: str
+    language: Language
+    copyright: str
+    questions: list[PatientQuestion]
+    answers: Answers
+    finished: bool = Field(description="True once it is stored. Only the user's password leads further.")
+
+
+class PatientAnswers(Schema):
+    """The answers so far."""
+
+    answers: Answers
+    finished: StrictBool = Field(
+        False, description="True stores them as an assessment; they cannot be changed here afterwards."
+    )

@@ -1,0 +1,125 @@
+"""Hand a browser to a patient, and store the answers. The caller commits.
+
+The login session is limited by its locked screen: the service refuses everything except the apparatus without a patient, Stop, unlocking,
+and this one questionnaire.
+"""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor
+from kata.auth import login_session
+from kata.auth.tables import LoginSessionRow
+from kata.clinic import texts
+from kata.clinic.assessments import service as assessments
+from kata.clinic.assessments.schemas import AssessmentCreate
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.patient_mode.schemas import (
+    AnswerOption,
+    PatientAnswers,
+    PatientModeStart,
+    PatientQuestion,
+    PatientQuestionnaire,
+)
+from kata.clinic.patient_mode.tables import PatientModeRow
+from kata.clinic.questionnaires.definitions import DEFINITIONS, Definition
+from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
+from kata.errors import ProblemError, not_found
+
+_Mode = tuple[PatientModeRow, Definition, QuestionnaireTextsRow]
+
+
+def start(session: Session, actor: Actor, episode_id: UUID, wanted: PatientModeStart, now: datetime) -> None:
+    """Hand this browser to the patient: lock its screen, and show the questionnaire.
+
+    :raises ProblemError: 404; 409 without the texts, for an archived patient, and for a demonstration account.
+    """
+    assessments.check_not_archived(session, assessments.episode_of(session, episode_id))
+    definition = DEFINITIONS.get(wanted.questionnaire)
+    if definition is None or session.get(QuestionnaireTextsRow, (wanted.questionnaire, wanted.language)) is None:
+        raise ProblemError(409, "no_texts", texts.NO_LICENSED_TEXTS(), texts.IMPORT_LICENSED_TEXTS())
+    login_session.lock(session, actor.login_session_id, now)
+    session.merge(
+        PatientModeRow(
+            login_session_id=actor.login_session_id,
+            episode_id=episode_id,
+            questionnaire=definition.code,
+            language=wanted.language,
+            answers=[None] * len(definition.item_scales),
+            started_at=now,
+            finished_at=None,
+        )
+    )
+
+
+def present(session: Session, actor: Actor) -> PatientQuestionnaire | None:
+    """Return the questionnaire of this browser; None when the patient's mode is off."""
+    mode = _find(session, actor)
+    return _shown(mode) if mode else None
+
+
+def _shown(mode: _Mode) -> PatientQuestionnaire:
+    row, definition, words = mode
+    questions = [
+        PatientQuestion(
+            text=item["text"],
+            options=[
+                AnswerOption(answer=answer, label=item["options"].get(str(answer), ""))
+                for answer in range(scale.lowest, scale.highest + 1)
+            ],
+        )
+        for item, scale in zip(words.items, definition.item_scales, strict=True)
+    ]
+    return PatientQuestionnaire(
+        title=words.title,
+        language=row.language,
+        copyright=words.copyright,
+        questions=questions,
+        answers=row.answers,
+        finished=row.finished_at is not None,
+    )
+
+
+def answer(session: Session, actor: Actor, given: PatientAnswers, now: datetime) -> PatientQuestionnaire:
+    """Keep the answers so far; store them as an assessment when the patient has finished. Return the questionnaire.
+
+    :raises ProblemError: 404 when the patient's mode is off; 409 when it was finished already; 422 for answers that the items do not have.
+    """
+    mode = _find(session, actor)
+    if mode is None:
+        raise not_found(texts.NO_PATIENT_MODE)
+    row, definition, _ = mode
+    if row.finished_at:
+        raise ProblemError(409, "finished", texts.QUESTIONNAIRE_FINISHED(), texts.GIVE_TABLET_BACK())
+    if not definition.fits(given.answers):
+        raise ProblemError(422, "answers_unfit", texts.ANSWERS_DO_NOT_FIT(), texts.RELOAD_QUESTIONNAIRE())
+    row.answers = list(given.answers)
+    if given.finished:
+        row.answers, row.finished_at = [], now
+        # Without an answer there is no finding.
+        if any(one is not None for one in given.answers):
+            _store(session, row.episode_id, definition, list(given.answers), actor.name, now)
+    return _shown(mode)
+
+
+def _store(
+    session: Session, episode_id: UUID, definition: Definition, answers: list[int | None], by: str, now: datetime
+) -> AssessmentRow:
+    if definition.code == "spadi":
+        return assessments.create(session, episode_id, AssessmentCreate(assessed_at=now, assessed_by=by, spadi=answers))
+    found = AssessmentCreate.model_construct(assessed_at=now, assessed_by=by, rom=[], spadi=None, note="")
+    return assessments.create(session, episode_id, found, questionnaires={definition.code: answers})
+
+
+def _find(session: Session, actor: Actor) -> _Mode | None:
+    row = session.get(PatientModeRow, actor.login_session_id, with_for_update=True)
+    if row is None or not actor.locked:
+        return None
+    # Unlocking proves the user again, and so ends the mode: a later lock must not show an old questionnaire.
+    if session.get_one(LoginSessionRow, actor.login_session_id).proved_at > row.started_at:
+        return None
+    definition = DEFINITIONS.get(row.questionnaire)
+    words = session.get(QuestionnaireTextsRow, (row.questionnaire, row.language))
+    return (row, definition, words) if definition and words else None

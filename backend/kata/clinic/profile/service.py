@@ -1,0 +1,61 @@
+"""Read and change the clinic's own data. The caller commits."""
+
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor
+from kata.clinic import texts
+from kata.clinic.profile.schemas import ClinicProfile, ClinicProfileUpdate
+from kata.clinic.profile.tables import THE_CLINIC, ClinicProfileRow
+from kata.database.base import utc_now
+from kata.errors import ProblemError
+from kata.settings import Settings, address_lines
+
+
+def read(session: Session, settings: Settings) -> ClinicProfile:
+    """Return what an administrator has set on the page; without that, the service's settings."""
+    row = session.get(ClinicProfileRow, THE_CLINIC)
+    has_logo = settings.clinic_logo is not None
+    if row is None:
+        return ClinicProfile(
+            name=settings.clinic_name.strip(),
+            address="\n".join(address_lines(settings.clinic_address)),
+            phone=settings.clinic_phone.strip(),
+            time_zone=settings.clinic_time_zone,
+            has_logo=has_logo,
+            updated_at=None,
+            updated_by="",
+        )
+    return ClinicProfile(
+        name=row.name,
+        address=row.address,
+        phone=row.phone,
+        time_zone=row.time_zone,
+        has_logo=has_logo,
+        updated_at=row.updated_at,
+        updated_by=row.updated_by,
+    )
+
+
+def time_zone(session: Session, settings: Settings) -> ZoneInfo | None:
+    """Return the clinic's time zone; None: that of this computer."""
+    name = read(session, settings).time_zone
+    return ZoneInfo(name) if name else None
+
+
+def change(session: Session, actor: Actor, wanted: ClinicProfileUpdate) -> None:
+    """Replace the clinic's data.
+
+    :raises ProblemError: 422 when the time zone is unknown.
+    """
+    try:
+        if wanted.time_zone:
+            ZoneInfo(wanted.time_zone)
+    except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+        raise ProblemError(422, "no_time_zone", texts.TIME_ZONE_UNKNOWN(), texts.CHOOSE_TIME_ZONE()) from error
+    row = session.get(ClinicProfileRow, THE_CLINIC) or ClinicProfileRow(id=THE_CLINIC)
+    for name, value in wanted.model_dump().items():
+        setattr(row, name, value)
+    row.updated_at, row.updated_by = utc_now(), actor.name
+    session.add(row)

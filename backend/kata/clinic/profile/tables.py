@@ -1,0 +1,28 @@
+"""Table of the clinic's own data."""
+
+from datetime import datetime
+from typing import Final
+
+from sqlalchemy import String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from kata.database.base import Base, UtcDateTime
+
+THE_CLINIC: Final = 1
+"""Id of the only row."""
+
+
+class ClinicProfileRow(Base):
+    """What an administrator has set on the page. Without the row, the service's settings count."""
+
+    __tablename__ = "clinic_profile"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    name: Mapped[str] = mapped_column(String(200))
+    address: Mapped[str] = mapped_column(Text)
+    """One line each."""
+    phone: Mapped[str] = mapped_column(String(50))
+    time_zone: Mapped[str] = mapped_column(String(64))
+    """IANA name; empty: that of the service's computer."""
+    updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    updated_by: Mapped[str] = mapped_column(String(100))

@@ -1,0 +1,1 @@
+"""Questionnaires: definitions as files, and the licensed texts that a clinic imports."""

@@ -1,0 +1,50 @@
+"""``kata questionnaires``. The commands import their modules when they run."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kata.settings import Settings
+from kata.system.console import fail
+
+app = typer.Typer(no_args_is_help=True, help="Import the licensed texts of questionnaires.")
+
+
+@app.command("import")
+def import_texts(
+    code: Annotated[str, typer.Argument(help="The questionnaire, such as spadi or quickdash.")],
+    file: Annotated[Path, typer.Argument(help="The texts: a FHIR Questionnaire.", exists=True, dir_okay=False)],
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+    may_be_exported: Annotated[
+        bool,
+        typer.Option("--may-be-exported", help="The licence allows to pass the texts on with a patient's answers."),
+    ] = False,
+) -> None:
+    """Import the texts of a questionnaire in one language, in place of earlier ones. The clinic needs a licence for them."""
+    from kata.actor import by_program
+    from kata.clinic.questionnaires.definitions import DEFINITIONS
+    from kata.clinic.questionnaires.licensed_texts import read_texts
+    from kata.clinic.questionnaires.service import store_texts
+    from kata.database.base import utc_now
+    from kata.database.engine import Database, DatabaseError
+    from kata.database.upgrade import upgrade
+
+    settings = Settings(data=data) if data else Settings()
+    definition = DEFINITIONS.get(code)
+    if definition is None:
+        fail(f"There is no questionnaire {code}. There are {', '.join(DEFINITIONS)}.")
+    try:
+        given = read_texts(file.read_bytes(), definition)
+    except (ValueError, OSError) as error:
+        fail(f"{file} is not imported: {error}.")
+    database = Database(settings.effective_database_url)
+    try:
+        upgrade(database)
+        with by_program("import_questionnaire_texts"), database.write() as session:
+            store_texts(session, code, given, utc_now(), may_be_exported=may_be_exported)
+    except DatabaseError as error:
+        fail(str(error))
+    finally:
+        database.close()
+    typer.echo(f"{given.title} ({given.language}): {len(given.items)} items. {given.copyright}")

@@ -1,0 +1,100 @@
+"""The texts of a questionnaire in one language, as a clinic imports them: a FHIR R4 Questionnaire.
+
+It needs ``language``, ``title``, ``copyright`` and one item for each item of the definition, with ``linkId`` "1", "2", ... and ``text``.
+``answerOption`` may name answers: ``valueCoding`` with the answer as ``code`` and its words as ``display``. Groups are ignored.
+"""
+
+import json
+from collections.abc import Iterator
+from typing import Any, Final
+
+import msgspec
+
+from kata.clinic.questionnaires.definitions import Definition
+
+LANGUAGES: Final = ("en", "ja")
+_LONGEST: Final = 1000
+"""Characters of one text."""
+
+
+class ItemText(msgspec.Struct, frozen=True):
+    """One question and the words of its answers."""
+
+    text: str
+    options: dict[str, str] = {}
+    """By answer."""
+
+
+class LicensedTexts(msgspec.Struct, frozen=True):
+    """The texts of one questionnaire in one language."""
+
+    language: str
+    title: str
+    copyright: str
+    items: list[ItemText]
+
+
+def read_texts(data: bytes, definition: Definition) -> LicensedTexts:
+    """Read a file.
+
+    :raises ValueError: with the part of the file that is wrong.
+    """
+    try:
+        resource = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise ValueError("the file is not JSON") from error
+    if not isinstance(resource, dict) or resource.get("resourceType") != "Questionnaire":
+        raise ValueError("the file is not a FHIR Questionnaire")
+    if resource.get("language") not in LANGUAGES:
+        raise ValueError(f"language must be one of {', '.join(LANGUAGES)}")
+    found: dict[str, ItemText] = {}
+    for item in _items(resource.get("item")):
+        link = str(item.get("linkId"))
+        if link in found:
+            raise ValueError(f"the item {link} occurs twice")
+        found[link] = ItemText(_text(item, "text", f"item {link}"), _options(item, link))
+    scales = definition.item_scales
+    wanted = [str(number) for number in range(1, len(scales) + 1)]
+    if sorted(found) != sorted(wanted):
+        raise ValueError(
+            f"{definition.title} has the items 1 to {len(wanted)}; the file has {', '.join(found) or 'none'}"
+        )
+    for link, scale in zip(wanted, scales, strict=True):
+        answers = {str(answer) for answer in range(scale.lowest, scale.highest + 1)}
+        if strange := sorted(set(found[link].options) - answers):
+            raise ValueError(f"item {link} is answered {scale.lowest} to {scale.highest}, not {', '.join(strange)}")
+    return LicensedTexts(
+        resource["language"],
+        _text(resource, "title", "the questionnaire"),
+        _text(resource, "copyright", "the questionnaire"),
+        [found[link] for link in wanted],
+    )
+
+
+def _items(items: Any) -> Iterator[dict[str, Any]]:
+    """Yield the items that are answered, at any depth."""
+    for item in items if isinstance(items, list) else []:
+        if not isinstance(item, dict):
+            continue
+        if item.get("type") not in ("group", "display"):
+            yield item
+        yield from _items(item.get("item"))
+
+
+def _text(part: dict[str, Any], name: str, where: str) -> str:
+    text = part.get(name)
+    if not isinstance(text, str) or not text.strip() or len(text) > _LONGEST or "\0" in text:
+        raise ValueError(f"{where} must have a {name} of at most {_LONGEST} characters")
+    return text.strip()
+
+
+def _options(item: dict[str, Any], link: str) -> dict[str, str]:
+    found = {}
+    for option in item.get("answerOption") or []:
+        coding = option.get("valueCoding") if isinstance(option, dict) else None
+        if not isinstance(coding, dict):
+            raise ValueError(f"item {link}: an answerOption must have a valueCoding")
+        found[_text(coding, "code", f"an answer of item {link}")] = _text(
+            coding, "display", f"an answer of item {link}"
+        )
+    return found

@@ -1,0 +1,40 @@
+"""REST routes of the rhythm."""
+
+from uuid import UUID
+
+from fastapi import APIRouter
+
+from kata.clinic.rhythm import service
+from kata.clinic.rhythm.schemas import ApparatusRhythm
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
+
+router = APIRouter()
+
+
+@router.get(
+    "/api/recordings/{recording_id}/rhythm",
+    summary="Get a recording's scapulohumeral rhythm",
+    tags=["recordings"],
+    responses=PROBLEMS.of(404, 410, 422),
+)
+def get_recording_rhythm(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> ApparatusRhythm:
+    """Return the scapula's upward rotation over the elevation of the upper arm, and the ratio of both parts by phase.
+
+    The angles are those of the apparatus' links. The newest recording of the same motion on the sound side is compared.
+    """
+    with database.read() as session:
+        stored = service.of_recording(session, recording_id)
+    return service.rhythm(worker, stored)
+
+
+@router.get(
+    "/api/runs/{run_id}/rhythm",
+    summary="Get a run's scapulohumeral rhythm",
+    tags=["sessions"],
+    responses=PROBLEMS.of(404, 409, 410, 422),
+)
+def get_run_rhythm(database: TheDatabase, worker: TheFigures, run_id: UUID) -> ApparatusRhythm:
+    """Return the rhythm as it was played and as it was taught. Parts in which resistance took the arm back are not in it."""
+    with database.read() as session:
+        stored = service.of_run(session, run_id)
+    return service.rhythm(worker, stored)

@@ -1,0 +1,249 @@
+"""Read the samples of a motion and of the sound side, and calculate the rhythm in the worker process."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final
+from uuid import UUID
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from kata.clinic import texts
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.rhythm.schemas import (
+    ApparatusRhythm,
+    CurveOf,
+    NoSound,
+    RhythmBand,
+    RhythmCurve,
+    RhythmLead,
+    RhythmReference,
+    SoundRecording,
+)
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.tables import SAMPLES
+from kata.database.arrays import Floats
+from kata.database.series import Series, unpack
+from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE
+from kata.errors import ProblemError
+from kata.motion.linkage import OutOfReachError
+from kata.motion.rhythm import BandRatio, Lead, MotionRhythm, Rhythm, lead, rhythm_of
+from kata.plotting.figures import FigureWorker
+from kata.types import Side, side_of
+
+_MOST_SOUND: Final = 5
+"""Recordings of the sound side that are looked through, newest first."""
+
+
+@dataclass(frozen=True)
+class _Sound:
+    """The sound side's recordings with their samples, newest first, or why there are none."""
+
+    rows: list[tuple[SoundRecording, Series]]
+    reason: NoSound | None
+
+
+@dataclass(frozen=True)
+class _NoPose:
+    reason: str
+
+
+@dataclass(frozen=True)
+class StoredMotion:
+    """What is stored of a recording, or of a run and its recording."""
+
+    recording_id: UUID
+    run_id: UUID | None
+    side: Side
+    moved_at: datetime
+    taught: Series
+    played: Series | None
+    sound: _Sound
+
+
+def of_recording(session: Session, recording_id: UUID) -> StoredMotion:
+    """Return what is stored of a recording.
+
+    :raises ProblemError: 404.
+    """
+    row = recordings.get(session, recording_id)
+    stored = recordings.stored_samples(session, recording_id)
+    return StoredMotion(row.id, None, side_of(row.side), row.taught_at, stored, None, _sound(session, row))
+
+
+def of_run(session: Session, run_id: UUID) -> StoredMotion:
+    """Return what is stored of a run.
+
+    :raises ProblemError: 404; 409 when nothing was played.
+    """
+    run = runs.get(session, run_id)
+    played = SAMPLES.read(session, run_id)
+    if not played.head:
+        raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
+    row = run.recording
+    taught = recordings.stored_samples(session, row.id)
+    return StoredMotion(row.id, run.id, side_of(row.side), run.started_at, taught, played, _sound(session, row))
+
+
+def rhythm(worker: FigureWorker, stored: StoredMotion) -> ApparatusRhythm:
+    """Return the rhythm of a motion.
+
+    :raises ProblemError: 409 when nothing was played; 410 when samples are damaged; 422 when the angles are of no pose.
+    """
+    found = worker.build(_rhythm, stored)
+    if found is None:
+        raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
+    if isinstance(found, _NoPose):
+        raise ProblemError(422, "no_pose", texts.RHYTHM_NO_POSE(reason=found.reason), texts.RHYTHM_CHECK_APPARATUS())
+    return found
+
+
+def _sound(session: Session, row: RecordingRow) -> _Sound:
+    """Return the newest recordings that were taught on the sound side: the side that never had an episode."""
+    treated = set(session.scalars(select(EpisodeRow.side).where(EpisodeRow.patient_id == row.patient_id)))
+    if len(treated) != 1:
+        return _Sound([], "sides_unknown")
+    if row.side not in treated:
+        return _Sound([], "sound_side")
+    found = session.scalars(
+        select(RecordingRow)
+        .where(
+            RecordingRow.patient_id == row.patient_id,
+            RecordingRow.side != row.side,
+            # A derived recording may be this side's, mirrored.
+            RecordingRow.parent_id.is_(None),
+            RecordingRow.archived_at.is_(None),
+            RecordingRow.simulated == row.simulated,
+        )
+        .order_by(RecordingRow.taught_at.desc(), RecordingRow.take.desc())
+        .limit(_MOST_SOUND)
+    )
+    rows = [
+        (
+            SoundRecording(recording_id=one.id, name=one.name, side=side_of(one.side), taught_at=one.taught_at),
+            recordings.stored_samples(session, one.id),
+        )
+        for one in found
+    ]
+    return _Sound(rows, None if rows else "no_recording")
+
+
+def _rhythm(stored: StoredMotion) -> ApparatusRhythm | _NoPose | None:
+    """Return the rhythm, or why there is none; None if nothing was played. An exception would not leave the worker whole."""
+    try:
+        motions = _motions(stored)
+        return _compared(stored, motions) if motions else None
+    except OutOfReachError as error:
+        return _NoPose(error.text)
+
+
+def _motions(stored: StoredMotion) -> dict[CurveOf, MotionRhythm]:
+    """Return what was played, if it is of a run, and what was taught; empty if nothing was played."""
+    taught = _taught(stored.taught, stored.side)
+    if stored.played is None:
+        return {"taught": taught}
+    samples = unpack(stored.played)
+    moving = np.isin(samples["phase"], (PHASE_PLAYING, PHASE_REDUCED_RANGE))
+    if not np.any(moving):
+        return {}
+    measured = samples["measured_deg"][moving].astype(np.float64)
+    return {"played": rhythm_of(samples["time_s"][moving], measured, stored.side), "taught": taught}
+
+
+def _compared(stored: StoredMotion, motions: dict[CurveOf, MotionRhythm]) -> ApparatusRhythm:
+    own = next(iter(motions.values()))
+    sound, compared = _like(own, stored.sound.rows)
+    no_sound = None if sound else stored.sound.reason or "no_like_motion"
+    curves = [_curve(of, one) for of, motion in motions.items() for one in motion.rhythms]
+    leads: list[RhythmLead] = []
+    if compared is not None:
+        curves += [_curve("sound", one) for one in compared.rhythms if own.like(one.widest)]
+        found = ((of, lead(motion, compared)) for of, motion in motions.items())
+        leads = [_lead(of, one) for of, one in found if one is not None]
+    return ApparatusRhythm(
+        side=stored.side,
+        recording_id=stored.recording_id,
+        run_id=stored.run_id,
+        moved_at=stored.moved_at,
+        elevation_min_deg=_rounded(own.elevation_range_deg[0]),
+        elevation_max_deg=_rounded(own.elevation_range_deg[1]),
+        scapula_min_deg=_rounded(own.scapula_range_deg[0]),
+        scapula_max_deg=_rounded(own.scapula_range_deg[1]),
+        curves=curves,
+        sound=sound,
+        no_sound=no_sound,
+        leads=leads,
+    )
+
+
+def _taught(series: Series, side: Side) -> MotionRhythm:
+    samples = unpack(series)
+    return rhythm_of(samples["time_s"], samples["angle_deg"], side)
+
+
+def _like(
+    own: MotionRhythm, sound: Sequence[tuple[SoundRecording, Series]]
+) -> tuple[SoundRecording | None, MotionRhythm | None]:
+    """Return the first recording with a pass in the direction and plane of one of ``own``."""
+    for row, series in sound:
+        found = _taught(series, row.side)
+        if any(found.like(one.widest) for one in own.rhythms):
+            return row, found
+    return None, None
+
+
+def _curve(of: CurveOf, one: Rhythm) -> RhythmCurve:
+    curve, found = one.widest, one.reference
+    reference = found and RhythmReference(source=found.source, ratio=found.ratio, ratio_deviation=found.deviation)
+    return RhythmCurve(
+        of=of,
+        direction=curve.direction,
+        plane=curve.plane,
+        plane_deg=_rounded(curve.plane_deg),
+        passes=one.passes,
+        elevation_deg=_column(curve.elevation_deg),
+        scapula_deg=_column(curve.scapula_deg),
+        bands=[_band(band) for band in one.bands],
+        whole=_band(one.whole),
+        reference=reference,
+    )
+
+
+def _band(band: BandRatio) -> RhythmBand:
+    return RhythmBand(
+        from_deg=_rounded(band.from_deg),
+        to_deg=_rounded(band.to_deg),
+        ratio=_maybe(band.ratio),
+        reason=band.reason,
+        scapula_deg=_maybe(band.scapula_deg),
+        joint_deg=_maybe(band.joint_deg),
+        passes=band.passes,
+    )
+
+
+def _lead(of: CurveOf, found: Lead) -> RhythmLead:
+    return RhythmLead(
+        of=of,
+        from_deg=_rounded(found.from_deg),
+        to_deg=_rounded(found.to_deg),
+        largest_deg=_rounded(found.largest_deg),
+        at_elevation_deg=_rounded(found.at_elevation_deg),
+        ahead_from_deg=_maybe(found.ahead_from_deg),
+    )
+
+
+def _rounded(value: float) -> float:
+    return round(value, 2)
+
+
+def _maybe(value: float | None) -> float | None:
+    return None if value is None else _rounded(value)
+
+
+def _column(values: Floats) -> list[float]:
+    rounded: list[float] = np.round(values, 2).tolist()
+    return rounded

@@ -1,0 +1,150 @@
+"""Compare a run's journal with its motion: the errors that are stored with the run.
+
+Three motions take part. The *taught* samples are those of the recording. The *requested* motion is the taught samples with the
+run's range, speed and repetitions; the approximation that the drives get is not used. The *played* motion was measured. Following is played
+minus requested. The change by settings is requested minus taught; where the range was reduced while playing, the momentary range is not in
+the journal, and the change is played minus taught there.
+"""
+
+import logging
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kata.clinic.sessions import phases
+from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow
+from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
+from kata.motion.axes import Side
+from kata.motion.edit import Motion
+from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+from kata.motion.tracking import (
+    Comparison,
+    Tracking,
+    angles_at,
+    compare,
+    compare_motions,
+    error_figures,
+    largest,
+    wall_clock_s,
+)
+from kata.types import side_of
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the arm was. ``path_s`` and ``wall_s``: ``(m,)`` of compared samples; ``reduced_s``: ``(r,)`` with reduced range."""
+
+    path_s: Floats
+    wall_s: Floats
+    reduced_s: Floats
+
+
+@dataclass(frozen=True)
+class _Angles:
+    """Five angles, motors or poses: ``(n, 5)`` of the requested motion, ``(m, 5)`` and ``(r, 5)`` at :class:`_Places`."""
+
+    requested: Floats
+    taught: Floats
+    played: Floats
+    reduced: Floats
+
+    def poses(self, side: Side) -> "_Angles":
+        """Return poses instead of motor angles.
+
+        :raises OutOfReachError: when no scapula can have such a pose.
+        """
+        requested = pose_deg(self.requested, side)
+        taught = requested if self.taught is self.requested else pose_deg(self.taught, side)
+        return _Angles(
+            requested, taught, pose_deg(self.played, side), pose_deg(self.reduced, side) if len(self.reduced) else self.reduced
+        )  # fmt: skip
+
+
+def compare_run(row: RunRow, journal: Journal, requested: Motion, taught: Motion) -> Comparison | None:
+    """Compare a run and store its errors in the row.
+
+    :param taught: the taught samples on the clock of ``requested`` (:func:`kata.motion.edit.without_range`).
+    :returns: the comparison of the motors, None if nothing was played with the requested range.
+    """
+    playing, reduced = journal.phase == PHASE_PLAYING, journal.phase == PHASE_REDUCED_RANGE
+    moving = playing | reduced
+    if np.any(moving):
+        row.compared_percent = 100.0 * np.count_nonzero(playing) / np.count_nonzero(moving)
+    if not np.any(playing):
+        return None
+    wall_s = _wall_clock_s(journal, moving)[playing]
+    places = _Places(journal.path_s[playing], wall_s, journal.path_s[reduced])
+    row.clock_offset_s = largest(places.wall_s - places.path_s)
+    measured = journal.measured_deg.astype(np.float64)
+    motors = _Angles(requested.angles_deg, taught.angles_deg, measured[playing], measured[reduced])
+    compared = compare(requested.times_s, motors.requested, places.path_s, motors.played, journal.torque_nm[playing])
+    row.samples = compared.samples
+    row.tracking = [
+        MotorTrackingRow(
+            motor=motor.motor,
+            torque_peak_nm=motor.torque_peak_nm,
+            **_columns(motor),
+            **_beside(requested.times_s, places, motors, motor.motor - 1),
+        )
+        for motor in compared.motors
+    ]
+    row.motions = _motions(row, requested.times_s, places, motors)
+    phases.widen(row.tracking, row.motions, journal.measured_deg[reduced], row.recording.side)
+    if not row.partial:
+        row.worst_rmse_deg = max(motor.rmse_deg for motor in compared.motors)
+        row.worst_peak_deg = max(abs(motor.peak_deg) for motor in compared.motors)
+    return compared
+
+
+def _wall_clock_s(journal: Journal, moving: NDArray[np.bool_]) -> Floats:
+    return wall_clock_s((journal.t_ns - journal.t_ns[0]) / 1e9, journal.path_s, moving)
+
+
+def _motions(row: RunRow, times_s: Floats, places: _Places, motors: _Angles) -> list[MotionTrackingRow]:
+    """Compare the basic motions. Empty if the motors had a pose that no scapula can have; the motors are compared all the same."""
+    side = side_of(row.recording.side)
+    try:
+        poses = motors.poses(side)
+    except OutOfReachError as error:
+        log.warning("run %s is compared by motors only: %s", row.id, error)
+        return []
+    return [
+        MotionTrackingRow(
+            motion=motion.motion.number,
+            **_columns(motion),
+            **_beside(times_s, places, poses, motion.motion.axis - 1),
+        )
+        for motion in compare_motions(times_s, poses.requested, places.path_s, poses.played)
+    ]
+
+
+def _columns(tracking: Tracking) -> dict[str, Any]:
+    """Return the columns of :class:`~kata.clinic.sessions.tables.MotorTrackingRow` that motors and motions share."""
+    return {
+        "peak_deg": tracking.peak_deg,
+        "peak_at_s": tracking.peak_at_s,
+        "rmse_deg": tracking.rmse_deg,
+        "start_deg": tracking.start_deg,
+        "lag_ms": tracking.lag_ms,
+        "taught_min_deg": tracking.taught.min_deg,
+        "taught_max_deg": tracking.taught.max_deg,
+        "played_min_deg": tracking.played.min_deg,
+        "played_max_deg": tracking.played.max_deg,
+        "taught_smoothness": tracking.taught_smoothness,
+        "played_smoothness": tracking.played_smoothness,
+    }
+
+
+def _beside(times_s: Floats, places: _Places, angles: _Angles, axis: int) -> dict[str, Any]:
+    """Return the columns of one angle that are shown beside its errors: on the wall clock, and the change by settings."""
+    requested, taught = angles.requested[:, axis], angles.taught[:, axis]
+    wall = error_figures(places.wall_s, angles.played[:, axis] - angles_at(times_s, requested, places.wall_s))
+    change = angles_at(times_s, requested - taught, places.path_s)
+    if len(places.reduced_s):
+        reduced = angles.reduced[:, axis] - angles_at(times_s, taught, places.reduced_s)
+        change = np.concatenate([change, reduced])
+    return {"wall_peak_deg": wall.peak_deg, "wall_rmse_deg": wall.rmse_deg, "change_deg": largest(change)}

@@ -1,0 +1,34 @@
+"""The measures of outcome, and which change of each matters.
+
+The limits of the SPADI are those of :mod:`kata.clinic.assessments.spadi`. For pain, a fall by 2 of 10 points is important: Farrar et al.
+2001, Pain 94(2), 149-158 (chronic pain, 2724 patients). No detectable change of pain and no limit for the range of motion is known to us
+from a source that fits this use; the figures then show the change without a verdict.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+from kata.clinic.assessments import spadi
+from kata.clinic.statistics.schemas import OutcomeMeasure
+
+
+@dataclass(frozen=True)
+class MeasureDefinition:
+    """One measure of outcome."""
+
+    important: float | None = None
+    """The least fall that patients call important; None: no verified limit."""
+    detectable: float | None = None
+    """A larger fall of one patient is not chance; None: no verified limit."""
+    motion: tuple[str, str] | None = None
+    """Motion and position of the arm of a passive range of motion of the affected shoulder."""
+
+
+MEASURES: Final[dict[OutcomeMeasure, MeasureDefinition]] = {
+    # The upper end of the published range, so that the share is not too good.
+    "spadi": MeasureDefinition(important=spadi.IMPORTANT_CHANGE[1], detectable=spadi.DETECTABLE_CHANGE),
+    "pain": MeasureDefinition(important=2.0),
+    "flexion": MeasureDefinition(motion=("flexion", "")),
+    "abduction": MeasureDefinition(motion=("abduction", "")),
+    "external_rotation": MeasureDefinition(motion=("external_rotation", "at_side")),
+}

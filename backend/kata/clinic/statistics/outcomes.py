@@ -1,0 +1,144 @@
+"""Outcomes of the treatment: change of each measure from the first to the last assessment, by stage and by programme.
+
+Records of restricted patients are counted, because a figure names no patient. Small groups are hidden, and so is the next smallest group
+of the same kind when a hidden one could be computed from the total.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from datetime import timedelta
+from typing import Any, Final, Literal
+from uuid import UUID
+
+import numpy as np
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from kata.clinic.episodes.tables import StageRow
+from kata.clinic.programmes.tables import ProgrammeRow
+from kata.clinic.statistics import intervals
+from kata.clinic.statistics.intervals import SampleSums
+from kata.clinic.statistics.measures import MEASURES
+from kata.clinic.statistics.schemas import (
+    LEAST_SHOWN,
+    Estimate,
+    OutcomeChange,
+    OutcomeGroup,
+    OutcomeMeasure,
+    Outcomes,
+    ProgrammeAdherence,
+)
+from kata.clinic.statistics.tables import EpisodeOutcomeRow
+from kata.clinic.statistics.usage import Span
+
+_WEEK: Final = timedelta(weeks=1)
+_STAGES: Final = ("freezing", "frozen", "thawing", "")
+_Row = Any
+_By = Literal["stage", "programme"]
+
+
+def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Outcomes:
+    """Return the outcomes of the episodes whose last assessment is within the time. The span's station does not matter."""
+    rows = session.execute(
+        select(
+            EpisodeOutcomeRow.episode_id, EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first_at, EpisodeOutcomeRow.first,
+            EpisodeOutcomeRow.last_at, EpisodeOutcomeRow.last, EpisodeOutcomeRow.important_at,
+        ).where(EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until)
+    ).all()  # fmt: skip
+    compared = [row for row in rows if row.last_at > row.first_at]
+    stage_of, programme_of = _stages(session, span), _programmes(session, span)
+    groups = [_group("all", "", compared)]
+    groups += _groups("stage", compared, lambda row: stage_of.get(row.episode_id, ""), _STAGES)
+    groups += _groups("programme", compared, lambda row: programme_of.get(row.episode_id, ""))
+    return Outcomes(
+        limits={name: [measure.important, measure.detectable] for name, measure in MEASURES.items()},
+        least_patients=LEAST_SHOWN,
+        groups=_without_small(groups),
+        adherence=adherence if adherence.programmes >= LEAST_SHOWN else None,
+    )
+
+
+def _stages(session: Session, span: Span) -> dict[UUID, str]:
+    """Return the stage of each episode at its first assessment."""
+    first = _episodes(span)
+    query = (
+        select(StageRow.episode_id, StageRow.stage)
+        .join(first, first.c.episode_id == StageRow.episode_id)
+        .where(StageRow.since <= func.date(first.c.first_at))
+        .order_by(StageRow.since, StageRow.noted_at)
+    )
+    # The last one of an episode stays.
+    return {row.episode_id: row.stage for row in session.execute(query)}
+
+
+def _programmes(session: Session, span: Span) -> dict[UUID, str]:
+    """Return the name of each episode's newest programme, an archived one only if there is no other."""
+    first = _episodes(span)
+    query = (
+        select(ProgrammeRow.episode_id, ProgrammeRow.name)
+        .join(first, first.c.episode_id == ProgrammeRow.episode_id)
+        .order_by(ProgrammeRow.archived_at.is_(None), ProgrammeRow.created_at)
+    )
+    return {row.episode_id: row.name for row in session.execute(query)}
+
+
+def _episodes(span: Span) -> Any:
+    return (
+        select(EpisodeOutcomeRow.episode_id, func.min(EpisodeOutcomeRow.first_at).label("first_at"))
+        .where(EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until)
+        .group_by(EpisodeOutcomeRow.episode_id)
+        .subquery()
+    )
+
+
+def _groups(
+    by: _By, rows: Iterable[_Row], name_of: Callable[[_Row], str], order: Sequence[str] = ()
+) -> list[OutcomeGroup]:
+    of_name: dict[str, list[_Row]] = defaultdict(list)
+    for row in rows:
+        of_name[name_of(row)].append(row)
+    names = [name for name in order if name in of_name] or sorted(of_name, key=lambda name: -len(of_name[name]))
+    return [_group(by, name, of_name[name]) for name in names]
+
+
+def _group(by: Literal["all", "stage", "programme"], name: str, rows: Sequence[_Row]) -> OutcomeGroup:
+    of_measure: dict[OutcomeMeasure, list[_Row]] = {measure: [] for measure in MEASURES}
+    for row in rows:
+        of_measure[row.measure].append(row)
+    changes = [_change(measure, of) for measure, of in of_measure.items() if len(of) >= LEAST_SHOWN]
+    return OutcomeGroup(by=by, name=name, patients=len({row.episode_id for row in rows}), changes=changes)
+
+
+def _change(measure: OutcomeMeasure, rows: Sequence[_Row]) -> OutcomeChange:
+    first, last = (np.array([getattr(row, name) for row in rows]) for name in ("first", "last"))
+    change = last - first
+    limits = MEASURES[measure]
+    weeks = [(row.important_at - row.first_at) / _WEEK for row in rows if row.important_at is not None]
+    return OutcomeChange(
+        measure=measure,
+        patients=len(rows),
+        first=float(first.mean()),
+        last=float(last.mean()),
+        change=intervals.of_mean(SampleSums(len(rows), float(change.sum()), float((change**2).sum()))),
+        important=_share(change, limits.important),
+        detectable=_share(change, limits.detectable),
+        weeks_to_important=[float(quartile) for quartile in np.percentile(weeks, (25, 50, 75))]
+        if len(weeks) >= LEAST_SHOWN
+        else None,
+    )
+
+
+def _share(change: Any, limit: float | None) -> Estimate | None:
+    return None if limit is None else intervals.of_share(int((-change >= limit).sum()), len(change))
+
+
+def _without_small(groups: list[OutcomeGroup]) -> list[OutcomeGroup]:
+    """Hide small groups. A single hidden one would follow from the total, so the next smallest is hidden with it."""
+    hidden = {place for place, group in enumerate(groups) if (group.patients or 0) < LEAST_SHOWN}
+    count = Counter(groups[place].by for place in hidden)
+    for by in ("stage", "programme"):
+        shown = [place for place, group in enumerate(groups) if group.by == by and place not in hidden]
+        if count[by] == 1 and shown:
+            hidden.add(min(shown, key=lambda place: groups[place].patients or 0))
+    empty: dict[str, Any] = {"patients": None, "changes": []}
+    return [group.model_copy(update=empty) if place in hidden else group for place, group in enumerate(groups)]

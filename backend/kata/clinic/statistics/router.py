@@ -1,0 +1,112 @@
+"""REST routes of the clinic's figures."""
+
+from datetime import timedelta
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Depends, Query
+
+from kata.clinic import texts
+from kata.clinic.statistics import outcomes, usage, worklist
+from kata.clinic.statistics.schemas import Outcomes, Period, Stops, TrackingQuality, Usage, Worklist
+from kata.clinic.statistics.usage import Span
+from kata.database.base import utc_now
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.errors import ProblemError
+from kata.types import LONGEST_NAME, NO_NUL, GivenMoment
+
+router = APIRouter(tags=["statistics"])
+
+_YEAR: Final = timedelta(days=365)
+
+_Offset = Annotated[
+    int,
+    Query(
+        ge=-720, le=840, description="Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight."
+    ),
+]
+
+
+def _span(
+    since: Annotated[
+        GivenMoment | None,
+        Query(description="From this time on; default: a year before the end.", examples=["2026-01-01T00:00:00Z"]),
+    ] = None,
+    until: Annotated[
+        GivenMoment | None, Query(description="Before this time; default: now.", examples=["2027-01-01T00:00:00Z"])
+    ] = None,
+    utc_offset_minutes: _Offset = 0,
+    station: Annotated[
+        str | None,
+        Query(
+            min_length=1,
+            max_length=LONGEST_NAME,
+            pattern=NO_NUL,
+            description="Only this station.",
+            examples=["Station 1"],
+        ),
+    ] = None,
+) -> Span:
+    """:raises ProblemError: 422 when the time is empty."""
+    end = until or utc_now()
+    begin = since or (end - _YEAR if end.year > 1 else end)
+    if begin >= end:
+        raise ProblemError(422, "empty_time", texts.TIME_ENDS_BEFORE_IT_BEGINS(), texts.CHOOSE_LATER_END())
+    return Span(begin, end, utc_offset_minutes, station)
+
+
+TheSpan = Annotated[Span, Depends(_span)]
+
+
+@router.get("/api/worklist", summary="Get the work of today", responses=PROBLEMS.of(422))
+def get_worklist(database: TheDatabase, actor: TheActor, utc_offset_minutes: _Offset = 0) -> Worklist:
+    """Return today's sessions, the patients who are due, your unsigned notes, and changes of your patients.
+
+    Patients whose records are not open to you are left out. A patient is due when a week divided by the prescribed sessions per week has
+    passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
+    """
+    with database.read() as session:
+        return worklist.worklist(session, actor, utc_now(), utc_offset_minutes)
+
+
+@router.get("/api/statistics/usage", summary="Get the use of the stations", responses=PROBLEMS.of(422))
+def get_usage(
+    database: TheDatabase,
+    span: TheSpan,
+    by: Annotated[Period, Query(description="week: from Monday on.")] = "day",
+) -> Usage:
+    """Return sessions, playbacks, hours and repetitions of each station by day or week.
+
+    A session is counted at the station and in the hour in which it began. Restricted records are counted: no patient is named.
+    """
+    with database.read() as session:
+        return usage.usage(session, span, by)
+
+
+@router.get("/api/statistics/tracking", summary="Get the tracking error of the stations", responses=PROBLEMS.of(422))
+def get_tracking_quality(database: TheDatabase, span: TheSpan) -> TrackingQuality:
+    """Return the mean tracking error of each station by week, and its change in the last four weeks of the time.
+
+    The change is against the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
+    """
+    with database.read() as session:
+        return usage.tracking(session, span)
+
+
+@router.get("/api/statistics/stops", summary="Get stops and alarms by cause", responses=PROBLEMS.of(422))
+def get_stop_counts(database: TheDatabase, span: TheSpan) -> Stops:
+    """Return the number of stopped sessions and of alarms by cause and station. Restricted records are counted: no patient is named."""
+    with database.read() as session:
+        return usage.stops(session, span)
+
+
+@router.get("/api/statistics/outcomes", summary="Get the outcomes of the clinic", responses=PROBLEMS.of(422))
+def get_outcomes(database: TheDatabase, span: TheSpan) -> Outcomes:
+    """Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
+
+    The episodes are those whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
+    counted: no patient is named. Adherence is that of the last four weeks.
+    """
+    now = utc_now()
+    with database.read() as session:
+        followed = worklist.adherence(worklist.followed(session, now), now)
+        return outcomes.outcomes(session, span, followed)

@@ -1,0 +1,49 @@
+"""Tables of sums and changes that the clinic's figures are read from. They are derived (:mod:`kata.clinic.statistics.upkeep`) and name no patient."""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import ForeignKey, Index, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from kata.database.base import Base, UtcDateTime
+
+
+class StationHourRow(Base):
+    """The use of one station in the sessions that began in one hour, UTC."""
+
+    __tablename__ = "station_hours"
+
+    hour: Mapped[datetime] = mapped_column(UtcDateTime, primary_key=True)
+    station: Mapped[str] = mapped_column(String(100), primary_key=True)
+    sessions: Mapped[int]
+    playbacks: Mapped[int]
+    stopped: Mapped[int]
+    """Stopped playbacks."""
+    played_s: Mapped[float]
+    """Seconds on the path of all playbacks."""
+    repetitions: Mapped[int]
+    compared: Mapped[int]
+    """Number of playbacks with a tracking error."""
+    rmse_sum_deg: Mapped[float]
+    rmse_square_sum_deg2: Mapped[float]
+    """Sums of the worst motor's RMSE of these playbacks and of its square: mean and spread follow without reading the runs."""
+    peak_deg: Mapped[float | None]
+    """The largest error of these playbacks."""
+
+
+class EpisodeOutcomeRow(Base):
+    """First and last value of one measure in an episode of care."""
+
+    __tablename__ = "episode_outcomes"
+    __table_args__ = (Index("ix_episode_outcomes_last_at", "last_at", "episode_id"),)
+
+    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), primary_key=True)
+    measure: Mapped[str] = mapped_column(String(32), primary_key=True)
+    """:data:`kata.clinic.statistics.schemas.OutcomeMeasure`."""
+    first_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    first: Mapped[float]
+    last_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    last: Mapped[float]
+    important_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """The first assessment whose change from the first value was important; None if there was none, or no limit is known."""

@@ -1,0 +1,177 @@
+"""Use and tracking error of the stations, from the sums of each hour. No patient is named, so restricted records are counted."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from typing import Any, Final
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.sessions.tables import SessionStopRow
+from kata.clinic.statistics import intervals
+from kata.clinic.statistics.intervals import SampleSums
+from kata.clinic.statistics.local_days import local_day
+from kata.clinic.statistics.schemas import (
+    Period,
+    StationDrift,
+    StationTracking,
+    StationUse,
+    StopCount,
+    Stops,
+    TrackingQuality,
+    Usage,
+)
+from kata.clinic.statistics.tables import StationHourRow
+
+RECENT: Final = timedelta(weeks=4)
+BEFORE: Final = timedelta(weeks=12)
+"""A drift is the change from the twelve weeks before to the last four weeks: long enough for some dozen playbacks, short enough to act."""
+_COUNT_DEG: Final = 360 / 4096
+"""One encoder count of a drive. A smaller change is below what the apparatus can measure."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """A time with the offset of the clinic's time zone, and the station; None: all."""
+
+    since: datetime
+    until: datetime
+    utc_offset_minutes: int = 0
+    station: str | None = None
+
+
+@dataclass
+class _Sums:
+    sessions: int = 0
+    playbacks: int = 0
+    stopped: int = 0
+    played_s: float = 0.0
+    repetitions: int = 0
+    compared: int = 0
+    rmse_sum_deg: float = 0.0
+    rmse_square_sum_deg2: float = 0.0
+    peak_deg: float = 0.0
+
+    def add(self, row: Any) -> None:
+        """Add the sums of another time."""
+        for name in vars(self):
+            value = getattr(row, name) or 0
+            setattr(self, name, max(self.peak_deg, value) if name == "peak_deg" else getattr(self, name) + value)
+
+
+def usage(session: Session, span: Span, by: Period) -> Usage:
+    """Return the use of each station by day or week."""
+    found = _by_period(_days(session, span), by)
+    rows = [
+        StationUse(
+            begins_on=begins_on,
+            station=station,
+            sessions=sums.sessions,
+            playbacks=sums.playbacks,
+            stopped=sums.stopped,
+            hours=sums.played_s / 3600,
+            repetitions=sums.repetitions,
+        )
+        for (begins_on, station), sums in found.items()
+        if sums.sessions
+    ]
+    return Usage(rows=rows)
+
+
+def tracking(session: Session, span: Span) -> TrackingQuality:
+    """Return the tracking error of each station by week, and its change at the end of the time."""
+    rows = [
+        StationTracking(
+            begins_on=begins_on,
+            station=station,
+            playbacks=sums.compared,
+            rmse_deg=sums.rmse_sum_deg / sums.compared,
+            peak_deg=sums.peak_deg,
+        )
+        for (begins_on, station), sums in _by_period(_days(session, span), "week").items()
+        if sums.compared
+    ]
+    recent = _samples(session, span, span.until - RECENT, span.until)
+    before = _samples(session, span, span.until - RECENT - BEFORE, span.until - RECENT)
+    stations = sorted(recent.keys() | before.keys())
+    return TrackingQuality(rows=rows, drift=[_drift(name, recent.get(name), before.get(name)) for name in stations])
+
+
+def stops(session: Session, span: Span) -> Stops:
+    """Return the number of stopped sessions and of alarms by cause and station."""
+    counts: dict[tuple[str, str], list[int]] = defaultdict(lambda: [0, 0])
+    stopped = (
+        select(SessionStopRow.code, SessionStopRow.station, func.count())
+        .where(SessionStopRow.started_at >= span.since, SessionStopRow.started_at < span.until)
+        .group_by(SessionStopRow.code, SessionStopRow.station)
+    )
+    alarms = (
+        select(DeviceEventRow.code, DeviceEventRow.station, func.count())
+        .where(DeviceEventRow.kind == "alarm", DeviceEventRow.at >= span.since, DeviceEventRow.at < span.until)
+        .group_by(DeviceEventRow.code, DeviceEventRow.station)
+    )
+    for place, query in enumerate((stopped, alarms)):
+        for code, station, count in session.execute(query):
+            if span.station in (None, station):
+                counts[code, station][place] += count
+    rows = [
+        StopCount(code=code, station=station, sessions=sessions, alarms=alarmed)
+        for (code, station), (sessions, alarmed) in counts.items()
+    ]
+    rows.sort(key=lambda row: (-row.sessions, -row.alarms, row.code, row.station))
+    total = select(func.sum(StationHourRow.sessions)).where(*_within(span, span.since, span.until))
+    return Stops(rows=rows, sessions=session.scalar(total) or 0)
+
+
+def _days(session: Session, span: Span) -> Iterable[Any]:
+    sums = [func.sum(getattr(StationHourRow, name)).label(name) for name in vars(_Sums()) if name != "peak_deg"]
+    day = local_day(StationHourRow.__table__.c.hour, span.utc_offset_minutes).label("day")
+    query = (
+        select(day, StationHourRow.station, *sums, func.max(StationHourRow.peak_deg).label("peak_deg"))
+        .where(*_within(span, span.since, span.until))
+        .group_by(day, StationHourRow.station)
+        .order_by(day, StationHourRow.station)
+    )
+    return session.execute(query)
+
+
+def _by_period(days: Iterable[Any], by: Period) -> dict[tuple[date, str], _Sums]:
+    found: dict[tuple[date, str], _Sums] = defaultdict(_Sums)
+    for row in days:
+        begins_on = row.day - timedelta(days=row.day.weekday()) if by == "week" else row.day
+        found[begins_on, row.station].add(row)
+    return dict(sorted(found.items()))
+
+
+def _within(span: Span, since: datetime, until: datetime) -> Sequence[Any]:
+    time = [StationHourRow.hour >= since, StationHourRow.hour < until]
+    return [*time, StationHourRow.station == span.station] if span.station else time
+
+
+def _samples(session: Session, span: Span, since: datetime, until: datetime) -> dict[str, SampleSums]:
+    query = (
+        select(
+            StationHourRow.station,
+            func.sum(StationHourRow.compared),
+            func.sum(StationHourRow.rmse_sum_deg),
+            func.sum(StationHourRow.rmse_square_sum_deg2),
+        )
+        .where(*_within(span, since, until), StationHourRow.compared > 0)
+        .group_by(StationHourRow.station)
+    )
+    return {station: SampleSums(count, total, squares) for station, count, total, squares in session.execute(query)}
+
+
+def _drift(station: str, recent: SampleSums | None, before: SampleSums | None) -> StationDrift:
+    change = intervals.of_difference(recent, before) if recent and before else None
+    return StationDrift(
+        station=station,
+        playbacks=recent.number if recent else 0,
+        rmse_deg=recent.mean if recent else None,
+        before_deg=before.mean if before else None,
+        change_deg=change,
+        drifting=change is not None and change.low > _COUNT_DEG,
+    )

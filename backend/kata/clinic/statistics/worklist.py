@@ -1,0 +1,222 @@
+"""The work of the day: sessions, patients who are due, unsigned notes, and changes of the therapist's patients."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any, Final, Literal
+from uuid import UUID
+
+from sqlalchemy import Select, func, select, union
+from sqlalchemy.orm import Session, aliased
+
+from kata.actor import Actor
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.restricted import service as restricted
+from kata.clinic.sessions import lists
+from kata.clinic.sessions.lists import SessionSummary
+from kata.clinic.sessions.schemas import SessionPatient
+from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.statistics.schemas import DuePatient, PatientChange, ProgrammeAdherence, Worklist
+
+RECENT: Final = timedelta(weeks=4)
+"""Patients without a session or a new programme in this time are no longer expected; the clinic calls them. Our choice."""
+_MOST: Final = 50
+_CHANGED: Final = 12
+"""Number of last patients whose changes are shown."""
+_WEEK: Final = timedelta(weeks=1)
+
+
+@dataclass(frozen=True)
+class FollowedProgramme:
+    """A programme of an open episode with prescribed sessions, and its sessions in the last four weeks."""
+
+    episode_id: UUID
+    patient_id: UUID
+    sessions_per_week: int
+    made_at: datetime
+    last_session_at: datetime | None
+    held: int
+
+    @property
+    def due_at(self) -> datetime:
+        """Return when the next session is due: at once for a new programme."""
+        if self.last_session_at is None:
+            return self.made_at
+        return self.last_session_at + _WEEK / self.sessions_per_week
+
+    def prescribed(self, now: datetime) -> int:
+        """Return the sessions prescribed in the last four weeks, or since the programme was made."""
+        return int(min(RECENT, now - self.made_at) / _WEEK * self.sessions_per_week)
+
+
+def worklist(session: Session, actor: Actor, now: datetime, utc_offset_minutes: int) -> Worklist:
+    """Return the work of the local day for one user."""
+    hidden = restricted.hidden(actor)
+    offset = timedelta(minutes=utc_offset_minutes)
+    today = (now + offset).replace(hour=0, minute=0, second=0, microsecond=0) - offset
+    due, count = _due(session, followed(session, now, hidden), today + timedelta(days=1))
+    visible = SessionRow.patient_id.not_in(hidden)
+    of_day = union(
+        select(SessionRow.id).where(SessionRow.started_at >= today),
+        select(SessionRow.id).where(SessionRow.ended_at.is_(None)),
+    )
+    mine = (SessionRow.signed_at.is_(None), SessionRow.ended_at.is_not(None), SessionRow.therapist == actor.name)
+    return Worklist(
+        sessions=_summaries(
+            session, select(SessionRow.id).where(visible, SessionRow.id.in_(of_day)), newest_first=True
+        ),
+        due=due,
+        due_count=count,
+        unsigned=_summaries(session, select(SessionRow.id).where(visible, *mine), newest_first=False),
+        changes=_changes(session, actor, now, hidden),
+    )
+
+
+def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None) -> list[FollowedProgramme]:
+    """Return the newest version of each followed programme with prescribed sessions; of an episode with several, the newest.
+
+    ``hidden``: a query of the patients to leave out.
+    """
+    since = now - RECENT
+    visits = (
+        select(SessionRow.episode_id, func.count().label("held"), func.max(SessionRow.started_at).label("last_at"))
+        .where(SessionRow.started_at >= since, SessionRow.run_count > 0)
+        .group_by(SessionRow.episode_id)
+        .cte("visits")
+    )
+    new = select(ProgrammeRow.episode_id).join(ProgrammeVersionRow).where(ProgrammeVersionRow.made_at >= since)
+    among = union(select(visits.c.episode_id), new).subquery("among")
+    other = aliased(ProgrammeVersionRow)
+    newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
+    query = (
+        select(
+            ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
+            visits.c.last_at, func.coalesce(visits.c.held, 0),
+        )
+        .select_from(among)
+        .join(EpisodeRow, EpisodeRow.id == among.c.episode_id)
+        .join(ProgrammeRow, ProgrammeRow.episode_id == EpisodeRow.id)
+        .join(ProgrammeVersionRow, ProgrammeVersionRow.programme_id == ProgrammeRow.id)
+        .outerjoin(visits, visits.c.episode_id == EpisodeRow.id)
+        .where(
+            EpisodeRow.closed_at.is_(None),
+            ProgrammeRow.archived_at.is_(None),
+            ProgrammeVersionRow.number == newest,
+            ProgrammeVersionRow.sessions_per_week > 0,
+        )
+        .order_by(ProgrammeVersionRow.made_at)
+    )  # fmt: skip
+    if hidden is not None:
+        query = query.where(EpisodeRow.patient_id.not_in(hidden))
+    return list({row.episode_id: FollowedProgramme(*row) for row in session.execute(query)}.values())
+
+
+def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAdherence:
+    """Return how these programmes were followed in the last four weeks."""
+    prescribed = [programme.prescribed(now) for programme in programmes]
+    return ProgrammeAdherence(
+        programmes=len(programmes),
+        overdue=sum(programme.due_at < now - timedelta(days=1) for programme in programmes),
+        prescribed=sum(prescribed),
+        held=sum(min(programme.held, most) for programme, most in zip(programmes, prescribed, strict=True)),
+    )
+
+
+def _due(session: Session, programmes: list[FollowedProgramme], before: datetime) -> tuple[list[DuePatient], int]:
+    due = sorted((programme for programme in programmes if programme.due_at < before), key=lambda one: one.due_at)
+    shown = due[:_MOST]
+    patients = _patients(session, [programme.patient_id for programme in shown])
+    therapists = _therapists(session, shown)
+    return [
+        DuePatient(
+            patient=patients[programme.patient_id],
+            due_at=programme.due_at,
+            last_session_at=programme.last_session_at,
+            sessions_per_week=programme.sessions_per_week,
+            therapist=therapists.get(programme.episode_id, ""),
+        )
+        for programme in shown
+        if programme.patient_id in patients
+    ], len(due)
+
+
+def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
+    query = select(PatientRow.id, PatientRow.name, PatientRow.clinic_number).where(PatientRow.id.in_(ids))
+    return {
+        row.id: SessionPatient(id=row.id, name=row.name, clinic_number=row.clinic_number)
+        for row in session.execute(query)
+    }
+
+
+def _therapists(session: Session, programmes: list[FollowedProgramme]) -> dict[UUID, str]:
+    """Return the therapist of each programme's last session."""
+    last_at = {one.patient_id: one for one in programmes if one.last_session_at}
+    if not last_at:
+        return {}
+    oldest = min(one.last_session_at for one in last_at.values() if one.last_session_at)
+    query = select(SessionRow.patient_id, SessionRow.started_at, SessionRow.therapist).where(
+        SessionRow.patient_id.in_(last_at), SessionRow.started_at >= oldest
+    )
+    return {
+        last_at[row.patient_id].episode_id: row.therapist
+        for row in session.execute(query)
+        if row.started_at == last_at[row.patient_id].last_session_at
+    }
+
+
+def _summaries(session: Session, wanted: Select[UUID], *, newest_first: bool) -> list[SessionSummary]:
+    order = SessionRow.started_at.desc() if newest_first else SessionRow.started_at.asc()
+    return lists.summaries(session, wanted.order_by(order).limit(_MOST), order)
+
+
+def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]) -> list[PatientChange]:
+    """Return the changes between the last two assessments of the actor's last patients."""
+    last = func.max(SessionRow.started_at).label("last_at")
+    visits = session.execute(
+        select(SessionRow.patient_id, SessionRow.episode_id, last)
+        .where(
+            SessionRow.therapist == actor.name,
+            SessionRow.started_at >= now - RECENT,
+            SessionRow.episode_id.is_not(None),
+            SessionRow.patient_id.not_in(hidden),
+        )
+        .group_by(SessionRow.patient_id, SessionRow.episode_id)
+        .order_by(last.desc())
+        .limit(_CHANGED)
+    ).all()
+    assessed = select(
+        AssessmentRow.episode_id, AssessmentRow.assessed_at, AssessmentRow.spadi_score, AssessmentRow.pain_average
+    ).where(AssessmentRow.episode_id.in_([visit.episode_id for visit in visits]), AssessmentRow.withdrawn_at.is_(None))
+    values: dict[tuple[UUID, str], list[tuple[datetime, float]]] = defaultdict(list)
+    for row in session.execute(assessed.order_by(AssessmentRow.assessed_at)):
+        for measure, value in (("spadi", row.spadi_score), ("pain", row.pain_average)):
+            if value is not None:
+                values[row.episode_id, measure].append((row.assessed_at, float(value)))
+    patients = _patients(session, [visit.patient_id for visit in visits])
+    changes = []
+    for visit in visits:
+        for measure in _MEASURES:
+            of = values[visit.episode_id, measure]
+            if len(of) > 1 and of[-1][0] >= now - RECENT:
+                changes.append(_change(patients[visit.patient_id], visit.last_at, measure, of))
+    return changes
+
+
+_MEASURES: Final[tuple[Literal["spadi", "pain"], ...]] = ("spadi", "pain")
+
+
+def _change(
+    patient: SessionPatient, last_at: datetime, measure: Literal["spadi", "pain"], of: list[tuple[datetime, Any]]
+) -> PatientChange:
+    (_, before), (at, now) = of[-2:]
+    return PatientChange(
+        patient=patient,
+        last_session_at=last_at,
+        assessed_at=at,
+        measure=measure,
+        before=before,
+        now=now,
+    )

@@ -1,0 +1,134 @@
+"""Steps 4 and 5: which drive moves which axis, in which direction, and the sign of its torque."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from msgspec import structs
+
+from kata.commissioning import texts
+from kata.commissioning.bench import Bench, ManualAction, StepError, named, wrapped_deg
+from kata.commissioning.drive_line import DriveLine
+from kata.commissioning.live_drives import live_drives
+from kata.device.bus.dynamixel.registers import DEG_PER_COUNT
+from kata.device.config import Axis
+from kata.motion.axes import AXES
+from kata.motion.linkage import Floats
+
+MOVES: Final = {
+    1: texts.RAISE_SCAPULA_FORWARD,
+    2: texts.ROTATE_SCAPULA_DOWN,
+    3: texts.LIFT_ARM_SIDEWAYS,
+    4: texts.LIFT_ARM_FORWARD,
+    5: texts.TURN_FOREARM_OUT,
+}
+"""By motor: the motion in its positive direction, on the unturned apparatus. The linkage gives motors 1 and 2 the opposite sign of
+the scapula's angles; each of them moves little in the other's motion (:mod:`kata.motion.linkage`)."""
+
+_SEEN_DEG: Final = 8.0
+_STILL_DEG: Final = 0.3
+_STILL_LOOKS: Final = 25
+_POSITION: Final = 132
+_TEST_DEG: Final = 3.0
+_PUSH_DEG: Final = 0.15
+_PUSH_NM: Final = 0.3
+"""A push of a hand is some Nm; friction hides 0.2 Nm."""
+
+
+class PositionWatch:
+    """Watches the positions of drives without torque, across whole turns."""
+
+    def __init__(self, bench: Bench, line: DriveLine) -> None:
+        self._axes = bench.draft.axes
+        self._line = line
+        self._last = read_counts(line, self._axes)
+        self.moved_deg: Floats = np.zeros(len(self._axes))
+        """By axis, in the encoder's direction."""
+        self.largest_jump_deg = 0.0
+
+    def look(self) -> Floats:
+        """Read the positions; return how far each drive has moved since the last look."""
+        now = read_counts(self._line, self._axes)
+        step = np.array([wrapped_deg(value) for value in (now - self._last) * DEG_PER_COUNT])
+        self._last = now
+        self.moved_deg = self.moved_deg + step
+        self.largest_jump_deg = max(self.largest_jump_deg, float(np.max(np.abs(step))))
+        return step
+
+
+def read_counts(line: DriveLine, axes: Sequence[Axis]) -> Floats:
+    """Return the position that each drive reports, ``(5,)`` in its own counts.
+
+    :raises StepError: naming the motor that does not answer.
+    """
+    counts = []
+    for motor, axis in enumerate(axes, start=1):
+        with named(motor, axis.id):
+            counts.append(int.from_bytes(line.read(axis.id, _POSITION, 4), "little", signed=True))
+    return np.array(counts, dtype=np.float64)
+
+
+def find_axes(bench: Bench) -> None:
+    """Let the technician move each axis. The drive with its id must move most; its sign is the axis' direction."""
+    directions = []
+    with bench.line() as line:
+        for motor in AXES:
+            moved = _moved_by_hand(bench, line, motor)
+            most = int(np.argmax(np.abs(moved))) + 1
+            if most != motor:
+                raise StepError(texts.DRIVES_SWAPPED(motor=motor, moved=most))
+            directions.append(1 if moved[motor - 1] > 0 else -1)
+    before = [axis.direction for axis in bench.draft.axes]
+    bench.change_axes(lambda motor, axis: structs.replace(axis, direction=directions[motor - 1]))
+    for motor in AXES:
+        bench.add_value("direction", motor, before=before[motor - 1], after=directions[motor - 1])
+
+
+def _moved_by_hand(bench: Bench, line: DriveLine, motor: int) -> Floats:
+    """Return how far each drive moved until all are still again."""
+    watch = PositionWatch(bench, line)
+    still = 0
+
+    def is_done() -> bool:
+        nonlocal still
+        step = watch.look()
+        still = still + 1 if np.max(np.abs(step)) < _STILL_DEG else 0
+        return float(np.max(np.abs(watch.moved_deg))) > _SEEN_DEG and still > _STILL_LOOKS
+
+    text = texts.MOVE_AXIS(motor=motor, motion=MOVES[motor]())
+    bench.watch(ManualAction("move_axis", text, motor), is_done, texts.NO_MOVEMENT_SEEN(motor=motor))
+    return watch.moved_deg
+
+
+def check_torque(bench: Bench) -> None:
+    """Move each motor a little, then let the technician push it: motion and torque must have the right signs."""
+    bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+    with live_drives(bench) as drives:
+        drives.hold()
+        for motor in AXES:
+            axis = motor - 1
+            for by_deg in (_TEST_DEG, -_TEST_DEG):
+                drives.move_axis(axis, by_deg)
+            rest = drives.settle(0.3)
+            rest_deg = float(np.mean([sample.angle_deg[axis] for sample in rest]))
+            rest_nm = float(np.mean([sample.torque_nm[axis] for sample in rest]))
+            push: list[tuple[float, float]] = []
+
+            def is_pushed(axis: int = axis, rest_deg: float = rest_deg, rest_nm: float = rest_nm) -> bool:
+                sample = drives.cycle()
+                moved, torque = float(sample.angle_deg[axis]) - rest_deg, float(sample.torque_nm[axis]) - rest_nm
+                seen = abs(moved) > _PUSH_DEG and abs(torque) > _PUSH_NM
+                if seen:
+                    push.append((moved, torque))  # noqa: B023 - called before the next motor
+                return seen
+
+            text = texts.PUSH_AXIS(motor=motor, motion=MOVES[motor]())
+            bench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))
+            moved, torque = push[-1]
+            if moved < 0:
+                raise StepError(texts.AXIS_REVERSED(motor=motor))
+            if torque > 0:
+                raise StepError(texts.TORQUE_SIGN_WRONG(motor=motor))
+            bench.add_value("push: angle deg", motor, after=round(moved, 2))
+            bench.add_value("push: torque Nm", motor, after=round(torque, 2))
+            drives.settle(1.0)

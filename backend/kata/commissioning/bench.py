@@ -1,0 +1,157 @@
+"""What the steps of commissioning share: the port, the technician, the clock, and the configuration so far."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal, Protocol
+
+from msgspec import structs
+
+from kata.commissioning import texts
+from kata.commissioning.drive_line import DriveLine, LineError
+from kata.commissioning.record import RecordedCurve, RecordedValue
+from kata.device import texts as device_texts
+from kata.device.bus.serial_transport import Transport
+from kata.device.config import Axis, ConfigError, StationConfig
+from kata.messages import Text
+
+LOOK_S: Final = 0.02
+"""Time between two looks at the drives while the technician acts."""
+_PATIENCE_S: Final = 120
+"""Longest time for one instruction."""
+FACTORY_BAUD: Final = 57_600
+"""A new X-series drive has this rate and id 1 (e-Manual, addresses 7 and 8)."""
+
+ManualActionKind = Literal[
+    "connect_only",
+    "connect_all",
+    "move_axis",
+    "push_axis",
+    "release_estop",
+    "press_estop",
+    "unplug_estop",
+    "plug_in_estop",
+    "press_pedal",
+    "release_pedal",
+    "stand_clear",
+    "fit_pose",
+    "free_arm",
+    "empty_arm",
+    "turn",
+    "sweep_axis",
+]
+
+
+@dataclass(frozen=True)
+class ManualAction:
+    """What the technician is asked to do. ``number``: of the motor or the pose, or 0."""
+
+    kind: ManualActionKind
+    text: Text
+    number: int = 0
+    seen: bool = False
+    """True if the drives show when it is done; False if the technician confirms it."""
+
+
+class Technician(Protocol):
+    """The person at the apparatus, as a terminal, a page or a test shows instructions to them."""
+
+    def instruct(self, instruction: ManualAction) -> None:
+        """Show an instruction. Return at once."""
+
+    def has_confirmed(self) -> bool:
+        """Return True if the last instruction was confirmed.
+
+        :raises StepError: when the technician ends the step.
+        """
+
+
+class StepError(Exception):
+    """A step found a fault. The message names it."""
+
+    def __init__(self, fault: Text) -> None:
+        super().__init__(fault)
+        self.fault = fault
+
+
+@dataclass
+class Bench:
+    """The workplace of the steps. ``draft`` is the configuration so far; a step that has passed replaces it."""
+
+    draft: StationConfig
+    technician: Technician
+    open_transport: Callable[[str, int], Transport]
+    sleep: Callable[[float], None]
+    now_ns: Callable[[], int]
+    values: list[RecordedValue] = field(default_factory=list)
+    """Of the present step."""
+    curves: list[RecordedCurve] = field(default_factory=list)
+    """Of the present step."""
+
+    @contextmanager
+    def line(self, baud: int | None = None) -> Iterator[DriveLine]:
+        """Open the port for single requests. ``baud``: the station's by default."""
+        baud = baud or self.draft.baud
+        transport = self.open_transport(self.draft.port, baud)
+        try:
+            yield DriveLine(transport, baud)
+        finally:
+            transport.close()
+
+    def add_value(
+        self, name: str, motor: int = 0, *, before: float | str | None = None, after: float | str | None = None
+    ) -> None:
+        """Add a value to the record."""
+        self.values.append(RecordedValue(name, motor, before, after))
+
+    def confirm(self, instruction: ManualAction) -> None:
+        """Ask for something that the technician confirms."""
+        self.technician.instruct(instruction)
+        while not self.technician.has_confirmed():
+            self.sleep(LOOK_S)
+
+    def watch(self, instruction: ManualAction, is_done: Callable[[], bool], fault: Text | None = None) -> None:
+        """Ask for something that the drives show. ``is_done`` looks at them.
+
+        :raises StepError: ``fault``, when nothing is seen.
+        """
+        self.technician.instruct(replace(instruction, seen=True))
+        end_ns = self.now_ns() + _PATIENCE_S * 1_000_000_000
+        while not is_done():
+            self.technician.has_confirmed()
+            if self.now_ns() > end_ns:
+                raise StepError(fault or texts.NOTHING_HAPPENED(seconds=_PATIENCE_S))
+            self.sleep(LOOK_S)
+
+    def change(self, **changes: object) -> None:
+        """Replace fields of the draft.
+
+        :raises StepError: when the configuration would be invalid.
+        """
+        try:
+            self.draft = structs.replace(self.draft, **changes)
+        except ConfigError as error:
+            raise StepError(texts.CONFIGURATION_REFUSED(reason=str(error))) from error
+
+    def change_axes(self, change: Callable[[int, Axis], Axis]) -> None:
+        """Replace the draft's axes. ``change`` gets the motor's number and its axis."""
+        self.change(axes=tuple(change(motor, axis) for motor, axis in enumerate(self.draft.axes, start=1)))
+
+
+@contextmanager
+def named(motor: int, drive_id: int) -> Iterator[None]:
+    """Name the motor that does not answer or refuses.
+
+    :raises StepError: instead of a LineError.
+    """
+    try:
+        yield
+    except LineError as error:
+        problem = device_texts.DRIVE_ANSWERS_DAMAGED if error.damaged else device_texts.DRIVE_DOES_NOT_ANSWER
+        raise StepError(problem(motor=motor, drive_id=drive_id)) from error
+
+
+def wrapped_deg(angle_deg: float) -> float:
+    """Return an angle within -180 to 180 deg."""
+    return math.remainder(angle_deg, 360.0)

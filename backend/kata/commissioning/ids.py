@@ -1,0 +1,115 @@
+"""Step 1: find the drives, and give each its id and its baud rate, one drive at a time."""
+
+from typing import Final
+
+from msgspec import structs
+
+from kata.commissioning import texts
+from kata.commissioning.bench import FACTORY_BAUD, Bench, ManualAction, StepError, named
+from kata.commissioning.drive_line import DriveLine, FoundDrive, LineError
+from kata.device.bus.dynamixel.registers import TORQUE_ENABLE
+from kata.motion.axes import AXES
+
+BAUD_CODES: Final = {
+    9_600: 0,
+    57_600: 1,
+    115_200: 2,
+    1_000_000: 3,
+    2_000_000: 4,
+    3_000_000: 5,
+    4_000_000: 6,
+    4_500_000: 7,
+}
+"""Values of register 8 (ROBOTIS e-Manual)."""
+_ID: Final = 7
+_BAUD: Final = 8
+_PRESENT: Final = 120
+_PRESENT_BYTES: Final = 27
+"""Registers that differ between two drives: tick, current, velocity, position, voltage, temperature."""
+_TRIES: Final = 25
+_TOLERATED_SHARE: Final = 0.04
+"""Of damaged answers. A sound bus has none; one bad answer in the sample is no finding."""
+
+
+def assign_ids(bench: Bench) -> None:
+    """Give the drives the ids 1 to 5 and the station's baud rate. Drives that have them are left alone."""
+    bench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
+    if not _all_have_their_ids(bench):
+        for motor in AXES:
+            _assign(bench, motor)
+        bench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
+    with bench.line() as line:
+        for motor in AXES:
+            check_answers(line, motor, motor)
+    bench.change_axes(lambda motor, axis: structs.replace(axis, id=motor))
+
+
+def _all_have_their_ids(bench: Bench) -> bool:
+    """Return True if exactly the ids 1 to 5 answer at the station's baud rate, and no drive at the factory's."""
+    with bench.line() as line:
+        if sorted(line.find()) != list(AXES):
+            return False
+        try:
+            for motor in AXES:
+                line.read(motor, _PRESENT, _PRESENT_BYTES)
+        except LineError:
+            return False
+    if bench.draft.baud == FACTORY_BAUD:
+        return True
+    with bench.line(FACTORY_BAUD) as line:
+        return not line.find()
+
+
+def _assign(bench: Bench, motor: int) -> None:
+    bench.confirm(ManualAction("connect_only", texts.CONNECT_ONLY(motor=motor), motor))
+    found = _search(bench, motor)
+    with bench.line(found.baud) as line:
+        check_answers(line, motor, found.drive_id)
+        with named(motor, found.drive_id):
+            line.write(found.drive_id, TORQUE_ENABLE, b"\0")
+            if found.drive_id != motor:
+                line.write(found.drive_id, _ID, bytes([motor]))
+            if found.baud != bench.draft.baud:
+                line.write(motor, _BAUD, bytes([BAUD_CODES[bench.draft.baud]]))
+    with bench.line() as line:
+        try:
+            now = line.read(motor, _ID, 2)
+        except LineError as error:
+            raise StepError(texts.ID_NOT_TAKEN(motor=motor)) from error
+    if now != bytes([motor, BAUD_CODES[bench.draft.baud]]):
+        raise StepError(texts.ID_NOT_TAKEN(motor=motor))
+    bench.add_value("id", motor, before=found.drive_id, after=motor)
+    bench.add_value("baud", motor, before=found.baud, after=bench.draft.baud)
+
+
+def _search(bench: Bench, motor: int) -> FoundDrive:
+    """Return the only drive on the bus, at any baud rate and id."""
+    first = (FACTORY_BAUD, bench.draft.baud)
+    for baud in (*first, *(rate for rate in BAUD_CODES if rate not in first)):
+        with bench.line(baud) as line:
+            found = line.find()
+            if len(found) > 1:
+                raise StepError(texts.SEVERAL_DRIVES_FOUND(drives=len(found), motor=motor))
+            if found:
+                return next(iter(found.values()))
+            if line.damaged:
+                # Several drives answered at once, or noise hid the answer.
+                raise StepError(texts.DRIVES_ANSWER_TOGETHER(drive_id=1, motor=motor))
+    raise StepError(texts.NO_DRIVE_FOUND(motor=motor))
+
+
+def check_answers(line: DriveLine, motor: int, drive_id: int) -> float:
+    """Read a drive some times. Return the percentage of damaged answers.
+
+    :raises StepError: when drives share the id, answers are damaged, or none comes.
+    """
+    sample = [line.read_once(drive_id, _PRESENT, _PRESENT_BYTES) for _ in range(_TRIES)]
+    valid = sum(data is not None for data, _ in sample)
+    damaged = sum(other_bytes for _, other_bytes in sample)
+    if valid < _TRIES / 2 and damaged:
+        raise StepError(texts.DRIVES_ANSWER_TOGETHER(drive_id=drive_id, motor=motor))
+    if not valid:
+        raise StepError(texts.NO_DRIVE_FOUND(motor=motor))
+    if damaged > _TOLERATED_SHARE * _TRIES:
+        raise StepError(texts.BUS_NOISE(motor=motor, damaged_percent=100 * damaged / _TRIES))
+    return 100 * damaged / _TRIES

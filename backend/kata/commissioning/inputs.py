@@ -1,0 +1,97 @@
+"""Step 3: the emergency stop and the pedal, before any motor has torque."""
+
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Final
+
+from kata.commissioning import texts
+from kata.commissioning.bench import Bench, ManualAction, StepError, named
+from kata.commissioning.drive_line import DriveLine
+from kata.device.bus.dynamixel.registers import PORT_DATA
+from kata.device.pedal import UsbPedal
+from kata.messages import Text
+
+_CONTACT_S: Final = 0.2
+"""The contacts of a switch move within 20 ms; a state that lasts this long is its state."""
+_PLUG_IN_S: Final = 30.0
+"""Until then an unplugged cable may read as a broken wire."""
+
+
+def check_inputs(bench: Bench) -> None:
+    """Press, release and unplug the emergency stop; press and release the pedal."""
+    with bench.line() as line:
+        contacts, missing = _Contacts(bench, line), texts.ESTOP_NOT_SEEN()
+        bench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
+        bench.watch(ManualAction("press_estop", texts.PRESS_ESTOP()), contacts.estop(pressed=True), missing)
+        bench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
+        bench.watch(ManualAction("unplug_estop", texts.UNPLUG_ESTOP()), lambda: not contacts.first(), missing)
+        plugged_in = contacts.estop(pressed=False, steady_s=_PLUG_IN_S)
+        bench.watch(ManualAction("plug_in_estop", texts.PLUG_IN_ESTOP()), plugged_in, missing)
+        bench.add_value("emergency stop", after="pressed, released, unplugged: seen")
+        usb = bench.draft.inputs.usb_pedal
+        if usb is None:
+            _check_pedal(bench, contacts.pedal, texts.PEDAL_NOT_SEEN())
+    if usb is not None:
+        with closing(UsbPedal(Path(usb), bench.now_ns)) as pedal:
+            _check_pedal(bench, pedal.down, texts.USB_PEDAL_NOT_SEEN(path=usb))
+
+
+def _check_pedal(bench: Bench, is_down: Callable[[], bool | None], missing: Text) -> None:
+    """Let the technician press and release the pedal. ``is_down`` returns None while that is unknown."""
+    bench.watch(ManualAction("press_pedal", texts.PRESS_PEDAL()), lambda: is_down() is True, missing)
+    bench.watch(ManualAction("release_pedal", texts.RELEASE_PEDAL()), lambda: is_down() is False, missing)
+    bench.add_value("pedal", after="pressed, released: seen")
+
+
+class _Contacts:
+    """Reads the contacts, and names a fault of theirs."""
+
+    def __init__(self, bench: Bench, line: DriveLine) -> None:
+        self._bench = bench
+        self._line = line
+        self._inputs = bench.draft.inputs
+        self._steady: tuple[tuple[bool, bool | None], int] | None = None
+
+    def first(self) -> bool:
+        """Return True if the normally closed contact is closed."""
+        return self._closed(self._inputs.estop_port)
+
+    def pedal(self) -> bool:
+        """Return True if the pedal is down."""
+        return self._closed(self._inputs.pedal_port)
+
+    def estop(self, *, pressed: bool, steady_s: float = _CONTACT_S) -> Callable[[], bool]:
+        """Return a look that is True when both contacts agree that the switch is pressed, or released.
+
+        The look raises a StepError that names the broken wire or the welded contact, when the contacts contradict each other for
+        ``steady_s``.
+        """
+        self._steady = None
+
+        def look() -> bool:
+            second_port = self._inputs.estop_second_port
+            state = (self.first(), None if second_port is None else self._closed(second_port))
+            if state == (not pressed, None if second_port is None else pressed):
+                return True
+            now_ns = self._bench.now_ns()
+            if self._steady is None or self._steady[0] != state:
+                self._steady = state, now_ns
+            if now_ns - self._steady[1] > steady_s * 1e9 and state in ((False, False), (True, True)):
+                raise StepError(_contradiction(state[0], pressed=pressed))
+            return False
+
+        return look
+
+    def _closed(self, port: int) -> bool:
+        drive_id = self._inputs.drive_id
+        motor = [axis.id for axis in self._bench.draft.axes].index(drive_id) + 1
+        with named(motor, drive_id):
+            return self._line.read(drive_id, PORT_DATA + 2 * port, 1) == b"\0"
+
+
+def _contradiction(closed: bool, *, pressed: bool) -> Text:
+    """Return the fault of contacts that are both closed, or both open."""
+    if closed:
+        return texts.CONTACT_WELDED()
+    return texts.SECOND_WIRE_BROKEN() if pressed else texts.ESTOP_WIRE_BROKEN()

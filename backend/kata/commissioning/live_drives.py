@@ -1,0 +1,198 @@
+"""All five drives with torque, through the driver that treats patients, at a part of their torque.
+
+The emergency stop is read in every cycle. It switches torque off, and ends the step.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from msgspec import structs
+
+from kata.commissioning import texts
+from kata.commissioning.bench import Bench, StepError
+from kata.device import texts as device_texts
+from kata.device.bus.drivers import make_bus
+from kata.device.bus.port import BusError, DriveStatus, InputSample
+from kata.messages import text_of
+from kata.motion.approach import MinimumJerkMove
+from kata.motion.axes import N_AXES
+from kata.motion.linkage import Floats
+
+TORQUE_SHARE: Final = 0.5
+"""Of the configured torque: enough for friction and the arm's weight, and a person can hold against it."""
+SPEED_DEG_S: Final = 15.0
+_VERIFY_CYCLES: Final = 600
+_LATE_SHARE: Final = 0.1
+"""Share of a cycle that it may begin late; a later one waits for the next deadline."""
+_MISSES: Final = 20
+"""Cycles in a row without an answer after which a drive is silent."""
+
+
+@dataclass(frozen=True)
+class LiveSample:
+    """One cycle: time of its deadline in s, a multiple of the period, setpoints, measured angles and torques in axis order."""
+
+    t_s: float
+    setpoint_deg: Floats
+    angle_deg: Floats
+    torque_nm: Floats
+
+
+class LiveDrives:
+    """The drives of a bench through the driver. Made by :func:`live_drives`."""
+
+    def __init__(self, bench: Bench, share: float) -> None:
+        self._bench = bench
+        config = bench.draft
+        axes = tuple(structs.replace(axis, max_torque_nm=max(0.5, share * axis.max_torque_nm)) for axis in config.axes)
+        self._config = structs.replace(config, axes=axes)
+        self.bus = make_bus(self._config, bench.open_transport)
+        self._period_ns = 1_000_000_000 // config.cycle_hz
+        self._next_ns = 0
+        self._begin_ns = 0
+        self._misses = [0] * N_AXES
+        self._torque = False
+        self._input_misses = 0
+        self.inputs: InputSample | None = None
+        self.angle_deg: Floats = np.zeros(N_AXES)
+        self.torque_nm: Floats = np.zeros(N_AXES)
+        self.setpoint_deg: Floats = np.zeros(N_AXES)
+        self.torque_on = [False] * N_AXES
+        self.tripped = [False] * N_AXES
+
+    def begin(self) -> None:
+        """Open the port, configure every drive, and wait until every register is verified.
+
+        :raises StepError: naming the drive that cannot be configured.
+        """
+        self.bus.open()
+        self.bus.configure(range(N_AXES))
+        self._next_ns = self._begin_ns = self._bench.now_ns()
+        verified = [False] * N_AXES
+        for _ in range(_VERIFY_CYCLES):
+            for status in self._cycle():
+                verified[status.axis] = status.verified
+            if all(verified) and self.inputs is not None:
+                return
+        motor = verified.index(False) + 1 if False in verified else 1
+        raise StepError(device_texts.DRIVE_RESET(motor=motor))
+
+    def hold(self) -> None:
+        """Switch torque on. Every motor holds its angle."""
+        if self.inputs is None or self.inputs.estop_open:
+            raise StepError(texts.ESTOP_DURING_STEP())
+        self.setpoint_deg = self.angle_deg.copy()
+        self.tripped = [False] * N_AXES
+        self.bus.torque_on(self.setpoint_deg.tolist())
+        self._torque = True
+        self.settle(0.3)
+
+    def release(self) -> None:
+        """Switch torque off."""
+        self.bus.torque_off()
+        self._torque = False
+
+    def cycle(self) -> LiveSample:
+        """Run one cycle: read everything, and send the setpoints while torque is on.
+
+        :raises StepError: while torque is on, when the emergency stop is pressed or unknown, or a drive's watchdog tripped because this
+            computer was too slow; always when a drive is silent.
+        """
+        self._cycle()
+        if self._torque:
+            unknown = self.inputs is None and self._input_misses > self._config.inputs.max_age_cycles
+            if unknown or (self.inputs is not None and self.inputs.estop_open):
+                self.release()
+                raise StepError(texts.ESTOP_DURING_STEP())
+            if any(self.tripped):
+                self.release()
+                raise StepError(device_texts.DRIVE_WATCHDOG(motor=self.tripped.index(True) + 1))
+            self.bus.write_setpoints(self.setpoint_deg.tolist())
+        return LiveSample(
+            (self._next_ns - self._begin_ns) / 1e9,
+            self.setpoint_deg.copy(),
+            self.angle_deg.copy(),
+            self.torque_nm.copy(),
+        )
+
+    def settle(self, seconds: float) -> list[LiveSample]:
+        """Run cycles for a time; return them."""
+        return [self.cycle() for _ in range(round(seconds * self._config.cycle_hz))]
+
+    def move(self, goal_deg: Floats, speed_deg_s: float = SPEED_DEG_S) -> list[LiveSample]:
+        """Move the setpoints to a posture without a jerk; return the cycles. The drives must have torque."""
+        way = MinimumJerkMove(self.setpoint_deg.copy(), np.asarray(goal_deg, dtype=np.float64), speed_deg_s)
+        return self.follow(way.at(n / self._config.cycle_hz) for n in range(1, self._cycles(way.duration_s) + 1))
+
+    def follow(self, setpoints_deg: Iterator[Floats]) -> list[LiveSample]:
+        """Send these setpoints, one a cycle; return the cycles."""
+        samples = []
+        for setpoint in setpoints_deg:
+            self.setpoint_deg = setpoint
+            samples.append(self.cycle())
+        return samples
+
+    def move_axis(self, axis: int, by_deg: float) -> list[LiveSample]:
+        """Move one axis (from 0) and settle.
+
+        :raises StepError: when it does not follow.
+        """
+        began = float(self.angle_deg[axis])
+        goal = self.setpoint_deg.copy()
+        goal[axis] += by_deg
+        samples = [*self.move(goal), *self.settle(0.5)]
+        moved = float(np.mean([sample.angle_deg[axis] for sample in samples[-5:]])) - began
+        if moved * by_deg <= 0.0 and abs(moved) > abs(by_deg) / 2:
+            raise StepError(texts.AXIS_REVERSED(motor=axis + 1))
+        if abs(moved) < abs(by_deg) / 2:
+            raise StepError(texts.AXIS_STUCK(motor=axis + 1, moved_deg=abs(moved), wanted_deg=abs(by_deg)))
+        return samples
+
+    def read_only(self) -> None:
+        """Run one cycle without a setpoint and without looking at the emergency stop."""
+        self._cycle()
+
+    def _cycles(self, seconds: float) -> int:
+        return max(1, round(seconds * self._config.cycle_hz))
+
+    def _cycle(self) -> Sequence[DriveStatus]:
+        self._next_ns += self._period_ns
+        late_ns = self._bench.now_ns() - self._next_ns
+        if late_ns > _LATE_SHARE * self._period_ns:
+            # The cycles keep their even grid: one that is missed is left out.
+            self._next_ns += (late_ns // self._period_ns + 1) * self._period_ns
+        self._bench.sleep(max(0.0, (self._next_ns - self._bench.now_ns()) / 1e9))
+        sample = self.bus.read()
+        for n, drive in enumerate(sample.drives):
+            self._misses[n] = 0 if drive else self._misses[n] + 1
+            if drive:
+                self.angle_deg[n], self.torque_nm[n] = drive.position_deg, drive.torque_nm
+            elif self._misses[n] > _MISSES:
+                problem = device_texts.DRIVE_GARBLED if n in sample.corrupt else device_texts.DRIVE_SILENT
+                raise StepError(problem(motor=n + 1))
+        self._input_misses = 0 if sample.inputs else self._input_misses + 1
+        self.inputs = sample.inputs or (None if self._torque else self.inputs)
+        for status in sample.statuses:
+            self.torque_on[status.axis], self.tripped[status.axis] = status.torque_on, status.watchdog_tripped
+        return sample.statuses
+
+
+@contextmanager
+def live_drives(bench: Bench, share: float = TORQUE_SHARE) -> Iterator[LiveDrives]:
+    """Configure the drives with a share of their torque. Torque is off and the port closed at the end.
+
+    :raises StepError: when a drive or the bus cannot be used.
+    """
+    drives = LiveDrives(bench, share)
+    try:
+        drives.begin()
+        yield drives
+    except BusError as error:
+        raise StepError(text_of(error)) from error
+    finally:
+        with suppress(BusError):
+            drives.release()
+        drives.bus.close()

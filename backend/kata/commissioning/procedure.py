@@ -1,0 +1,162 @@
+"""The procedure: the steps in their order, and what is recorded of each.
+
+The issue of commissioning lists the emergency stop after the range. Here its contacts are checked before any motor has torque, because
+the later steps rely on it.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final
+
+from msgspec import structs
+
+from kata import __version__
+from kata.commissioning.acceptance import play_motions
+from kata.commissioning.axes import check_torque, find_axes
+from kata.commissioning.bench import Bench, StepError
+from kata.commissioning.ids import assign_ids
+from kata.commissioning.inputs import check_inputs
+from kata.commissioning.record import (
+    CHECKED,
+    CommissioningRecord,
+    RecordedStep,
+    configuration_digest,
+    sealed,
+)
+from kata.commissioning.registers import write_registers
+from kata.commissioning.response import check_gains, find_lags
+from kata.commissioning.steps import STEP_TEXTS, passed_steps
+from kata.commissioning.stops import check_stops
+from kata.commissioning.travel import find_range
+from kata.commissioning.zero import find_zeros
+from kata.device.bus.port import BusError
+from kata.device.config import Inputs, StationConfig, as_toml
+from kata.messages import Text, text_of
+
+
+@dataclass(frozen=True)
+class CommissioningStep:
+    """One step: its key in the record, its title, what it will do, and the function that does it."""
+
+    key: str
+    title: Text
+    does: Text
+    run: Callable[[Bench], None]
+
+
+_FUNCTIONS: Final[dict[str, Callable[[Bench], None]]] = {
+    "ids": assign_ids,
+    "registers": write_registers,
+    "inputs": check_inputs,
+    "axes": find_axes,
+    "torque": check_torque,
+    "zero": find_zeros,
+    "range": find_range,
+    "stops": check_stops,
+    "gains": check_gains,
+    "lags": find_lags,
+    "acceptance": play_motions,
+}
+STEPS: Final = tuple(CommissioningStep(step.key, step.title, step.does, _FUNCTIONS[step.key]) for step in STEP_TEXTS)
+"""In their order."""
+
+
+def first_draft(name: str, port: str) -> StationConfig:
+    """Return the configuration from which a new station begins: two contacts of the emergency stop, five drives with ids 1 to 5."""
+    return StationConfig(name=name, port=port, inputs=Inputs(estop_second_port=3))
+
+
+def run_step(step: CommissioningStep, bench: Bench, now: Callable[[], datetime]) -> RecordedStep:
+    """Run a step. A step that fails leaves the draft as it was."""
+    draft, began = bench.draft, now()
+    bench.values.clear()
+    bench.curves.clear()
+    fault: Text | None = None
+    try:
+        step.run(bench)
+    except StepError as failure:
+        fault = failure.fault
+    except BusError as error:
+        fault = text_of(error)
+    if fault is not None:
+        bench.draft = draft
+    return RecordedStep(
+        step=step.key,
+        began_at=began.isoformat(timespec="seconds"),
+        ended_at=now().isoformat(timespec="seconds"),
+        passed=fault is None,
+        fault=str(fault or ""),
+        fault_key=fault.key if fault is not None else None,
+        values=tuple(bench.values),
+        curves=tuple(bench.curves),
+    )
+
+
+def begin_record(config: StationConfig, by: str, previous: str = "") -> CommissioningRecord:
+    """Return an empty record. ``previous``: digest of the record before."""
+    return CommissioningRecord(
+        station=config.name,
+        by=by,
+        kata=__version__,
+        steps=(),
+        configuration=as_toml(config),
+        configuration_digest=configuration_digest(config),
+        previous=previous,
+    )
+
+
+def commission(
+    bench: Bench, record: CommissioningRecord, now: Callable[[], datetime], begin: str | None = None
+) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:
+    """Run the steps until one fails. Yield each step before it runs with None, and after it with the record so far.
+
+    :param begin: key of the first step to run; by default the first that the record has not passed.
+    """
+    for step in _remaining(record, begin):
+        yield step, None
+        ran = run_step(step, bench, now)
+        record = with_step(record, ran, bench.draft)
+        yield step, record
+        if not ran.passed:
+            return
+
+
+def check(
+    bench: Bench, record: CommissioningRecord, now: Callable[[], datetime], by: str = ""
+) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:
+    """Run the periodic check, as :func:`commission` runs the procedure. The configuration stays.
+
+    :param by: who runs it.
+    """
+    draft = bench.draft
+    for step in STEPS:
+        if step.key not in CHECKED:
+            continue
+        yield step, None
+        ran = structs.replace(run_step(step, bench, now), by=by)
+        bench.draft = draft
+        record = sealed(structs.replace(record, checks=(*record.checks, ran)))
+        yield step, record
+        if not ran.passed:
+            return
+
+
+def with_step(record: CommissioningRecord, ran: RecordedStep, draft: StationConfig) -> CommissioningRecord:
+    """Return the record with one more step and the configuration after it."""
+    steps = (*record.steps, ran)
+    return sealed(
+        structs.replace(
+            record,
+            steps=steps,
+            configuration=as_toml(draft),
+            configuration_digest=configuration_digest(draft),
+            passed=passed_steps(steps) == {step.key for step in STEPS},
+        )
+    )
+
+
+def _remaining(record: CommissioningRecord, begin: str | None) -> tuple[CommissioningStep, ...]:
+    order = [step.key for step in STEPS]
+    place = order.index(begin) if begin else len(passed_steps(record.steps))
+    return STEPS[place:]

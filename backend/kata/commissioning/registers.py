@@ -1,0 +1,66 @@
+"""Step 2: check each drive, then write and verify every configured register."""
+
+from typing import Final
+
+from kata.commissioning import texts
+from kata.commissioning.bench import Bench, StepError, named
+from kata.commissioning.drive_line import DriveLine
+from kata.commissioning.ids import check_answers
+from kata.commissioning.live_drives import live_drives
+from kata.device.bus.dynamixel.configuration import model_problem
+from kata.device.bus.dynamixel.models import MODELS
+from kata.device.bus.dynamixel.registers import FIRMWARE, TORQUE_ENABLE, configured_registers
+from kata.device.config import Axis
+from kata.motion.axes import AXES
+
+_TEMPERATURE_LIMIT: Final = 31
+_SHUTDOWN_MARGIN_C: Final = 30
+"""An unused drive is at least this much below the temperature at which it switches off (80 deg C by default)."""
+_HARDWARE_ERROR: Final = 70
+_VOLTAGE: Final = 144
+_TEMPERATURE: Final = 146
+
+
+def write_registers(bench: Bench) -> None:
+    """Check model, firmware, voltage and temperature of each drive; write and verify the registers of all."""
+    before: dict[tuple[int, str], bytes] = {}
+    with bench.line() as line:
+        for motor, axis in zip(AXES, bench.draft.axes, strict=True):
+            with named(motor, axis.id):
+                bench.add_value("damaged_answers_percent", motor, after=check_answers(line, motor, axis.id))
+                _check_drive(bench, line, motor, axis)
+                line.write(axis.id, TORQUE_ENABLE, b"\0")
+                for register in configured_registers(bench.draft, axis):
+                    before[motor, register.name] = line.read(axis.id, register.address, len(register.data))
+    # The driver writes the registers and reads each back; its verification then reads all again.
+    with live_drives(bench, share=1.0):
+        pass
+    with bench.line() as line:
+        for motor, axis in zip(AXES, bench.draft.axes, strict=True):
+            for register in configured_registers(bench.draft, axis):
+                with named(motor, axis.id):
+                    now = line.read(axis.id, register.address, len(register.data))
+                if now != before[motor, register.name]:
+                    bench.add_value(register.name, motor, before=before[motor, register.name].hex(), after=now.hex())
+
+
+def _check_drive(bench: Bench, line: DriveLine, motor: int, axis: Axis) -> None:
+    model = int.from_bytes(line.read(axis.id, 0, 2), "little")
+    (firmware,) = line.read(axis.id, FIRMWARE, 1)
+    if problem := model_problem(motor, axis, model, firmware):
+        raise StepError(problem)
+    volt = int.from_bytes(line.read(axis.id, _VOLTAGE, 2), "little") / 10
+    least, most = MODELS[model].volts
+    if volt < least:
+        raise StepError(texts.VOLTAGE_LOW(motor=motor, volt=volt, least=least))
+    if volt > most:
+        raise StepError(texts.VOLTAGE_HIGH(motor=motor, volt=volt, most=most))
+    (celsius,) = line.read(axis.id, _TEMPERATURE, 1)
+    (limit,) = line.read(axis.id, _TEMPERATURE_LIMIT, 1)
+    if celsius > limit - _SHUTDOWN_MARGIN_C:
+        raise StepError(texts.DRIVE_TOO_WARM(motor=motor, celsius=celsius))
+    (error,) = line.read(axis.id, _HARDWARE_ERROR, 1)
+    if error:
+        raise StepError(texts.HARDWARE_ERROR_FOUND(motor=motor, code=error))
+    for name, value in (("model", model), ("firmware", firmware), ("voltage_v", volt), ("temperature_c", celsius)):
+        bench.add_value(name, motor, after=value)

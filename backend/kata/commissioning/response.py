@@ -1,0 +1,220 @@
+"""Steps 9 and 10: the step response of each motor, and the lag and friction with which it follows its setpoint."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from msgspec import structs
+
+from kata.commissioning import texts
+from kata.commissioning.bench import Bench, ManualAction, StepError
+from kata.commissioning.live_drives import LiveDrives, LiveSample, live_drives
+from kata.commissioning.record import RecordedCurve
+from kata.device.config import Axis
+from kata.device.config_rules import LARGEST_FRICTION_DEG, LARGEST_LAG2_S2, LARGEST_LAG_S
+from kata.motion.axes import AXES
+from kata.motion.identify import excitation
+from kata.motion.identify_load import IdentifiedAxis, identify_load
+from kata.motion.linkage import Floats
+
+STEP_DEG: Final = 2.0
+"""Large enough for a coarse encoder (0.09 deg) and friction, small enough to stay far from the torque limit of motor 5."""
+_STEP_S: Final = 1.5
+_SETTLED_S: Final = 0.3
+_CURVE_HZ: Final = 50
+LARGEST_OVERSHOOT: Final = 0.6
+"""Share of the step. Ours: a motor that swings over by more rings, which a patient feels. The paper states no figure."""
+LARGEST_STEADY_ERROR_DEG: Final = 0.5
+_EXCITATION_S: Final = 24.0
+LEAST_EXPLAINED: Final = 0.9
+"""Share of the lead that the model must explain. With less, a feed-forward would not make the motor follow better."""
+_ENDS_S: Final = 1.0
+_MISSED_SHARE: Final = 0.05
+"""Share of the cycles that a computer may miss while the motors move. They are filled in; with so many the lags differ by at most 5 %."""
+_MISSED_IN_A_ROW: Final = 5
+
+
+LOADS: Final = (
+    ("weight", ManualAction("free_arm", texts.FREE_ARM())),
+    ("empty", ManualAction("empty_arm", texts.EMPTY_ARM())),
+)
+"""Name of each load, and how the technician makes it."""
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """The response to a step: rise time from 10 to 90 %, overshoot as a share of the step, error at the end."""
+
+    rise_s: float
+    overshoot: float
+    steady_error_deg: float
+
+
+def step_response(times_s: Floats, angles_deg: Floats, step_deg: float) -> StepResponse:
+    """Return the figures of a response.
+
+    :param times_s: ``(n,)``, from the step on.
+    :param angles_deg: ``(n,)``, from the angle before the step.
+    :param step_deg: height of the step, not 0.
+    """
+    share = angles_deg / step_deg
+    over_10, over_90 = np.flatnonzero(share >= 0.1), np.flatnonzero(share >= 0.9)
+    rise_s = float(times_s[over_90[0]] - times_s[over_10[0]]) if len(over_10) and len(over_90) else float(times_s[-1])
+    settled = angles_deg[times_s > times_s[-1] - _SETTLED_S]
+    return StepResponse(rise_s, max(0.0, float(share.max()) - 1.0), abs(float(np.mean(settled)) - step_deg))
+
+
+def check_gains(bench: Bench) -> None:
+    """Measure the step response of each motor, with the test weight and empty."""
+    for load, action in LOADS:
+        bench.confirm(action)
+        bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+        with live_drives(bench, share=1.0) as drives:
+            drives.hold()
+            _to_middle(bench, drives)
+            for motor in AXES:
+                times, angles = _respond(drives, motor)
+                response = step_response(times, angles, STEP_DEG)
+                bench.curves.append(_curve(bench, motor, load, times, angles))
+                bench.add_value(f"rise time s, {load}", motor, after=round(response.rise_s, 3))
+                bench.add_value(f"overshoot %, {load}", motor, after=round(100 * response.overshoot))
+                bench.add_value(f"steady error deg, {load}", motor, after=round(response.steady_error_deg, 2))
+                if response.overshoot > LARGEST_OVERSHOOT:
+                    raise StepError(texts.OVERSHOOT_TOO_LARGE(motor=motor, overshoot_percent=100 * response.overshoot))
+                if response.steady_error_deg > LARGEST_STEADY_ERROR_DEG:
+                    raise StepError(texts.STEADY_ERROR_LARGE(motor=motor, error_deg=response.steady_error_deg))
+
+
+def _to_middle(bench: Bench, drives: LiveDrives) -> None:
+    """Move every axis at least a step away from its ends."""
+    margin = 2 * STEP_DEG
+    goal = [
+        min(max(angle, axis.min_deg + margin), axis.max_deg - margin)
+        for angle, axis in zip(drives.setpoint_deg.tolist(), bench.draft.axes, strict=True)
+    ]
+    drives.move(np.array(goal))
+    drives.settle(0.5)
+
+
+def _respond(drives: LiveDrives, motor: int) -> tuple[Floats, Floats]:
+    """Return the times of a step response and the angles from the angle before the step."""
+    axis = motor - 1
+    rest = drives.settle(0.2)
+    began = float(np.mean([sample.angle_deg[axis] for sample in rest]))
+    drives.setpoint_deg = drives.setpoint_deg.copy()
+    drives.setpoint_deg[axis] += STEP_DEG
+    samples = drives.settle(_STEP_S)
+    goal = drives.setpoint_deg.copy()
+    goal[axis] -= STEP_DEG
+    drives.move(goal)
+    drives.settle(0.5)
+    times = np.array([sample.t_s for sample in samples])
+    angles = np.array([sample.angle_deg[axis] for sample in samples])
+    return times - times[0], angles - began
+
+
+def _curve(bench: Bench, motor: int, load: str, times: Floats, angles: Floats) -> RecordedCurve:
+    """Return a response at about 50 samples a second, which shows every swing of a motor."""
+    every = max(1, bench.draft.cycle_hz // _CURVE_HZ)
+    axis = bench.draft.axes[motor - 1]
+    return RecordedCurve(
+        motor=motor,
+        load=load,
+        step_deg=STEP_DEG,
+        p_gain=axis.position_p_gain,
+        i_gain=axis.position_i_gain,
+        d_gain=axis.position_d_gain,
+        times_s=tuple(round(time, 3) for time in times[::every].tolist()),
+        angles_deg=tuple(round(angle, 2) for angle in angles[::every].tolist()),
+    )
+
+
+def find_lags(bench: Bench) -> None:
+    """Move all axes slowly and fast, and identify lag, friction and what the drive's integral takes up; refuse a poor fit.
+
+    No arm is in the apparatus, so the weight is not identified.
+    """
+    bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+    with live_drives(bench, share=1.0) as drives:
+        drives.hold()
+        rest = drives.setpoint_deg.copy()
+        ranges = [(axis.min_deg, axis.max_deg) for axis in bench.draft.axes]
+        wave = excitation(rest.tolist(), _EXCITATION_S, 1 / bench.draft.cycle_hz, ranges)
+        samples = drives.follow(iter(wave))
+    lags = identified(samples)
+    for motor, lag in enumerate(lags, start=1):
+        check_fit(motor, lag)
+    before = bench.draft.axes
+
+    def lagging(motor: int, axis: Axis) -> Axis:
+        lag = lags[motor - 1]
+        return structs.replace(
+            axis,
+            lag_s=round(lag.lag_s, 4),
+            lag2_s2=round(max(0.0, lag.lag2_s2), 5),
+            friction_deg=round(max(0.0, lag.friction_deg), 3),
+            integral_s=round(lag.integral_s, 3),
+            droop_deg_nm=round(lag.droop_deg_nm, 4),
+        )
+
+    bench.change_axes(lagging)
+    for motor, (axis, now, lag) in enumerate(zip(before, bench.draft.axes, lags, strict=True), start=1):
+        bench.add_value("lag s", motor, before=axis.lag_s, after=now.lag_s)
+        bench.add_value("second-order lag s2", motor, before=axis.lag2_s2, after=now.lag2_s2)
+        bench.add_value("friction deg", motor, before=axis.friction_deg, after=now.friction_deg)
+        bench.add_value("integral s", motor, before=axis.integral_s, after=now.integral_s)
+        bench.add_value("droop deg/Nm", motor, before=axis.droop_deg_nm, after=now.droop_deg_nm)
+        bench.add_value("residual deg", motor, after=round(lag.residual_deg, 3))
+        bench.add_value("explained %", motor, after=round(100 * lag.explained, 1))
+
+
+def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:
+    """Return the lags; the ends of the movement are left out.
+
+    :raises StepError: when the cycles were too uneven, or a motor did not move.
+    """
+    times, setpoints, angles, torques = _evenly(samples)
+    inner = (times > times[0] + _ENDS_S) & (times < times[-1] - _ENDS_S)
+    try:
+        return identify_load(times[inner], setpoints[inner], angles[inner], torques[inner])
+    except ValueError as error:
+        raise StepError(texts.NOT_IDENTIFIABLE(reason=str(error))) from error
+
+
+def _evenly(samples: list[LiveSample]) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return times, setpoints, angles and torques without a gap. In a cycle that the computer missed, the drives had the last
+    setpoint, and angle and torque lie between their neighbours.
+
+    :raises StepError: when the computer missed many cycles, or several in a row.
+    """
+    times = np.array([sample.t_s for sample in samples])
+    period_s = float(np.median(np.diff(times)))
+    places = np.round((times - times[0]) / period_s).astype(np.intp)
+    every = np.arange(places[-1] + 1)
+    missed = len(every) - len(places)
+    if missed > _MISSED_SHARE * len(every) or np.max(np.diff(places)) > _MISSED_IN_A_ROW + 1:
+        raise StepError(texts.NOT_IDENTIFIABLE(reason=f"this computer missed {missed} of {len(every)} cycles"))
+    held = np.searchsorted(places, every, side="right") - 1
+    setpoints = np.array([sample.setpoint_deg for sample in samples])[held]
+    angles, torques = (
+        np.column_stack([np.interp(every, places, axis) for axis in series.T])
+        for series in (
+            np.array([sample.angle_deg for sample in samples]),
+            np.array([sample.torque_nm for sample in samples]),
+        )
+    )
+    return times[0] + every * period_s, setpoints, angles, torques
+
+
+def check_fit(motor: int, lag: IdentifiedAxis) -> None:
+    """Refuse a poor fit.
+
+    :raises StepError: when the model explains too little, or gives an impossible lag.
+    """
+    possible = (
+        0.0 < lag.lag_s <= LARGEST_LAG_S and lag.lag2_s2 <= LARGEST_LAG2_S2 and lag.friction_deg <= LARGEST_FRICTION_DEG
+    )
+    if lag.explained < LEAST_EXPLAINED or not possible:
+        raise StepError(
+            texts.POOR_FIT(motor=motor, explained_percent=100 * lag.explained, residual_deg=lag.residual_deg)
+        )

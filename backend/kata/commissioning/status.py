@@ -1,0 +1,44 @@
+"""Whether a station is commissioned: its record, compared with its configuration, and when the periodic check is due."""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Final
+
+from kata.commissioning import texts
+from kata.commissioning.record import RecordError, has_configuration, read_record, record_path
+from kata.device.config import StationConfig
+from kata.messages import Text
+
+CHECK_EVERY: Final = timedelta(days=7)
+"""Interval of the periodic check: weekly."""
+
+
+@dataclass(frozen=True)
+class CommissioningStatus:
+    """``missing``: why the station is not commissioned; None if it is. ``due_at``: of the next periodic check."""
+
+    missing: Text | None
+    due_at: datetime | None = None
+    commissioned_at: datetime | None = None
+
+
+def commissioning_status(station: Path, config: StationConfig) -> CommissioningStatus:
+    """Return the status of the station with this file, whose content is ``config``."""
+    try:
+        record = read_record(record_path(station))
+    except RecordError:
+        return CommissioningStatus(texts.RECORD_CHANGED())
+    if record is None:
+        return CommissioningStatus(texts.NO_RECORD())
+    if not record.passed:
+        return CommissioningStatus(texts.COMMISSIONING_UNFINISHED())
+    if not has_configuration(record, config):
+        return CommissioningStatus(texts.CONFIGURATION_CHANGED())
+    newest = {ran.step: ran for ran in record.checks}
+    if not all(ran.passed for ran in newest.values()):
+        return CommissioningStatus(texts.CHECK_FAILED())
+    # A check counts from its oldest step on; before the first check, the commissioning does.
+    ended = [ran.ended_at for ran in newest.values()] or [record.steps[-1].ended_at]
+    due_at = datetime.fromisoformat(min(ended)) + CHECK_EVERY
+    return CommissioningStatus(None, due_at, datetime.fromisoformat(record.steps[-1].ended_at))

@@ -1,0 +1,103 @@
+"""Identifies a simulated station: plays an excitation without compensation and fits drives and load."""
+
+from typing import Final
+
+import numpy as np
+from msgspec import structs
+
+from kata.commissioning.direct_station import PlaybackError
+from kata.device.config import StationConfig
+from kata.device.journal import PHASE_PLAYING
+from kata.device.messages import Load
+from kata.evaluation.station import VirtualStation
+from kata.motion.approach import MinimumJerkMove
+from kata.motion.builtin import built_in_motions
+from kata.motion.identify import excitation
+from kata.motion.identify_load import IdentifiedAxis, identify_load
+from kata.motion.linkage import Floats, motor_angles_deg
+from kata.motion.trajectory import Trajectory
+from kata.simulator.mechanics import MakeMechanics
+from kata.simulator.parameters import REST_DEG
+from kata.simulator.plant import Plant
+
+STEP_S: Final = 0.01
+_APPROACH_DEG_S: Final = 20.0
+_SECONDS: Final = 20.0
+_REACH_SHARES: Final = (1.0, 0.5, 0.25, 0.12)
+"""A heavy arm is carried near its rest only."""
+_IDENTIFIED: Final = (
+    "lag_s",
+    "lag2_s2",
+    "friction_deg",
+    "integral_s",
+    "droop_deg_nm",
+    "damping_nm_s_deg",
+    "inertia_nm_s2_deg",
+    "coulomb_nm",
+)
+"""Fields of an axis that are 0 until they have been identified."""
+
+
+def exercise(seconds: float, *motions: int) -> Floats:
+    """Return movements at all speeds of a guided arm, and then some built-in motions: (n, 5) in degrees at 100 Hz.
+
+    Friction cannot be separated from lag without slow movements, nor inertia without fast ones.
+    """
+    rows = [excitation(REST_DEG, seconds, STEP_S)]
+    for number in motions:
+        angles = motor_angles_deg(built_in_motions()[number - 1].poses_deg)
+        approach = MinimumJerkMove(rows[-1][-1], angles[0], _APPROACH_DEG_S)
+        rows += [np.array([approach.at(time) for time in np.arange(0.0, approach.duration_s, STEP_S)]), angles]
+    return np.concatenate(rows)
+
+
+def identify_station(
+    config: StationConfig, setpoint_deg: Floats, seed: int | None, make_mechanics: MakeMechanics = Plant
+) -> tuple[IdentifiedAxis, ...]:
+    """Play setpoints (n, 5) at 100 Hz without compensation, and return drive and load of each axis.
+
+    It leaves out beginning and end, where the speed override makes the samples uneven.
+
+    :raises PlaybackError: when the drives cannot carry the movement.
+    """
+    unknown = tuple(structs.replace(axis, **dict.fromkeys(_IDENTIFIED, 0.0)) for axis in config.axes)
+    times = np.arange(len(setpoint_deg)) * STEP_S
+    load = Load(
+        run_id="run",
+        recording_id="recording",
+        times_s=times.astype("<f8").tobytes(),
+        angles_deg=setpoint_deg.astype("<f8").tobytes(),
+        method="smooth",
+    )
+    station = VirtualStation(structs.replace(config, axes=unknown), seed, make_mechanics=make_mechanics)
+    run = station.play(load, float(times[-1]))
+    even = (run.phase == PHASE_PLAYING) & (run.path_s > 1.0) & (run.path_s < times[-1] - 1.0)
+    places = run.path_s[even]
+    measured, torque = run.measured_deg[even].astype(np.float64), run.torque_nm[even].astype(np.float64)
+    return identify_load(places, Trajectory(times, setpoint_deg).along(places), measured, torque)
+
+
+def identified(config: StationConfig, seed: int | None, make_mechanics: MakeMechanics) -> StationConfig:
+    """Return the configuration with drives and load as measured on this seed's apparatus, as after commissioning.
+
+    A movement that the drives cannot carry is repeated with a smaller range.
+
+    :raises PlaybackError: when they do not carry the smallest either.
+    """
+    for share in _REACH_SHARES:
+        try:
+            found = identify_station(config, excitation(REST_DEG, _SECONDS, STEP_S, share=share), seed, make_mechanics)
+            break
+        except PlaybackError:
+            if share == _REACH_SHARES[-1]:
+                raise
+    return with_identified(config, found)
+
+
+def with_identified(config: StationConfig, found: tuple[IdentifiedAxis, ...]) -> StationConfig:
+    """Return the configuration with identified axes. A negative lag becomes 0."""
+    axes = tuple(
+        structs.replace(axis, weight_nm=one.weight_nm, **{name: max(0.0, getattr(one, name)) for name in _IDENTIFIED})
+        for axis, one in zip(config.axes, found, strict=True)
+    )
+    return structs.replace(config, axes=axes)

@@ -1,0 +1,87 @@
+"""The movement that identifies a station's drives, and its filtering. :mod:`kata.motion.identify_load` has the model."""
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kata.motion.linkage import Floats
+
+BAND_HZ: Final = 4.0
+"""Above this frequency arms do not move and drives do not follow; the derivative of the encoder's steps exceeds the movement."""
+_MIN_SPEED_DEG_S: Final = 2.0
+"""An axis must reach this speed to be identified."""
+_MIDDLE_DEG: Final = (15.0, 109.0, 60.0, 60.0, -25.0)
+_REACH_DEG: Final = (18.0, 12.0, 40.0, 60.0, 35.0)
+_WAVES_HZ: Final = (0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 1.8)
+_FASTEST_DEG_S: Final = 50.0
+_RISE_S: Final = 4.0
+
+
+def excitation(
+    rest_deg: Sequence[float],
+    seconds: float,
+    step_s: float,
+    ranges_deg: Sequence[tuple[float, float]] | None = None,
+    share: float = 1.0,
+) -> Floats:
+    """Return a movement of all axes, slow and fast, that begins and ends at rest: ``(n, 5)`` in degrees.
+
+    :param rest_deg: ``(5,)``, where it begins and ends.
+    :param ranges_deg: lowest and highest angle of each axis; None: the apparatus as designed.
+    :param share: of its way from rest, and of its range.
+    """
+    times = np.arange(0.0, seconds, step_s)
+    rise = np.minimum(1.0, np.minimum(times, times[-1] - times) / _RISE_S)
+    rise = 3 * rise**2 - 2 * rise**3
+    columns = []
+    for n, (rest, middle, reach) in enumerate(zip(rest_deg, _MIDDLE_DEG, _REACH_DEG, strict=True), start=1):
+        if ranges_deg is not None:
+            low, high = ranges_deg[n - 1]
+            middle = min(max(middle, low), high)
+            reach = min(reach, middle - low, high - middle)
+        waves = sum(np.sin(math.tau * hz * times + n * k**2) / hz for k, hz in enumerate(_WAVES_HZ, start=1))
+        fastest = np.abs(np.gradient(waves, times)).max()
+        waves = waves * min(share * reach / np.abs(waves).max(), _FASTEST_DEG_S / fastest)
+        columns.append(rest + rise * (share * (middle - rest) + waves))
+    return np.column_stack(columns)
+
+
+class FilteredMovement(NamedTuple):
+    """A measured movement without what is faster than an arm: times apart, and series ``(n, k)`` of an axis each."""
+
+    step_s: float
+    series: list[Floats]
+    speed_deg_s: Floats
+    acceleration_deg_s2: Floats
+
+
+def filtered(times_s: ArrayLike, *series: ArrayLike) -> FilteredMovement:
+    """Filter several series, ``(n, k)`` each, and differentiate the second one, which is the measured angles.
+
+    :raises ValueError: when the samples are too few or uneven, or an axis did not move.
+    """
+    times = np.asarray(times_s, dtype=np.float64)
+    given = [np.asarray(values, dtype=np.float64) for values in series]
+    if len(times) < 100 or any(values.shape != given[0].shape or len(values) != len(times) for values in given):
+        raise ValueError("a hundred samples or more are needed, as many setpoints as measured angles")
+    steps = np.diff(times)
+    step_s = float(np.median(steps))
+    if np.max(np.abs(steps - step_s)) > 0.1 * step_s:
+        raise ValueError("the samples must be evenly spaced")
+    # Imported here: only a commissioning filters, and every service would start 0.7 s later.
+    from scipy.signal import butter, sosfiltfilt
+
+    low_pass = butter(4, BAND_HZ, fs=1 / step_s, output="sos")
+    # The same zero-phase filter for all keeps their relations.
+    smooth = [sosfiltfilt(low_pass, values, axis=0) for values in given]
+    speed = np.gradient(smooth[1], step_s, axis=0)
+    acceleration = np.gradient(speed, step_s, axis=0)
+    # Leave out the ends, where the filter has no neighbouring samples.
+    inner = slice(int(0.5 / BAND_HZ / step_s), -int(0.5 / BAND_HZ / step_s) or None)
+    for n, fastest in enumerate(np.max(np.abs(speed[inner]), axis=0), start=1):
+        if fastest < _MIN_SPEED_DEG_S:
+            raise ValueError(f"motor {n} did not move")
+    return FilteredMovement(step_s, [values[inner] for values in smooth], speed[inner], acceleration[inner])

@@ -1,0 +1,342 @@
+"""Scapulohumeral rhythm of a motion, in angles of the apparatus' links: how far the arm turns in the shoulder joint for each degree by
+which the scapula turns upward.
+
+Three angles follow from a pose (:mod:`kata.motion.axes`), all in degrees:
+
+* elevation of the upper arm against the trunk: arccos(cos flexion cos(abduction + upward rotation)), by
+  :func:`kata.motion.shoulder.humerus_direction`;
+* elevation in the shoulder joint: arccos(cos flexion cos abduction), the same without the scapula;
+* upward rotation of the scapula (psi, motion 2).
+
+A *pass* is a part of the motion in which the arm is raised or lowered. Over a band of elevation, both parts are fitted by a straight line
+over the elevation, and the ratio is slope of the joint / slope of the scapula. Fitted over the elevation, which always covers the
+band, the ratio stays defined when the joint hardly moves, as in a frozen shoulder.
+
+An error of ``e`` at an end of a band of ``b`` deg, in which the scapula turns by ``s``, changes the ratio by about ``b e / s^2``. The links
+are not bones: slip at the scapula's board and at the cuff is not in these angles. ``docs/explanation/rhythm.md`` has the limits of the figure.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kata.motion.axes import CANONICAL_SIDE, POSE_RANGE_DEG, Side
+from kata.motion.linkage import Floats, pose_deg
+from kata.motion.shoulder import humerus_direction
+
+Direction = Literal["raising", "lowering"]
+Plane = Literal["abduction", "scaption", "flexion", "other", "changing"]
+NoRatio = Literal["not_covered", "at_limit", "scapula_still", "scapula_reversed", "joint_reversed"]
+"""Why a band has no ratio."""
+Source = Literal["giphart_2013", "braman_2009"]
+
+BANDS_DEG: Final = ((30.0, 60.0), (60.0, 90.0), (90.0, 120.0))
+"""Phases of elevation. Below 30 deg the scapula first settles, and no ratio describes it."""
+LIMIT_DEG: Final = POSE_RANGE_DEG[1][1] - 0.5
+"""From this upward rotation on, the apparatus may hold the scapula at the end of its range, and a ratio would be too high."""
+LEAST_SCAPULA_DEG: Final = 2.6
+"""A scapula that turns less within 30 deg has no ratio: half a step of a 12-bit encoder, 0.044 deg, could change it by more than 0.2."""
+LEAST_PASS_DEG: Final = 30.0
+"""A pass raises or lowers the arm by at least this; it could not cover a band otherwise."""
+AHEAD_DEG: Final = 4.0
+"""The scapula runs ahead if it turned further than the sound side's by more than this at the same elevation. Within +-4 deg the
+apparatus played back motion 2 of the same shoulder (Sun et al. 2025, Section 4.2), so a smaller difference is no difference of the sides.
+"""
+_TURN_DEG: Final = 10.0
+"""The arm has turned round when it came back by this; less is a hand that hesitates."""
+_GAP_S: Final = 0.5
+"""Longer without a sample, a pass ends."""
+_STEP_DEG: Final = 0.25
+_EDGE_DEG: Final = 2.0
+"""A band is covered if the pass comes so near to both its ends."""
+_MOST_ROWS: Final = 60_000
+"""Ten minutes at 100 Hz; of a longer motion every second, third ... row is used."""
+_SAME_PLANE_DEG: Final = 20.0
+"""Two passes whose planes of elevation are nearer are of the same motion."""
+_STEADY_DEG: Final = 30.0
+"""A pass whose plane of elevation varies by more has no plane."""
+_FORWARD_DEG: Final = (0.0, 90.0)
+_PLANES_DEG: Final[tuple[tuple[Plane, float, float], ...]] = (
+    ("abduction", -15.0, 15.0),
+    ("scaption", 25.0, 50.0),
+    ("flexion", 75.0, 105.0),
+)
+
+
+@dataclass(frozen=True)
+class PublishedRatio:
+    """A published ratio of healthy people who moved their arm themselves. ``deviation``: standard deviation between people, if published."""
+
+    source: Source
+    ratio: float
+    deviation: float | None
+
+
+REFERENCES: Final[dict[tuple[Plane, Direction], PublishedRatio]] = {
+    ("abduction", "raising"): PublishedRatio("giphart_2013", 2.0, 0.4),
+    ("scaption", "raising"): PublishedRatio("giphart_2013", 1.6, 0.5),
+    ("flexion", "raising"): PublishedRatio("giphart_2013", 1.1, 0.3),
+}
+"""Giphart et al., J. Bone Joint Surg. Am. 95 (2013) 238: biplane fluoroscopy, linear regression; eight men, five people in abduction."""
+REACHING: Final[dict[Direction, PublishedRatio]] = {
+    "raising": PublishedRatio("braman_2009", 2.3, None),
+    "lowering": PublishedRatio("braman_2009", 2.7, None),
+}
+"""Braman et al., J. Shoulder Elbow Surg. 18 (2009) 960: bone pins, reaching overhead in a plane that each person chose."""
+
+
+@dataclass(frozen=True)
+class BandRatio:
+    """The ratio within a band of elevation, or why there is none. Angles: by how much the fitted lines change within the band."""
+
+    from_deg: float
+    to_deg: float
+    ratio: float | None
+    reason: NoRatio | None
+    scapula_deg: float | None
+    joint_deg: float | None
+    passes: int = 1
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One raising or lowering: mean angles for each degree of elevation, ``(k,)`` each, the elevation ascending."""
+
+    direction: Direction
+    plane: Plane
+    plane_deg: float
+    elevation_deg: Floats
+    scapula_deg: Floats
+    joint_deg: Floats
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """All passes in one direction and plane: the widest one, and the median of their ratios."""
+
+    widest: Pass
+    passes: int
+    bands: tuple[BandRatio, ...]
+    whole: BandRatio
+    """From 30 deg to the end of the pass, or to where the scapula reached its limit."""
+
+    @property
+    def reference(self) -> PublishedRatio | None:
+        """The published ratio for this plane and direction, if there is one.
+
+        People who reach overhead choose their plane, so their ratio is the reference where the plane changes or has no name.
+        """
+        one = self.widest
+        if one.plane in ("changing", "other") and _FORWARD_DEG[0] <= one.plane_deg <= _FORWARD_DEG[1]:
+            return REACHING[one.direction]
+        return REFERENCES.get((one.plane, one.direction))
+
+
+@dataclass(frozen=True)
+class MotionRhythm:
+    """The rhythms of a motion, and the range of both angles over all of it."""
+
+    rhythms: tuple[Rhythm, ...]
+    elevation_range_deg: tuple[float, float]
+    scapula_range_deg: tuple[float, float]
+    start_deg: tuple[float, float]
+    """Elevation and upward rotation at the first sample."""
+
+    def like(self, one: Pass) -> Pass | None:
+        """Return the widest pass in the direction and plane of another one."""
+        return next((own.widest for own in self.rhythms if _same_motion(own.widest, one)), None)
+
+
+@dataclass(frozen=True)
+class Lead:
+    """How much further the scapula turned from the start than the sound side's, at the same elevation of the same motion."""
+
+    from_deg: float
+    to_deg: float
+    largest_deg: float
+    """Below 0 where it stayed behind."""
+    at_elevation_deg: float
+    ahead_from_deg: float | None
+    """The lowest elevation at which it runs ahead (:data:`AHEAD_DEG`); None if it does not."""
+
+
+def rhythm_of(times_s: ArrayLike, motors_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> MotionRhythm:
+    """Return the rhythm of motor angles ``(n, 5)`` at times ``(n,)``.
+
+    :raises OutOfReachError: where no pose has these angles.
+    """
+    times = np.asarray(times_s, dtype=np.float64)
+    every = max(1, -(-len(times) // _MOST_ROWS))
+    return rhythm_of_poses(times[::every], pose_deg(np.asarray(motors_deg, dtype=np.float64)[::every], side))
+
+
+def rhythm_of_poses(times_s: Floats, poses_deg: Floats) -> MotionRhythm:
+    """Return the rhythm of poses ``(n, 5)`` at times ``(n,)``."""
+    arm = humerus_direction(poses_deg)
+    elevation = np.degrees(np.arccos(np.clip(-arm[:, 2], -1.0, 1.0)))
+    joint = np.degrees(np.arccos(np.clip(np.prod(np.cos(np.radians(poses_deg[:, 2:4])), axis=1), -1.0, 1.0)))
+    # On the canonical side Y points away from the arm.
+    plane = np.degrees(np.arctan2(arm[:, 0], -arm[:, 1]))
+    rows = np.column_stack([elevation, poses_deg[:, 1], joint, plane])
+    groups: list[list[Pass]] = []
+    for part in np.split(rows, np.flatnonzero(np.diff(times_s) > _GAP_S) + 1):
+        for first, last in _turns(part[:, 0]):
+            found = _pass(part[first : last + 1])
+            group = next((one for one in groups if _same_motion(one[0], found)), None)
+            if group is None:
+                groups.append([found])
+            else:
+                group.append(found)
+    return MotionRhythm(
+        tuple(_combined(passes) for passes in groups),
+        (float(elevation.min()), float(elevation.max())),
+        (float(poses_deg[:, 1].min()), float(poses_deg[:, 1].max())),
+        (float(elevation[0]), float(poses_deg[0, 1])),
+    )
+
+
+def lead(own: MotionRhythm, sound: MotionRhythm) -> Lead | None:
+    """Return the scapula's lead over the sound side's while the arm is raised in the same plane.
+
+    Both are counted from the start of their motion, because the scapula's board is fitted anew on each side.
+
+    :returns: None without 30 deg of common elevation below the scapula's limit, or if a motion starts with a raised arm.
+    """
+    raised = next((one.widest for one in own.rhythms if one.widest.direction == "raising"), None)
+    other = sound.like(raised) if raised else None
+    if raised is None or other is None or max(own.start_deg[0], sound.start_deg[0]) > BANDS_DEG[0][0]:
+        return None
+    at = np.arange(
+        max(raised.elevation_deg[0], other.elevation_deg[0]), min(raised.elevation_deg[-1], other.elevation_deg[-1])
+    )
+    turned = [np.interp(at, one.elevation_deg, one.scapula_deg) for one in (raised, other)]
+    # At its limit a scapula is held back by the apparatus: a difference there is not the shoulder's.
+    free = np.maximum(*turned) < LIMIT_DEG
+    at, ahead = at[free], (turned[0] - own.start_deg[1] - turned[1] + sound.start_deg[1])[free]
+    if len(at) < LEAST_PASS_DEG:
+        return None
+    largest = int(np.argmax(np.abs(ahead)))
+    over = at[ahead > AHEAD_DEG]
+    return Lead(
+        from_deg=float(at[0]),
+        to_deg=float(at[-1]),
+        largest_deg=float(ahead[largest]),
+        at_elevation_deg=float(at[largest]),
+        ahead_from_deg=float(over[0]) if len(over) else None,
+    )
+
+
+def _same_motion(one: Pass, other: Pass) -> bool:
+    return one.direction == other.direction and abs(one.plane_deg - other.plane_deg) <= _SAME_PLANE_DEG
+
+
+def _turns(elevation: Floats) -> Iterator[tuple[int, int]]:
+    """Yield first and last index of each pass."""
+    low = high = 0
+    rising: bool | None = None
+    for n, value in enumerate(elevation.tolist()):
+        low = n if value < elevation[low] else low
+        high = n if value > elevation[high] else high
+        if rising is not True and value - elevation[low] >= _TURN_DEG:
+            yield from _far_enough(elevation, high if rising is False else 0, low, rising)
+            rising, high = True, n
+        elif rising is not False and elevation[high] - value >= _TURN_DEG:
+            yield from _far_enough(elevation, low if rising else 0, high, rising)
+            rising, low = False, n
+    if rising is not None:
+        first, last = (low, high) if rising else (high, low)
+        yield from _far_enough(elevation, first, last, rising)
+
+
+def _far_enough(elevation: Floats, first: int, last: int, rising: bool | None) -> Iterator[tuple[int, int]]:
+    if rising is not None and abs(elevation[last] - elevation[first]) >= LEAST_PASS_DEG:
+        yield first, last
+
+
+def _pass(rows: Floats) -> Pass:
+    """Return a pass from its rows of elevation, upward rotation, elevation in the joint and plane, ``(n, 4)``."""
+    fastest = float(np.abs(np.diff(rows[:, 0])).max())
+    finer = max(1, int(np.ceil(fastest / _STEP_DEG)))
+    at = np.linspace(0, len(rows) - 1, (len(rows) - 1) * finer + 1)
+    fine = np.column_stack([np.interp(at, np.arange(len(rows)), column) for column in rows.T])
+    degree = np.floor(fine[:, 0]).astype(int)
+    degree -= degree.min()
+    count = np.bincount(degree)
+    means = np.column_stack([np.bincount(degree, column) / np.maximum(count, 1) for column in fine.T])[count > 0]
+    raised = means[means[:, 0] >= BANDS_DEG[0][0], 3]
+    middle = float(np.median(raised)) if len(raised) else 0.0
+    spread = float(np.ptp(np.percentile(raised, (10, 90)))) if len(raised) else 0.0
+    return Pass(
+        "raising" if rows[-1, 0] > rows[0, 0] else "lowering",
+        _plane(middle, spread),
+        middle,
+        *means[:, :3].T,
+    )
+
+
+def _plane(middle_deg: float, spread_deg: float) -> Plane:
+    if spread_deg > _STEADY_DEG:
+        return "changing"
+    return next((name for name, low, high in _PLANES_DEG if low <= middle_deg <= high), "other")
+
+
+def _combined(passes: Sequence[Pass]) -> Rhythm:
+    by_width = sorted(passes, key=lambda one: float(np.ptp(one.elevation_deg)), reverse=True)
+    bands = tuple(_median([_band(one, low, high) for one in by_width]) for low, high in BANDS_DEG)
+    return Rhythm(by_width[0], len(passes), bands, _median([_whole(one) for one in by_width]))
+
+
+def _median(ratios: Sequence[BandRatio]) -> BandRatio:
+    """Return the medians of the ratios that there are, else the first one's reason."""
+    found = [one for one in ratios if one.ratio is not None]
+    if not found:
+        return ratios[0]
+
+    def middle(name: str) -> float:
+        return float(np.median([getattr(one, name) for one in found]))
+
+    return BandRatio(
+        middle("from_deg"),
+        middle("to_deg"),
+        middle("ratio"),
+        None,
+        middle("scapula_deg"),
+        middle("joint_deg"),
+        len(found),
+    )
+
+
+def _whole(one: Pass) -> BandRatio:
+    """Return the ratio from 30 deg to the end of the pass, or to where the scapula reached its limit."""
+    low = max(BANDS_DEG[0][0], float(one.elevation_deg[0]))
+    held = one.elevation_deg[(np.abs(one.scapula_deg) >= LIMIT_DEG) & (one.elevation_deg >= low)]
+    high = float(held[0]) - 1.0 if len(held) else float(one.elevation_deg[-1])
+    if high - low < LEAST_PASS_DEG - _EDGE_DEG:
+        return BandRatio(low, max(low, high), None, "at_limit" if len(held) else "not_covered", None, None)
+    return _band(one, low, high)
+
+
+def _band(one: Pass, low: float, high: float) -> BandRatio:
+    at = one.elevation_deg
+    inside = (at >= low) & (at <= high)
+    covered = at[0] <= low + _EDGE_DEG and at[-1] >= high - _EDGE_DEG
+    if not covered:
+        return BandRatio(low, high, None, "not_covered", None, None)
+    if np.any(np.abs(one.scapula_deg[inside]) >= LIMIT_DEG):
+        return BandRatio(low, high, None, "at_limit", None, None)
+    scapula, joint = (
+        float(np.polyfit(at[inside], part[inside], 1)[0]) * (high - low) for part in (one.scapula_deg, one.joint_deg)
+    )
+    reason = _why_none(scapula, joint, high - low)
+    return BandRatio(low, high, None if reason else joint / scapula, reason, scapula, joint)
+
+
+def _why_none(scapula_deg: float, joint_deg: float, band_deg: float) -> NoRatio | None:
+    if abs(scapula_deg) < LEAST_SCAPULA_DEG * np.sqrt(band_deg / LEAST_PASS_DEG):
+        return "scapula_still"
+    if scapula_deg < 0:
+        return "scapula_reversed"
+    return "joint_reversed" if joint_deg < 0 else None

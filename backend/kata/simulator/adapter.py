@@ -1,0 +1,26 @@
+"""The latency of the adapter between computer and bus, as of a USB serial adapter."""
+
+import random
+from dataclasses import dataclass, field
+from typing import Final
+
+_BURST_NS: Final = 1_000_000
+"""Bytes that leave within this time of the bytes before them are equally late."""
+
+
+@dataclass
+class AdapterLatency:
+    """How late the computer receives the drives' bytes: a fixed time, and up to ``jitter_ms`` more for each request."""
+
+    fixed_ms: float = 0.0
+    jitter_ms: float = 0.0
+    _random: random.Random = field(default_factory=lambda: random.Random(0))
+    _left_ns: int = 0
+    _late_ns: int = 0
+
+    def arrival_ns(self, left_ns: int) -> int:
+        """Return when the bytes that left a drive at ``left_ns`` arrive."""
+        if left_ns - self._left_ns > _BURST_NS:
+            self._late_ns = int((self.fixed_ms + self._random.random() * self.jitter_ms) * 1e6)
+        self._left_ns = left_ns
+        return left_ns + self._late_ns

@@ -1,0 +1,97 @@
+"""Motors from their data sheets, and the documented position control of an X-series servo in front of them.
+
+Source of the control: ROBOTIS e-manual, X series, "Position PID Gain": ``K_P = P / 128``, ``K_I = I / 65536``, ``K_D = D / 16`` on the
+position error in pulses; the output is a PWM of 885 units at full voltage (0.113 % each). The manual states neither the control period
+nor what the D term differentiates nor its anti-windup gain. Assumed: 1 ms, the measured position, and an integral that holds while the
+output is limited in the integral's direction.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from kata.simulator.parameters import COUNTS_A_TURN, NM_AN_AMPERE, RESISTANCE_OHM
+
+FULL_PWM: Final = 885
+"""Largest PWM, register 36."""
+CONTROL_PERIOD_S: Final = 0.001
+"""Assumed, see above."""
+_PULSES_A_RAD: Final = COUNTS_A_TURN / math.tau
+_P, _I, _D = 128, 65_536, 16
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A geared DC motor as felt at its output shaft."""
+
+    nm_an_ampere: float
+    v_s_a_rad: float
+    """Back-EMF: the supply's voltage over the no-load speed."""
+    resistance_ohm: float
+    backlash_deg: float | None
+    """None: no data sheet gives it."""
+
+
+def _from_data_sheet(stall_nm: float, stall_a: float, volts: float, no_load_rpm: float, backlash_deg: float) -> Motor:
+    return Motor(stall_nm / stall_a, volts / (no_load_rpm * math.tau / 60), volts / stall_a, backlash_deg)
+
+
+MOTORS: Final = {
+    # Sun et al. 2025, Table 1. Its resistance and back-EMF are derived, see kata.simulator.parameters.
+    "PX-320": Motor(NM_AN_AMPERE, NM_AN_AMPERE, RESISTANCE_OHM, None),
+    # ROBOTIS e-manual, pages of the models: stall torque and current, voltage, no-load speed, backlash.
+    "XH540-V270": _from_data_sheet(9.2, 2.4, 24.0, 34.0, 0.25),
+    "XH540-V150": _from_data_sheet(6.4, 2.4, 24.0, 60.0, 0.25),
+    "XM540-W270": _from_data_sheet(10.6, 4.4, 12.0, 30.0, 0.25),
+    "XM540-W150": _from_data_sheet(7.3, 4.4, 12.0, 53.0, 0.25),
+}
+"""By model name; the X series includes its gear of 272.5 : 1 or 152.3 : 1."""
+
+
+@dataclass(frozen=True)
+class PositionGains:
+    """Registers 84, 82 and 80 of a servo."""
+
+    p: float
+    i: float
+    d: float
+
+
+class PositionControl:
+    """Position PID of one servo and its motor. It calculates torque; it holds no registers and moves nothing."""
+
+    def __init__(self, motor: Motor) -> None:
+        self.motor = motor
+        self.pwm = 0.0
+        """Present PWM, -885 to 885."""
+        self.current_a = 0.0
+        self._sum_pulses = 0.0
+
+    def reset(self) -> None:
+        """Forget the integral, as when torque is switched on."""
+        self._sum_pulses = self.pwm = self.current_a = 0.0
+
+    def step(
+        self, gains: PositionGains, goal_rad: float, angle_rad: float, speed_rad_s: float, supply: tuple[float, float]
+    ) -> float:
+        """Advance by one control period; return the torque at the shaft, Nm.
+
+        :param angle_rad: true angle; the servo measures it in whole pulses.
+        :param supply: volts at full PWM and the current limit in amperes.
+        """
+        volts, limit_a = supply
+        pulses = _PULSES_A_RAD
+        error = goal_rad * pulses - (angle_rad * pulses + 0.5) // 1.0
+        pwm = (
+            gains.p / _P * error
+            + gains.i / _I * self._sum_pulses
+            - gains.d / _D * (speed_rad_s * pulses * CONTROL_PERIOD_S)
+        )
+        limited = max(-FULL_PWM, min(FULL_PWM, pwm))
+        motor = self.motor
+        wanted_a = (limited / FULL_PWM * volts - motor.v_s_a_rad * speed_rad_s) / motor.resistance_ohm
+        current = max(-limit_a, min(limit_a, wanted_a))
+        if (limited == pwm and current == wanted_a) or error * current < 0.0:
+            self._sum_pulses += error
+        self.pwm, self.current_a = limited, current
+        return motor.nm_an_ampere * current

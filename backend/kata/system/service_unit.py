@@ -1,0 +1,169 @@
+"""A service of Kata under systemd: its settings, its start and stop, and its answers about its health."""
+
+import json
+import os
+import pwd
+import shlex
+import shutil
+import ssl
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from http.client import HTTPException
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any, Final
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+from kata.settings import Settings
+
+_ANSWER_LIMIT_S: Final = 10.0
+_POLL_S: Final = 0.2
+_SETTING: Final = "KATA_"
+_BUSY: Final = ("station_occupied", "session_open")
+"""Codes of the service's refusal to be stopped."""
+
+
+class UnitError(Exception):
+    """A service cannot be stopped, started or asked. The message says why."""
+
+
+class BusyError(UnitError):
+    """The service must not be stopped: its motors have torque, or a session is open."""
+
+
+class ServiceUnit:
+    """One service on this computer, by the name of its unit."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def stop(self) -> None:
+        """Stop the service and wait for its end. The device process ramps down, and its journals are imported.
+
+        :raises UnitError: when systemd refuses.
+        """
+        self._systemctl("stop", self.name)
+
+    def start(self) -> None:
+        """Start the service. Return when it runs or has failed; :meth:`wait_until_ready` tells which."""
+        with suppress(UnitError):
+            self._systemctl("start", self.name)
+
+    @property
+    def has_ended(self) -> bool:
+        """True if the service does not run, and systemd does not start it again."""
+        # The status of the command is not 0 for a service that does not run.
+        return self._systemctl("show", self.name, "--property=ActiveState", "--value").strip() in ("inactive", "failed")
+
+    def check_idle(self) -> None:
+        """Return if the service reports that it may be stopped.
+
+        :raises BusyError: while torque is on or a session is open.
+        :raises UnitError: without an answer of the service or of its database.
+        """
+        status, answer = self._ask("/health/idle")
+        if status != 200:
+            why = f"{answer.get('detail', status)} {answer.get('next_step', '')}".strip()
+            kind = BusyError if answer.get("code") in _BUSY else UnitError
+            raise kind(f"The service {self.name} must not be stopped now: {why}")
+
+    def wait_until_ready(self, version: str, within_s: float) -> None:
+        """Return when the service of this version answers that a session can begin.
+
+        :raises UnitError: when it does not within this time.
+        """
+        limit, last = time.monotonic() + within_s, "no answer"
+        while time.monotonic() < limit:
+            try:
+                status, answer = self._ask("/health/ready")
+            except UnitError as error:
+                last = str(error)
+            else:
+                if status == 200 and answer.get("version") == version:
+                    return
+                last = str(answer.get("detail") or f"version {answer.get('version')}")
+            if self.has_ended:
+                raise UnitError(f"The service {self.name} has ended; its log says why.")
+            time.sleep(_POLL_S)
+        raise UnitError(f"The service {self.name} was not ready with version {version} within {within_s:.0f} s: {last}")
+
+    def run(self, command: Sequence[str | Path]) -> None:
+        """Run a command with the service's user and settings.
+
+        :raises UnitError: when it fails; the message has its last lines.
+        """
+        try:
+            user = self._property("User") if os.geteuid() == 0 else ""
+            group = pwd.getpwnam(user).pw_gid if user else None
+            done = subprocess.run(
+                command, env=self._environment, cwd="/", user=user or None, group=group, extra_groups=[] if user else None,
+                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+            )  # fmt: skip
+        except (OSError, LookupError) as error:
+            raise UnitError(f"{command[0]} cannot be run: {error}") from error
+        if done.returncode != 0:
+            raise UnitError(f"{shlex.join(map(str, command))}: {done.stdout.strip()[-2000:]}")
+
+    @cached_property
+    def settings(self) -> Settings:
+        """Return the service's settings."""
+        given = {name.removeprefix(_SETTING).lower(): value for name, value in self._environment.items() if value}
+        known: dict[str, Any] = {name: given[name] for name in Settings.model_fields if name in given}
+        return Settings(**known)
+
+    @cached_property
+    def _environment(self) -> Mapping[str, str]:
+        """Return the environment of the unit, in addition to this command's."""
+        environment = dict(os.environ)
+        environment |= _assignments(shlex.split(self._property("Environment")))
+        # Each file is followed by its options: "/etc/kata/environment (ignore_errors=yes)".
+        for line in self._property("EnvironmentFiles").splitlines():
+            file = Path(line.partition(" (")[0])
+            if file.is_file():
+                environment |= _assignments(shlex.split(file.read_text(), comments=True))
+        return environment
+
+    def _property(self, name: str) -> str:
+        return self._systemctl("show", self.name, f"--property={name}", "--value").strip()
+
+    def _systemctl(self, *arguments: str) -> str:
+        try:
+            program = shutil.which("systemctl") or "systemctl"
+            done = subprocess.run([program, *arguments], capture_output=True, text=True, check=False)
+        except OSError as error:
+            raise UnitError(f"systemctl cannot be run: {error.strerror}") from error
+        if done.returncode != 0:
+            raise UnitError(f"systemctl {' '.join(arguments)}: {done.stderr.strip()}")
+        return done.stdout
+
+    def _ask(self, path: str) -> tuple[int, dict[str, Any]]:
+        """Return status and body of the service's answer."""
+        # Nothing secret is sent, and the certificate is for the names that browsers use.
+        context = ssl.create_default_context()
+        context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+        request = Request(f"{self._address()}{path}")  # noqa: S310 - http and https only
+        try:
+            with urlopen(request, timeout=_ANSWER_LIMIT_S, context=context) as answer:  # noqa: S310
+                return answer.status, json.load(answer)
+        except HTTPError as error:
+            try:
+                return error.code, json.loads(error.read())
+            except ValueError:
+                return error.code, {}
+        except (OSError, HTTPException, ValueError) as error:
+            raise UnitError(f"The service {self.name} does not answer at {self._address()}: {error}.") from error
+
+    def _address(self) -> str:
+        host = ip_address(self.settings.host)
+        reached = {4: "127.0.0.1", 6: "[::1]"}[host.version] if host.is_unspecified else self.settings.host
+        if ":" in reached and not reached.startswith("["):
+            reached = f"[{reached}]"
+        return f"{'https' if self.settings.encrypted else 'http'}://{reached}:{self.settings.port}"
+
+
+def _assignments(words: Sequence[str]) -> dict[str, str]:
+    return {name: value for name, equals, value in (word.partition("=") for word in words) if equals}

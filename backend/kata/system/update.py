@@ -1,0 +1,363 @@
+"""``kata update``: replace this version by another one, and go back automatically when that one does not become ready.
+
+Versions are folders beside each other. The services start through one symbolic link, which is replaced as a whole:
+
+    /opt/kata/current -> versions/1.0.0
+    /opt/kata/versions/1.0.0, /opt/kata/versions/1.1.0
+    /opt/kata/update/state.json     while an update is not finished
+
+The state is on disk before each step, and each step can be repeated. After a power cut the link and the database belong to one version,
+and :meth:`Update.resume` finishes the update or undoes it.
+"""
+
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final, Literal, get_args
+
+import msgspec
+
+from kata.system.service_unit import BusyError, ServiceUnit, UnitError
+from kata.system.sync import sync_folder
+from kata.system.update_bundle import read_manifest, unpack_bundle
+
+_VERSIONS: Final = "versions"
+_LINK: Final = "current"
+_COMPLETE: Final = "complete"
+"""File in a version's folder when everything is installed."""
+_WHEELS: Final = "wheels-"
+_DISK_SPACE_FACTOR: Final = 5
+"""Required disk space as a multiple of the bundle: the wheels, unpacked files and compiled modules."""
+_READABLE: Final = 0o022
+"""File mode creation mask of an installation: the services' users read it. Other files of Kata are private."""
+_CLEAN: Final = {"PIP_CONFIG_FILE": os.devnull, "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+
+Step = Literal[
+    "install", "backup", "stop", "save", "switch", "start", "back_stop", "back_data", "back_link", "back_start"
+]
+"""The steps of an update in their order, and those that undo it in theirs."""
+_FORWARD: Final = get_args(Step)[:6]
+_BACK: Final = get_args(Step)[6:]
+
+
+class UpdateError(Exception):
+    """An update was refused, undone or not finished. The message says which, why, and what to do."""
+
+
+class UpdateState(
+    msgspec.Struct, frozen=True, tag_field="format", tag="kata-update-state/1", rename={"old": "from", "new": "to"}
+):
+    """An update that is not finished."""
+
+    old: str
+    new: str
+    units: list[str]
+    step: Step
+    """The step that runs, or ran when the update was interrupted."""
+    keep: bool = False
+    """The new version's folder stays when the update is undone: another program has installed it."""
+    saved: bool = False
+    """The data of before the update was saved."""
+    reason: str = ""
+    """Why the update is undone."""
+
+
+class Update:
+    """Updates the installation in one folder, and all services that run from it."""
+
+    def __init__(self, root: Path, units: Sequence[str], ready_within_s: float, say: Callable[[str], None]) -> None:
+        """:param say: prints a sentence about the progress."""
+        self._root, self._ready_within_s, self._say = root, ready_within_s, say
+        self._units = [ServiceUnit(name) for name in units]
+        self._state_file = root / "update" / "state.json"
+        self._steps: dict[Step, Callable[[UpdateState], UpdateState | None]] = {
+            "backup": self._back_up,
+            "stop": self._stop_idle,
+            "save": self._save_data,
+            "switch": lambda state: self._link(state.new),
+            "start": lambda state: self._start(state.new),
+            "back_stop": self._stop_failed,
+            "back_data": self._put_data_back,
+            "back_link": lambda state: self._link(state.old),
+            "back_start": lambda state: self._start(state.old),
+        }
+
+    def run(self, bundle: Path, public_key: Path) -> str:
+        """Update to the bundle's version, and return it. An interrupted update is finished or undone first.
+
+        :raises UpdateError: when the update is refused or undone.
+        :raises BundleError: when the bundle is not signed with the key.
+        :raises OSError: when a file cannot be read or written.
+        """
+        with self._alone():
+            resumed = self._resume()
+            manifest = read_manifest(bundle, public_key)
+            if resumed and self.current == manifest.version:
+                return manifest.version
+            self._check_newer(manifest.version)
+            self._check_disk_space(bundle)
+            self._check_idle()
+            state = UpdateState(self.current, manifest.version, [unit.name for unit in self._units], "install")
+            self._write(state)
+            try:
+                self._install(bundle, public_key, state.new)
+            except BaseException:
+                self._abandon(state)
+                raise
+            self._continue(state, "backup")
+            return state.new
+
+    def run_installed(self, version: str) -> str:
+        """Update to a version that is already installed beside this one, as by the Debian package, and return it.
+
+        :raises UpdateError: when the update is refused or undone.
+        :raises OSError: when a file cannot be read or written.
+        """
+        with self._alone():
+            self._resume()
+            if self.current == version:
+                return version
+            self._check_newer(version)
+            if not (self._version_folder(version) / _COMPLETE).exists():
+                raise UpdateError(f"The version {version} is not installed completely in {self._root}.")
+            self._check_idle()
+            state = UpdateState(self.current, version, [unit.name for unit in self._units], "backup", keep=True)
+            self._continue(state, "backup")
+            return version
+
+    def resume(self) -> str:
+        """Finish or undo an interrupted update, and return the version that is in use.
+
+        :raises UpdateError: when it had to be undone, or cannot be finished yet.
+        """
+        with self._alone():
+            self._resume()
+            return self.current
+
+    @property
+    def current(self) -> str:
+        """Return the version that the link names."""
+        return (self._root / _LINK).readlink().name
+
+    def _resume(self) -> bool:
+        """Finish or undo an interrupted update. Return whether there was one."""
+        state = self._read()
+        if state is None:
+            return False
+        self._units = [ServiceUnit(name) for name in state.units]
+        self._say(f"The update from {state.old} to {state.new} was interrupted in its step {state.step}.")
+        if state.step == "install":
+            self._abandon(state)
+            return True
+        # A restart of the computer may have started the services, and users may have worked since: what was saved is then too old.
+        begin: Step = "stop" if state.step in ("save", "switch") else _BACK[0] if state.step in _BACK else state.step
+        self._continue(state, begin)
+        return True
+
+    def _continue(self, state: UpdateState, begin: Step) -> None:
+        """Do the steps from ``begin`` on. A forward step that fails is followed by the steps that undo it."""
+        if begin in _FORWARD:
+            for step in _FORWARD[_FORWARD.index(begin) :]:
+                try:
+                    state = self._do(state, step)
+                except (UnitError, OSError) as error:
+                    state = msgspec.structs.replace(state, reason=str(error))
+                    self._say(f"Going back to {state.old}: {error}")
+                    break
+            else:
+                self._finish(state)
+                return
+        try:
+            for step in _BACK:
+                state = self._do(state, step)
+        except (UnitError, OSError) as error:
+            for unit in self._units:
+                unit.start()
+            raise UpdateError(
+                f"{error}\nThe update is not undone completely. Repair this, then: {self._kata(state.old)} update --resume"
+            ) from error
+        self._abandon(state)
+        raise UpdateError(f"The update to {state.new} was undone; {state.old} is in use. {state.reason}")
+
+    def _do(self, state: UpdateState, step: Step) -> UpdateState:
+        """Write the state, do the step, and return the new state."""
+        state = msgspec.structs.replace(state, step=step)
+        self._write(state)
+        return self._steps[step](state) or state
+
+    # -- steps ----------------------------------------------------------------------------------------------------
+
+    def _install(self, bundle: Path, public_key: Path, version: str) -> None:
+        """Install the bundle's wheels into an environment of their own."""
+        self._say(f"Installing {version} ...")
+        folder = self._version_folder(version)
+        if folder.exists():
+            shutil.rmtree(folder)
+        for leftover in self._state_file.parent.glob(f"{_WHEELS}*"):
+            shutil.rmtree(leftover)
+        with TemporaryDirectory(prefix=_WHEELS, dir=self._state_file.parent) as wheels:
+            unpacked = unpack_bundle(bundle, public_key, Path(wheels))
+            _run([sys.executable, "-m", "venv", folder])
+            pip: list[str | Path] = [folder / "bin/python", "-m", "pip", "--quiet"]
+            _run([*pip, "install", "--no-index", "--no-deps", *unpacked])
+            _run([*pip, "check"])
+        if (found := _run([folder / "bin/kata", "--version"])) != f"kata {version}":
+            raise UpdateError(f"The bundle of {version} contains {found}.")
+        # The files are on the disk before they count as complete.
+        os.sync()
+        (folder / _COMPLETE).touch()
+        sync_folder(folder)
+
+    def _back_up(self, state: UpdateState) -> None:
+        self._say("Making a backup ...")
+        for unit in self._units:
+            unit.run([self._kata(state.old), "backup"])
+
+    def _stop_idle(self, state: UpdateState) -> None:
+        for unit in self._units:
+            if not unit.has_ended:
+                unit.check_idle()
+            self._say(f"Stopping {unit.name} ...")
+            unit.stop()
+
+    def _save_data(self, state: UpdateState) -> UpdateState:
+        for unit in self._units:
+            unit.run([self._kata(state.old), "data-before-update", "save"])
+        return msgspec.structs.replace(state, saved=True)
+
+    def _stop_failed(self, state: UpdateState) -> None:
+        """Stop the services, unless one of them moves an arm or has an open session. One that does not answer is stopped."""
+        for unit in self._units:
+            try:
+                unit.check_idle()
+            except BusyError:
+                raise
+            except UnitError:
+                pass
+        for unit in self._units:
+            unit.stop()
+
+    def _put_data_back(self, state: UpdateState) -> None:
+        for unit in self._units if state.saved else ():
+            unit.run([self._kata(state.old), "data-before-update", "put-back"])
+
+    def _start(self, version: str) -> None:
+        """Start the services one after another."""
+        for unit in self._units:
+            self._say(f"Starting {unit.name} with {version} ...")
+            unit.start()
+            unit.wait_until_ready(version, self._ready_within_s)
+
+    def _link(self, version: str) -> None:
+        """Let the link name a version. A reader finds the former version or this one."""
+        if not (self._version_folder(version) / _COMPLETE).exists():
+            raise OSError(f"The version {version} is not installed completely in {self._root}.")
+        made = self._root / f"{_LINK}.new"
+        made.unlink(missing_ok=True)
+        made.symlink_to(Path(_VERSIONS) / version)
+        made.replace(self._root / _LINK)
+        sync_folder(self._root)
+
+    # -- ends -----------------------------------------------------------------------------------------------------
+
+    def _finish(self, state: UpdateState) -> None:
+        """Forget the update, and delete the versions before the former one."""
+        self._state_file.unlink()
+        for folder in (self._root / _VERSIONS).iterdir():
+            if folder.name not in (state.old, state.new):
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _abandon(self, state: UpdateState) -> None:
+        """Delete the new version if it is not in use, and forget the update."""
+        if self.current != state.new and not state.keep:
+            shutil.rmtree(self._version_folder(state.new), ignore_errors=True)
+        self._state_file.unlink(missing_ok=True)
+
+    # -- helpers --------------------------------------------------------------------------------------------------
+
+    def _check_newer(self, version: str) -> None:
+        if _numbers(version) <= _numbers(self.current):
+            raise UpdateError(
+                f"The bundle has version {version}, and {self.current} is in use. Only a newer version can be installed."
+            )
+
+    def _check_disk_space(self, bundle: Path) -> None:
+        free, wanted = shutil.disk_usage(self._root).free, _DISK_SPACE_FACTOR * bundle.stat().st_size
+        if free < wanted:
+            raise UpdateError(
+                f"The update needs {wanted / 1e6:.0f} MB in {self._root}, and {free / 1e6:.0f} MB are free."
+            )
+
+    def _check_idle(self) -> None:
+        try:
+            for unit in self._units:
+                unit.check_idle()
+        except UnitError as error:
+            raise UpdateError(f"{error} Nothing was changed.") from error
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Allow one update at a time."""
+        self._state_file.parent.mkdir(exist_ok=True)
+        with (self._state_file.parent / "lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise UpdateError("Another update is running.") from error
+            yield
+
+    def _read(self) -> UpdateState | None:
+        try:
+            return msgspec.json.decode(self._state_file.read_bytes(), type=UpdateState)
+        except FileNotFoundError:
+            return None
+        except msgspec.MsgspecError as error:
+            raise UpdateError(f"This version cannot read {self._state_file}: {error}.") from error
+
+    def _write(self, state: UpdateState) -> None:
+        """Replace the state, which is then on the disk."""
+        made = self._state_file.with_suffix(".new")
+        with made.open("wb") as file:
+            file.write(msgspec.json.encode(state))
+            file.flush()
+            os.fsync(file.fileno())
+        made.replace(self._state_file)
+        sync_folder(made.parent)
+
+    def _version_folder(self, version: str) -> Path:
+        return self._root / _VERSIONS / version
+
+    def _kata(self, version: str) -> Path:
+        return self._version_folder(version) / "bin" / "kata"
+
+
+def root_of(prefix: Path) -> Path | None:
+    """Return the folder of the installation that the environment ``prefix`` is a version of, None for another installation."""
+    folder = prefix.resolve()
+    return folder.parents[1] if folder.parent.name == _VERSIONS else None
+
+
+def _run(command: Sequence[str | Path]) -> str:
+    """Run a command of the installation and return its output.
+
+    :raises UpdateError: when it fails.
+    """
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PIP_", "PYTHON"))}
+    done = subprocess.run(
+        command, env=environment | _CLEAN, umask=_READABLE, capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise UpdateError(
+            f"{command[0]} failed, and nothing was changed: {(done.stderr or done.stdout).strip()[-2000:]}"
+        )
+    return done.stdout.strip()
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in version.split("."))

@@ -1,0 +1,143 @@
+"""The simulated apparatus under a stepped clock, with a record of what its drives accepted."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+
+from kata.device.config import Inputs, StationConfig, simulated
+from kata.evaluation import world
+from kata.simulator.drives import MakeDrives
+from kata.simulator.fault_injector import FaultKind, SimulatedFault
+from kata.simulator.mechanics import MakeMechanics
+from kata.simulator.plant import Plant
+from kata.simulator.servos import Servo
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A value that a drive has accepted: a goal in degrees, or torque 1 or 0."""
+
+    t_ns: int
+    motor: int
+    what: Literal["goal", "torque"]
+    value: float
+
+
+class _LossyLine(world.MemoryLine):
+    """A line on which requests can be lost."""
+
+    def __init__(self, lossy: "RecordingWorld", baud: int) -> None:
+        super().__init__(lossy, baud)
+        self._lossy = lossy
+
+    def send(self, data: bytes) -> None:
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
+        if not self._lossy.loses_this():
+            super().send(data)
+
+
+class RecordingWorld(world.World):
+    """The apparatus behind the serial port, with a record of accepted values."""
+
+    def __init__(
+        self,
+        protocol: str = "dynamixel",
+        *,
+        seed: int | None = None,
+        make_drives: MakeDrives | None = None,
+        make_mechanics: MakeMechanics = Plant,
+        **settings: object,
+    ) -> None:
+        """``make_drives``: simulated drives of a protocol that the simulator does not have. ``make_mechanics``: makes the
+        simulated mechanics. ``settings``: fields of the station's configuration.
+        """
+        # There is no kernel in between, and the long time-outs for a pseudo-terminal would hide silent drives.
+        cycle_hz = settings.get("cycle_hz", 100)
+        assert isinstance(cycle_hz, int)
+        age_cycles = min(10, 3 * cycle_hz // 10)
+        patience = {"silence_ms": 100, "inputs": Inputs(max_age_cycles=age_cycles, estop_second_port=3)}
+        config = msgspec.structs.replace(simulated("memory"), protocol=protocol, **{**patience, **settings})
+        self._begin(config, seed, make_drives, make_mechanics)
+
+    @classmethod
+    def of(cls, config: StationConfig, seed: int | None = None) -> "RecordingWorld":
+        """Return an apparatus for a configuration, with encoders mounted accordingly."""
+        made = cls.__new__(cls)
+        made._begin(config, seed)
+        return made
+
+    def _begin(
+        self,
+        config: StationConfig,
+        seed: int | None,
+        make_drives: MakeDrives | None = None,
+        make_mechanics: MakeMechanics = Plant,
+    ) -> None:
+        super().__init__(config, seed, self._saw, make_drives=make_drives, make_mechanics=make_mechanics)
+        for drive, axis in zip(self.drives, config.axes, strict=True):
+            if isinstance(drive, Servo) and axis.zero_count is not None:
+                drive.mount(axis.zero_count)
+        self.seen: list[Seen] = []
+        self._lost = [0, 0]
+        """Number of requests that still pass, and number of lost requests after them."""
+
+    def open_transport(self, port: str, baud: int) -> world.MemoryLine:
+        """Open the port; requests that :meth:`lose_requests` names do not reach the drives."""
+        super().open_transport(port, baud)
+        self.opened = _LossyLine(self, baud)
+        return self.opened
+
+    def lose_requests(self, count: int, after: int) -> None:
+        """Let no drive hear ``count`` requests, from the one after the next ``after`` on."""
+        self._lost = [after, count]
+
+    def loses_this(self) -> bool:
+        """Return whether the request that is being sent is lost."""
+        passing, losing = self._lost
+        if passing:
+            self._lost[0] -= 1
+        elif losing:
+            self._lost[1] -= 1
+            return True
+        return False
+
+    def registers(self, motor: int, address: int, length: int) -> bytes:
+        """Return what a drive has in its registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
+        return self.drives[motor - 1].stored(address, length)
+
+    def set_registers(self, motor: int, address: int, data: bytes) -> None:
+        """Change a drive's registers behind the driver's back."""
+        self.drives[motor - 1].store(address, data)
+
+    def place(self, motor: int, angle_deg: float) -> None:
+        """Put a shaft and its arm at an angle, at rest, without torque, as if a hand had guided it."""
+        self.apparatus.place(motor, math.radians(angle_deg))
+
+    def speaks_untruth(self, motor: int) -> bool:
+        """Return True if a fault makes a drive report another angle than its shaft's."""
+        return any(self.faults.has(kind, motor) for kind in ("off", "silent", "frozen", "garbage", "exchanged_id"))
+
+    def fault(self, kind: FaultKind, motor: int | None = None, value: float | None = None) -> None:
+        """Set a fault."""
+        self.faults.fault(SimulatedFault(kind, motor, value))
+
+    def goals(self, motor: int, since_ns: int = 0) -> list[float]:
+        """Return the goals that a drive has accepted, degrees."""
+        return [
+            seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns
+        ]
+
+    @property
+    def torque(self) -> list[bool]:
+        """Return the true torque state of each drive."""
+        return [drive.torque_on for drive in self.apparatus.drives]
+
+    @property
+    def angles_deg(self) -> list[float]:
+        """Return the true angle of each shaft."""
+        return [axis.angle_deg for axis in self.apparatus.state().axes]
+
+    def _saw(self, t_ns: int, motor: int, what: Literal["goal", "torque"], value: float) -> None:
+        self.seen.append(Seen(t_ns, motor, what, value))

@@ -1,0 +1,214 @@
+import "./catalogue";
+import { Alert, Badge, Button, Card, Group, Loader, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { IconHandStop, IconInfoCircle } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useEffect, useRef } from "react";
+import { api, type Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { replaceData } from "../../lib/replaceData";
+import { translateServerText } from "../../lib/serverText";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useHasPermission } from "../auth/hooks";
+import { Responses } from "./Responses";
+import { StepResult, Values } from "./StepResult";
+
+type Run = Schemas["CommissioningRunState"];
+type Step = Schemas["RunStep"];
+
+const KEY = ["commissioning-run"];
+const POLL_MS = 400;
+
+/** The guided procedure: what a step will do, what the technician is asked to do, and its result. */
+export function ProcedureTab() {
+  const queries = useQueryClient();
+  const run = useQuery({
+    queryKey: KEY,
+    queryFn: api.commissioningRun,
+    refetchInterval: (query) => (query.state.data?.running ? POLL_MS : false),
+  });
+  const take = (state: Run) => replaceData(queries, KEY, state);
+  const start = useMutation({ mutationFn: api.startCommissioning, onSuccess: take });
+  const confirm = useMutation({ mutationFn: api.confirmCommissioning, onSuccess: take });
+  const passed = run.data?.passed;
+  useEffect(() => {
+    // A finished procedure has written a record.
+    if (passed === null || passed === undefined) return;
+    for (const key of ["commissionings", "commissioning-status", "station-versions"])
+      void queries.invalidateQueries({ queryKey: [key] });
+  }, [passed, queries]);
+  const state = run.data;
+  return (
+    <Stack>
+      <ProblemNote error={run.error ?? start.error ?? confirm.error} />
+      {run.isPending && <Skeleton h={320} />}
+      {state && (
+        <>
+          <Intro
+            run={state}
+            starting={start.isPending}
+            onStart={(wanted) => {
+              confirm.reset();
+              start.mutate(wanted);
+            }}
+          />
+          {state.instruction && (
+            <Instruction
+              key={state.instruction.number}
+              instruction={state.instruction}
+              practice={state.practice}
+              busy={confirm.isPending}
+              onConfirm={(number) => confirm.mutate(number)}
+            />
+          )}
+          <Steps run={state} />
+        </>
+      )}
+    </Stack>
+  );
+}
+
+/** Says what will happen, starts the procedure, and tells its end. */
+function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["RunStart"]) => void }) {
+  const { run, starting, onStart } = props;
+  const permitted = useHasPermission("commission");
+  const mayStart = permitted && run.possible && !run.running;
+  return (
+    <Card withBorder component="section" aria-label={t("commissioning:run.title")}>
+      <Stack gap="sm">
+        {run.running ? (
+          <Text role="status">
+            {t("commissioning:run.running", { who: run.by })} {t("commissioning:run.stopHint")}
+          </Text>
+        ) : (
+          <Text>{t(run.practice ? "commissioning:run.practice" : "commissioning:run.before")}</Text>
+        )}
+        {!run.possible && <Text fw={600}>{t("commissioning:run.noFile")}</Text>}
+        {run.passed === true && (
+          <Alert color="indigo" variant="light" role="status" data-testid="finished">
+            {t(`commissioning:run.passed.${run.kind}`, { presses: run.presses })}
+          </Alert>
+        )}
+        {run.passed === false && (
+          <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert" data-testid="finished">
+            {t(run.practice ? "commissioning:run.failedPractice" : "commissioning:run.failed")}
+          </Alert>
+        )}
+        {mayStart && (
+          <Group>
+            <Button size="md" loading={starting} onClick={() => onStart({ kind: "full" })}>
+              {t(run.practice ? "commissioning:run.startPractice" : "commissioning:run.start")}
+            </Button>
+            {run.may_check && (
+              <Button
+                size="md"
+                variant="default"
+                loading={starting}
+                onClick={() => onStart({ kind: "check" })}
+              >
+                {t("commissioning:run.startCheck")}
+              </Button>
+            )}
+          </Group>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+/** What the technician is asked to do now. */
+function Instruction(props: {
+  instruction: Schemas["RunInstruction"];
+  practice: boolean;
+  busy: boolean;
+  onConfirm: (number: number) => void;
+}) {
+  const { instruction, practice, busy, onConfirm } = props;
+  const button = useRef<HTMLButtonElement>(null);
+  useEffect(() => button.current?.focus(), []);
+  return (
+    <Card
+      withBorder
+      component="section"
+      aria-label={t("commissioning:run.instruction")}
+      data-testid="instruction"
+      data-number={instruction.number}
+    >
+      <Stack gap="sm" aria-live="assertive">
+        <Group gap="sm" wrap="nowrap">
+          <IconHandStop size={28} aria-hidden />
+          <Text fz="lg" fw={600}>
+            {translateServerText(instruction.text, instruction.text_key)}
+          </Text>
+        </Group>
+        {!instruction.press && <Text size="sm">{t("commissioning:run.seen")}</Text>}
+        {instruction.press && (
+          <Group>
+            <Button ref={button} size="lg" loading={busy} onClick={() => onConfirm(instruction.number)}>
+              {t(practice ? "commissioning:run.doIt" : "commissioning:run.done")}
+            </Button>
+          </Group>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+const COLOURS: Record<Step["state"], string> = {
+  waiting: "gray",
+  running: "indigo",
+  passed: "gray",
+  failed: "grape",
+};
+
+/** All steps in their order, each with its result. */
+function Steps({ run }: { run: Run }) {
+  return (
+    <Stack component="ol" gap="xs" p={0} m={0} data-testid="steps" style={{ listStyle: "none" }}>
+      {run.steps.map((step, place) => (
+        <Card
+          key={step.key}
+          component="li"
+          withBorder
+          padding="sm"
+          data-testid={`step-${step.key}`}
+          data-state={step.state}
+          {...(step.state === "running" && { "aria-current": "step" as const })}
+        >
+          <Group gap="sm" mb={4}>
+            {step.state === "running" && <Loader size="xs" aria-hidden />}
+            <Title order={3} size="h5">
+              {t("commissioning:run.step", {
+                number: place + 1,
+                title: translateServerText(step.title, step.title_key),
+              })}
+            </Title>
+            <Badge
+              variant={step.state === "waiting" ? "outline" : "light"}
+              color={COLOURS[step.state]}
+              tt="none"
+            >
+              {t(`commissioning:run.states.${step.state}`)}
+            </Badge>
+          </Group>
+          <StepDetails step={step} />
+        </Card>
+      ))}
+    </Stack>
+  );
+}
+
+function StepDetails({ step }: { step: Step }) {
+  return (
+    <Stack gap={4}>
+      <Text size="sm">{translateServerText(step.does, step.does_key)}</Text>
+      {step.result && !step.result.passed && <StepResult run={step.result} />}
+      {step.result && step.result.curves.length > 0 && <Responses responses={step.result.curves} />}
+      {step.result && step.result.values.length > 0 && (
+        <details>
+          <summary>{t("commissioning:run.values", { count: step.result.values.length })}</summary>
+          <Values values={step.result.values} />
+        </details>
+      )}
+    </Stack>
+  );
+}

@@ -1,0 +1,230 @@
+import "./catalogue";
+import { Button, Checkbox, Group, NativeSelect, Skeleton, Stack, Table, Text } from "@mantine/core";
+import { IconDownload } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useSearch } from "@tanstack/react-router";
+import { useState } from "react";
+import { api, type Schemas } from "../../lib/api/client";
+import { saveFile } from "../../lib/csv";
+import { formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
+import { ButtonLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
+import { RequirePermission } from "../auth/RequirePermission";
+import { ImportSettings } from "./ImportSettings";
+import { acceptedWords, fieldUnitWords, fieldWords } from "./settingWords";
+
+type Version = Schemas["StationVersion"];
+
+const useSettings = (station: string, number: number | undefined) =>
+  useQuery({
+    queryKey: ["station-settings", station, number],
+    queryFn: () => api.stationSettings(station, number ?? 1),
+    enabled: number !== undefined,
+  });
+
+const choice = ({ number, since }: Version) =>
+  t("commissioning:settings.choice", { number, since: formatMoment(since) });
+
+/** A version of the configuration with units, beside another one; export and import. */
+export function SettingsTab({ station, versions }: { station: string; versions: Version[] }) {
+  const search = useSearch({ from: "/commissioning" });
+  const navigate = useNavigate({ from: "/commissioning" });
+  const newest = versions[0]?.number ?? 1;
+  const number = search.version ?? newest;
+  const settings = useSettings(station, number);
+  const other = useSettings(station, search.other);
+  const chosen = versions.find((version) => version.number === number);
+  const show = (version: number, compared: number | undefined) =>
+    void navigate({ search: { tab: "settings", version, ...(compared && { other: compared }) } });
+  return (
+    <Stack>
+      <Group align="end">
+        <NativeSelect
+          size="md"
+          label={t("commissioning:settings.version")}
+          value={String(number)}
+          onChange={(event) => show(Number(event.currentTarget.value), search.other)}
+          data={versions.map((version) => ({ value: String(version.number), label: choice(version) }))}
+        />
+        <NativeSelect
+          size="md"
+          label={t("commissioning:settings.compare")}
+          value={String(search.other ?? "")}
+          onChange={(event) => show(number, Number(event.currentTarget.value) || undefined)}
+          data={[
+            { value: "", label: t("commissioning:settings.nothing") },
+            ...versions.map((version) => ({ value: String(version.number), label: choice(version) })),
+          ]}
+        />
+        {chosen && (
+          <Button
+            variant="default"
+            size="md"
+            leftSection={<IconDownload size={20} />}
+            onClick={() => saveFile(`${station} ${number}.toml`, chosen.config, "application/toml")}
+          >
+            {t("commissioning:settings.export")}
+          </Button>
+        )}
+      </Group>
+      <ProblemNote error={settings.error ?? other.error} />
+      {settings.isPending && <Skeleton h={320} />}
+      {settings.data && <Fields settings={settings.data} other={search.other ? other.data : undefined} />}
+      <RequirePermission permission="commission">
+        <ImportSettings station={station} />
+      </RequirePermission>
+    </Stack>
+  );
+}
+
+/** Every field; with another version, its value there. */
+function Fields({ settings, other }: Compared) {
+  const [onlyChanges, setOnlyChanges] = useState(true);
+  const rows = comparedRows({ settings, other });
+  const shown = other && onlyChanges ? rows.filter((row) => row.value !== row.before) : rows;
+  return (
+    <Stack gap="xs">
+      {other && (
+        <Checkbox
+          size="md"
+          label={t("commissioning:settings.onlyChanges")}
+          checked={onlyChanges}
+          onChange={(event) => setOnlyChanges(event.currentTarget.checked)}
+        />
+      )}
+      {shown.length === 0 ? (
+        <Text>{t("commissioning:settings.noChanges")}</Text>
+      ) : (
+        <div data-testid="settings">
+          <DataTable
+            name="settings"
+            label={t("commissioning:settings.caption", { number: settings.number })}
+            columns={columnsOf(other?.number)}
+            rows={shown}
+            rowKey={({ name }) => name}
+          />
+        </div>
+      )}
+    </Stack>
+  );
+}
+
+type Row = ReturnType<typeof comparedRows>[number];
+
+/** The columns of the fields. `other`: the number of the version that is compared. */
+function columnsOf(other: number | undefined): Column<Row>[] {
+  const before: Column<Row> = {
+    key: "before",
+    head: t("commissioning:settings.other", { number: other ?? 0 }),
+    right: true,
+    value: (row) => row.before,
+    cell: (row) => <FileText text={row.before} />,
+  };
+  return [
+    {
+      key: "field",
+      head: t("commissioning:settings.field"),
+      always: true,
+      value: (row) => row.name,
+      cell: (row) => (
+        <>
+          {fieldWords(row.name)} <FileText text={row.name} small />
+        </>
+      ),
+    },
+    {
+      key: "value",
+      head: t("commissioning:settings.value"),
+      right: true,
+      always: true,
+      value: (row) => row.value,
+      cell: (row) => <FileText text={row.value} bold={other !== undefined && row.value !== row.before} />,
+    },
+    ...(other === undefined ? [] : [before]),
+    {
+      key: "unit",
+      head: t("commissioning:settings.unit"),
+      value: fieldUnitWords,
+      cell: fieldUnitWords,
+    },
+    {
+      key: "accepted",
+      head: t("commissioning:settings.accepted"),
+      value: (row) => acceptedWords(row.accepted),
+      cell: (row) => acceptedWords(row.accepted),
+    },
+  ];
+}
+
+/** A name or a value as the station's file has it, which no language changes. */
+function FileText({ text, bold = false, small = false }: { text: string; bold?: boolean; small?: boolean }) {
+  return (
+    <Text
+      component="code"
+      ff="monospace"
+      translate="no"
+      {...(small ? { size: "xs", c: "dimmed" } : { size: "sm" })}
+      {...(bold && { fw: 700 })}
+      style={{ overflowWrap: "anywhere" }}
+    >
+      {text || "–"}
+    </Text>
+  );
+}
+
+type Compared = { settings: Schemas["StationSettings"]; other: Schemas["StationSettings"] | undefined };
+
+/** The fields of both versions; `before` is the value of the other one. */
+export function comparedRows({ settings, other }: Compared) {
+  const before = new Map(other?.fields.map((field) => [field.name, field]));
+  const own = settings.fields.map((field) => ({ ...field, before: before.get(field.name)?.value ?? "" }));
+  const names = new Set(own.map((field) => field.name));
+  const gone = (other?.fields ?? []).filter((field) => !names.has(field.name));
+  return [...own, ...gone.map((field) => ({ ...field, before: field.value, value: "" }))];
+}
+
+/** Who changed the configuration, and when. */
+export function HistoryTab({ versions }: { versions: Version[] }) {
+  return (
+    <Table.ScrollContainer minWidth={600}>
+      <Table verticalSpacing="xs" data-testid="history" aria-label={t("commissioning:page.history")}>
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th>{t("commissioning:history.number")}</Table.Th>
+            <Table.Th>{t("commissioning:history.since")}</Table.Th>
+            <Table.Th>{t("commissioning:history.who")}</Table.Th>
+            <Table.Th>{t("commissioning:history.software")}</Table.Th>
+            <Table.Th>{t("commissioning:history.what")}</Table.Th>
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {versions.map((version) => (
+            <Table.Tr key={version.number}>
+              <Table.Td>{version.number}</Table.Td>
+              <Table.Td>{formatMoment(version.since)}</Table.Td>
+              <Table.Td>{version.changed_by || t("commissioning:history.file")}</Table.Td>
+              <Table.Td>{version.software}</Table.Td>
+              <Table.Td>
+                {version.number > 1 ? (
+                  <ButtonLink
+                    to="/commissioning"
+                    search={{ tab: "settings", version: version.number, other: version.number - 1 }}
+                    variant="default"
+                    size="sm"
+                  >
+                    {t("commissioning:history.show")}
+                  </ButtonLink>
+                ) : (
+                  t("commissioning:history.first")
+                )}
+              </Table.Td>
+            </Table.Tr>
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}

@@ -1,0 +1,57 @@
+import "./catalogue";
+import { Badge, Table, Text } from "@mantine/core";
+import type { Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import { recordedWords } from "./settingWords";
+
+type Result = { passed: boolean; fault: string; fault_key?: Schemas["TextKey"] | null };
+
+/** Whether a step or a record has passed, else its fault, in words. */
+export const resultWords = ({ passed, fault, fault_key }: Result): string =>
+  passed
+    ? t("commissioning:records.passed")
+    : t("commissioning:records.failed", { fault: translateServerText(fault, fault_key) });
+
+/** The same, to be seen. */
+export function StepResult({ run }: { run: Result }) {
+  if (!run.passed) return <Text fw={600}>{resultWords(run)}</Text>;
+  return (
+    <Badge variant="light" color="gray" tt="none">
+      {resultWords(run)}
+    </Badge>
+  );
+}
+
+const STEPS: Partial<{ [step: string]: string }> = t("commissioning:steps", { returnObjects: true });
+/** The name of a step. */
+export const stepName = (step: string) => STEPS[step] ?? step;
+
+const recordedValue = (value: number | string | null) =>
+  typeof value === "string" ? recordedWords(value) : (value ?? "–");
+
+/** The values of a step before and after. */
+export function Values({ values }: { values: Schemas["CommissioningValue"][] }) {
+  return (
+    <Table verticalSpacing={2} fz="sm">
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>{t("commissioning:steps.motor")}</Table.Th>
+          <Table.Th>{t("commissioning:steps.value")}</Table.Th>
+          <Table.Th ta="right">{t("commissioning:steps.before")}</Table.Th>
+          <Table.Th ta="right">{t("commissioning:steps.after")}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {values.map((value) => (
+          <Table.Tr key={`${value.motor} ${value.name}`}>
+            <Table.Td>{value.motor || "–"}</Table.Td>
+            <Table.Td>{recordedWords(value.name)}</Table.Td>
+            <Table.Td ta="right">{recordedValue(value.before)}</Table.Td>
+            <Table.Td ta="right">{recordedValue(value.after)}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}

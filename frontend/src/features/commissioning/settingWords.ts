@@ -1,0 +1,62 @@
+import "./catalogue";
+import i18next from "i18next";
+import type { Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { LANGUAGE } from "../../lib/language";
+
+type Names = Partial<{ [name: string]: string }>;
+
+// As they are: i18next would take a colon in a key for the end of a namespace.
+const {
+  fields: FIELDS,
+  units: UNITS,
+  values: VALUES,
+}: Record<"fields" | "units" | "values", Names> = i18next.getResourceBundle(LANGUAGE, "commissioning");
+const NUMBER = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10 });
+
+/** What a field of the station's file means. `name`: as in the file, for example `axes[1].lag_s`. */
+export const fieldWords = (name: string): string =>
+  FIELDS[name.replace(/\[\d\]/, "")] ?? FIELDS[name.split(".")[0] ?? ""] ?? "";
+
+/** A unit of the station's file in the user's language. */
+export const unitWords = (unit: string): string => UNITS[unit] ?? unit;
+
+/** The unit of a field; of a number without one, that it has none. */
+export const fieldUnitWords = ({ unit, accepted }: Schemas["SettingField"]): string =>
+  unit || !accepted ? unitWords(unit) : t("commissioning:ranges.noUnit");
+
+/** The values that a field accepts, without its unit; empty for a text. */
+export function acceptedWords(accepted: Schemas["AcceptedValues"] | null): string {
+  if (!accepted) return "";
+  const { low, high, choices, step, none } = accepted;
+  let values: string = t("commissioning:ranges.span", { low: NUMBER.format(low), high: NUMBER.format(high) });
+  if (choices.length > 0)
+    values = t("commissioning:ranges.choices", {
+      choices: choices.map((one) => NUMBER.format(one)).join(", "),
+    });
+  if (step !== null) values = t("commissioning:ranges.steps", { values, step });
+  return none === null ? values : t("commissioning:ranges.orNone", { values, none });
+}
+
+/** The templates of the names that records contain: `{load}` stands for a part that differs. */
+const TEMPLATES = Object.entries(VALUES).map(([template, words = ""]) => ({
+  pattern: new RegExp(`^${escaped(template).replace(/\\\{\w+\\\}/g, "(.+)")}$`),
+  places: [...template.matchAll(/\{(\w+)\}/g)].map(([place]) => place),
+  words,
+}));
+
+/** The name of a recorded value, or a recorded text, in the user's language. Names of later versions stay as they are. */
+export function recordedWords(name: string): string {
+  for (const { pattern, places, words } of TEMPLATES) {
+    const parts = pattern.exec(name)?.slice(1);
+    if (parts)
+      return places.reduce((text, place, n) => text.replace(place, partWords(parts[n] ?? "")), words);
+  }
+  return name;
+}
+
+const partWords = (part: string): string => VALUES[part] ?? part;
+
+function escaped(text: string): string {
+  return text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
+}

@@ -1,0 +1,90 @@
+import { Grid, Group, SimpleGrid, Stack, Text, Title } from "@mantine/core";
+import { useRouter } from "@tanstack/react-router";
+import { useEffect, useSyncExternalStore } from "react";
+import { useTitle } from "../../app/title";
+import { formatDayOf } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { useDatabaseUnavailable } from "../../lib/offline";
+import { ButtonLink, PageLink } from "../../ui/links";
+import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
+import { AlarmFrame } from "../alarms/Alarms";
+import { useHasPermission } from "../auth/hooks";
+import { StationTile } from "../fleet/StationTile";
+import { stations } from "../fleet/store";
+import { ClinicTiles } from "./ClinicTiles";
+import { Worklist } from "./Worklist";
+
+/**
+ * The first page, by what the user may do: the work of the day, the state of the stations, and the clinic's key figures. Those who
+ * administer the clinic see the figures first.
+ */
+export function HomePage() {
+  useTitle(t("clinic:home.title"));
+  const known = useSyncExternalStore(stations.subscribe, stations.get);
+  const reads = useHasPermission("read_records");
+  const administers = useHasPermission("administer");
+  const oversees = useHasPermission("see_operation");
+  const databaseUnavailable = useDatabaseUnavailable();
+  const router = useRouter();
+  useEffect(() => {
+    // The station's page loads while this one is read, so that it opens at once and without the network.
+    void router.preloadRoute({ to: "/station" }).catch(() => undefined);
+  }, [router]);
+  const figures = (reads || oversees) && !databaseUnavailable && <ClinicTiles />;
+  const figuresFirst = administers || !reads;
+  return (
+    <Stack>
+      <Group justify="space-between" align="baseline">
+        <Title order={1} size="h2">
+          {t("clinic:home.title")}
+        </Title>
+        <Text>{formatDayOf(new Date().toISOString())}</Text>
+      </Group>
+      {databaseUnavailable && (
+        <Group>
+          <Text role="status">{t("clinic:home.noRecords")}</Text>
+          <ButtonLink to="/station">{t("clinic:home.goStation")}</ButtonLink>
+        </Group>
+      )}
+      <RevealWhenLoaded waits={known.stations === null && !known.lost && !databaseUnavailable}>
+        <Stack gap="lg">
+          {figuresFirst && figures}
+          <Grid gap="lg">
+            {reads && !databaseUnavailable && (
+              <Grid.Col span={{ base: 12, lg: 8 }}>
+                <Worklist />
+              </Grid.Col>
+            )}
+            <Grid.Col span={{ base: 12, lg: reads && !databaseUnavailable ? 4 : 12 }}>
+              <Stations narrow={reads && !databaseUnavailable} />
+            </Grid.Col>
+          </Grid>
+          {!figuresFirst && figures}
+        </Stack>
+      </RevealWhenLoaded>
+    </Stack>
+  );
+}
+
+/** The stations with their emergency stops and remaining times. */
+function Stations({ narrow }: { narrow: boolean }) {
+  const known = useSyncExternalStore(stations.subscribe, stations.get);
+  return (
+    <Stack component="section" aria-label={t("clinic:home.stations")} gap="sm">
+      <Group justify="space-between" align="baseline">
+        <Title order={2} size="h4">
+          {t("clinic:home.stations")}
+        </Title>
+        <PageLink to="/stations">{t("clinic:home.allStations")}</PageLink>
+      </Group>
+      {known.stations === null && known.lost && (
+        <AlarmFrame priority="medium">{t("fleet:stations.lost")}</AlarmFrame>
+      )}
+      <SimpleGrid cols={{ base: 1, sm: 2, lg: narrow ? 1 : 3 }}>
+        {known.stations?.map((station) => (
+          <StationTile key={station.name} station={station} />
+        ))}
+      </SimpleGrid>
+    </Stack>
+  );
+}

@@ -1,0 +1,211 @@
+import { Button, Card, Group, SegmentedControl, SimpleGrid, Stack, Text, Title } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useSearch } from "@tanstack/react-router";
+import type { ReactNode } from "react";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatDayOf, formatDeg, formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { ButtonLink, PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
+import classes from "./home.module.css";
+
+const REFETCH_MS = 60_000;
+const FEW = 6;
+
+/** The work of the day: who is due, today's sessions, notes to sign, and changes of the user's patients. */
+export function Worklist() {
+  const work = useQuery({ queryKey: ["worklist"], queryFn: api.worklist, refetchInterval: REFETCH_MS });
+  const writes = useHasPermission("write_records");
+  if (!work.data) return <ProblemNote error={work.error} />;
+  const { sessions, due, unsigned, changes } = work.data;
+  return (
+    <Stack>
+      <ProblemNote error={work.error} />
+      <Due due={due} count={work.data.due_count} />
+      <SimpleGrid cols={{ base: 1, sm: 2 }} className={classes.parts ?? ""}>
+        <Part
+          title={t("clinic:home.today")}
+          none={t("clinic:home.todayNone")}
+          more={<PageLink to="/sessions">{t("clinic:home.allSessions")}</PageLink>}
+          items={sessions.map((session) => (
+            <SessionLine key={session.id} session={session} open={session.ended_at === null} />
+          ))}
+        />
+        {writes && (
+          <Part
+            title={t("clinic:home.unsigned")}
+            none={t("clinic:home.unsignedNone")}
+            items={unsigned.map((session) => <SessionLine key={session.id} session={session} open={false} />)}
+          />
+        )}
+        {writes && (
+          <Part
+            title={t("clinic:home.changes")}
+            hint={t("clinic:home.changesExplained")}
+            none={t("clinic:home.changesNone")}
+            items={changes.map((change) => (
+              <ChangeLine key={`${change.patient.id} ${change.measure}`} change={change} />
+            ))}
+          />
+        )}
+      </SimpleGrid>
+    </Stack>
+  );
+}
+
+function Due({ due, count }: { due: Schemas["DuePatient"][]; count: number }) {
+  const navigate = useNavigate({ from: "/" });
+  const { whose } = useSearch({ from: "/" });
+  const name = useUserName();
+  const shown = whose === "mine" ? due.filter((patient) => patient.therapist === name) : due;
+  return (
+    <Part
+      id="due"
+      title={t("clinic:home.due", { count: whose === "mine" ? shown.length : count })}
+      hint={t("clinic:home.dueExplained")}
+      none={t("clinic:home.dueNone")}
+      more={
+        <SegmentedControl
+          aria-label={t("clinic:home.whose")}
+          value={whose ?? "all"}
+          onChange={(value) =>
+            void navigate({ search: value === "mine" ? { whose: "mine" } : {}, replace: true })
+          }
+          data={(["all", "mine"] as const).map((value) => ({ value, label: t(`clinic:home.${value}`) }))}
+        />
+      }
+      items={shown.map((patient) => <DueLine key={patient.patient.id} due={patient} />)}
+    />
+  );
+}
+
+function DueLine({ due }: { due: Schemas["DuePatient"] }) {
+  const operates = useMayOperate();
+  const { patient, last_session_at: last, therapist } = due;
+  const today = formatDayOf(due.due_at) === formatDayOf(new Date().toISOString());
+  const day = last === null ? "" : formatDayOf(last);
+  const came = therapist
+    ? t("clinic:home.lastCame", { day, therapist })
+    : t("clinic:home.lastCameAlone", { day });
+  return (
+    <li className={classes.line ?? ""} data-testid="due">
+      <div>
+        <PatientLink patient={patient} />
+        <Text size="sm">
+          {last === null ? t("clinic:home.neverCame") : came}
+          {" · "}
+          {t("clinic:home.perWeek", { count: due.sessions_per_week })}
+        </Text>
+      </div>
+      <Group gap="sm" wrap="nowrap">
+        <Text size="sm" fw={600}>
+          {today ? t("clinic:home.dueNow") : t("clinic:home.dueSince", { day: formatDayOf(due.due_at) })}
+        </Text>
+        {operates && (
+          <ButtonLink
+            to="/station"
+            search={{ patient: patient.id }}
+            variant="default"
+            size="sm"
+            aria-label={t("clinic:home.toStation", { name: patient.name })}
+          >
+            {t("common:shell.station")}
+          </ButtonLink>
+        )}
+      </Group>
+    </li>
+  );
+}
+
+function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; open: boolean }) {
+  return (
+    <li className={classes.line ?? ""}>
+      <div>
+        <PageLink to="/sessions/$sessionId" params={{ sessionId: session.id }}>
+          {session.patient.name}
+        </PageLink>
+        <Text size="sm">
+          {[formatMoment(session.started_at), session.station, session.therapist].filter(Boolean).join(" · ")}
+        </Text>
+      </div>
+      {open && (
+        <Text size="sm" fw={600}>
+          {t("clinic:home.open")}
+        </Text>
+      )}
+    </li>
+  );
+}
+
+function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
+  const { before, now, measure } = change;
+  const digits = Number.isInteger(before) && Number.isInteger(now) ? 0 : 1;
+  // No verdict: a small change is within the error of measurement.
+  const difference = now - before;
+  const words =
+    difference === 0
+      ? t("clinic:home.unchanged")
+      : `${difference > 0 ? "+" : ""}${formatDeg(difference, digits)}`;
+  return (
+    <li className={classes.line ?? ""}>
+      <div>
+        <PatientLink patient={change.patient} />
+        <Text size="sm">{`${t(`clinic:home.${measure}`)} · ${formatDayOf(change.assessed_at)}`}</Text>
+      </div>
+      <Text size="sm" fw={600}>
+        {t(`clinic:home.change.${measure}`, {
+          before: formatDeg(before, digits),
+          now: formatDeg(now, digits),
+          words,
+        })}
+      </Text>
+    </li>
+  );
+}
+
+function PatientLink({ patient }: { patient: Schemas["SessionPatient"] }) {
+  return (
+    <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+      {patient.name}
+    </PageLink>
+  );
+}
+
+/** A list of the day. A long one is shown whole on request. */
+function Part(props: {
+  id?: string;
+  title: string;
+  none: string;
+  items: ReactNode[];
+  hint?: string;
+  more?: ReactNode;
+}) {
+  const { id, title, none, items, hint, more } = props;
+  const [whole, { toggle }] = useDisclosure(false);
+  return (
+    <Card withBorder component="section" aria-label={title} {...(id && { id })}>
+      <Stack gap="xs">
+        <Group justify="space-between" align="baseline">
+          <Title order={2} size="h4">
+            {title}
+          </Title>
+          {more}
+        </Group>
+        {hint && (
+          <Text size="sm" c="dimmed">
+            {hint}
+          </Text>
+        )}
+        {items.length === 0 && <Text>{none}</Text>}
+        <ul className={classes.list ?? ""}>{whole ? items : items.slice(0, FEW)}</ul>
+        {items.length > FEW && (
+          <Button variant="subtle" onClick={toggle} aria-expanded={whole}>
+            {whole ? t("clinic:home.showFewer") : t("clinic:home.showAll", { count: items.length })}
+          </Button>
+        )}
+      </Stack>
+    </Card>
+  );
+}

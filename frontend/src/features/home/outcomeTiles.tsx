@@ -1,0 +1,71 @@
+import { useQuery } from "@tanstack/react-query";
+import { api } from "../../lib/api/client";
+import { utcOffsetMinutes } from "../../lib/api/clinicApi";
+import { t } from "../../lib/i18n";
+import { MetricLink } from "../../ui/Metric";
+import { changeOfAll, wholePercent } from "../statistics/outcomeWords";
+
+/** The outcomes of this year. */
+function useOutcomes() {
+  const since = new Date(new Date().getFullYear(), 0, 1).toISOString();
+  return useQuery({
+    queryKey: ["outcomes", since],
+    queryFn: () => api.outcomes({ since, utc_offset_minutes: utcOffsetMinutes() }),
+  });
+}
+
+export function ImprovedTile() {
+  const { data, isError } = useOutcomes();
+  const change = data && changeOfAll(data, "spadi");
+  const share = change?.important;
+  const few = data && t("clinic:tiles.fewPatients", { count: data.least_patients });
+  return (
+    <MetricLink
+      to="/clinic/$subject"
+      params={{ subject: "outcomes" }}
+      search={{ range: "year" }}
+      label={t("clinic:tiles.improved")}
+      value={
+        data &&
+        (share ? t("clinic:tiles.percent", { value: wholePercent(share.value) }) : t("clinic:tiles.hidden"))
+      }
+      note={
+        change && share
+          ? t("clinic:tiles.improvedDetail", {
+              low: wholePercent(share.low),
+              high: wholePercent(share.high),
+              count: change.patients,
+            })
+          : (few ?? "")
+      }
+      failed={isError}
+    />
+  );
+}
+
+export function AdherenceTile() {
+  const { data, isError } = useOutcomes();
+  const adherence = data?.adherence;
+  const share = adherence && adherence.prescribed > 0 ? adherence.held / adherence.prescribed : null;
+  return (
+    <MetricLink
+      to="/"
+      hash="due"
+      label={t("clinic:tiles.adherence")}
+      value={
+        data &&
+        (share === null || share === undefined
+          ? t("clinic:tiles.hidden")
+          : t("clinic:tiles.percent", { value: wholePercent(share) }))
+      }
+      note={
+        adherence
+          ? t("clinic:tiles.adherenceDetail", { ...adherence })
+          : data
+            ? t("clinic:tiles.fewPatients", { count: data.least_patients })
+            : ""
+      }
+      failed={isError}
+    />
+  );
+}

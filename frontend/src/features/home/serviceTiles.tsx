@@ -1,0 +1,173 @@
+import { useQuery } from "@tanstack/react-query";
+import { api } from "../../lib/api/client";
+import { formatDayOf, formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import { MetricLink } from "../../ui/Metric";
+import { useHasPermission } from "../auth/hooks";
+import { useCommissioningStatus } from "../commissioning/CommissioningState";
+import { stopWords } from "../sessions/stopWords";
+import { lastDays } from "../statistics/figuresSearch";
+
+const GIGA = 1e9;
+const MEGA = 1e6;
+/** Below this share of free space the tile calls for attention; the service's own checks are stricter. */
+const LITTLE_SPACE = 0.1;
+
+const size = (bytes: number) =>
+  bytes >= GIGA
+    ? t("clinic:tiles.gigabytes", { value: (bytes / GIGA).toFixed(1) })
+    : t("clinic:tiles.megabytes", { value: (bytes / MEGA).toFixed(0) });
+
+export function UsageTile() {
+  const { data, isError } = useQuery({
+    queryKey: ["usage", "tile"],
+    queryFn: () => api.usage(lastDays(7, new Date()), "week"),
+  });
+  const sum = (amount: "sessions" | "hours" | "repetitions") =>
+    (data?.rows ?? []).reduce((total, row) => total + row[amount], 0);
+  return (
+    <MetricLink
+      to="/clinic/$subject"
+      params={{ subject: "usage" }}
+      label={t("clinic:tiles.usage")}
+      value={data && String(sum("sessions"))}
+      unit={t("clinic:tiles.sessions", { count: sum("sessions") })}
+      note={
+        data
+          ? t("clinic:tiles.usageDetail", { hours: sum("hours").toFixed(1), repetitions: sum("repetitions") })
+          : ""
+      }
+      failed={isError}
+    />
+  );
+}
+
+export function StopsTile() {
+  const { data, isError } = useQuery({
+    queryKey: ["stops", "tile"],
+    queryFn: () => api.stopCounts(lastDays(28, new Date())),
+  });
+  const stopped = (data?.rows ?? []).reduce((total, row) => total + row.sessions, 0);
+  const most = data?.rows[0];
+  return (
+    <MetricLink
+      to="/clinic/$subject"
+      params={{ subject: "stops" }}
+      search={{ range: "weeks4" }}
+      label={t("clinic:tiles.stops")}
+      value={data && t("clinic:tiles.ofSessions", { stopped, sessions: data.sessions })}
+      unit={t("clinic:tiles.sessions", { count: data?.sessions ?? 0 })}
+      note={
+        data
+          ? most
+            ? t("clinic:tiles.stopsDetail", { cause: stopWords(most.code) })
+            : t("clinic:tiles.stopsNone")
+          : ""
+      }
+      failed={isError}
+    />
+  );
+}
+
+export function TrackingTile() {
+  const { data, isError } = useQuery({
+    queryKey: ["tracking", "tile"],
+    queryFn: () => api.trackingQuality(lastDays(28, new Date())),
+  });
+  const drifting = (data?.drift ?? [])
+    .filter((station) => station.drifting)
+    .map((station) => station.station);
+  return (
+    <MetricLink
+      to="/clinic/$subject"
+      params={{ subject: "tracking" }}
+      label={t("clinic:tiles.tracking")}
+      value={
+        data &&
+        (drifting.length > 0
+          ? t("clinic:tiles.trackingDrift", { stations: drifting.join(", ") })
+          : t("clinic:tiles.trackingSteady"))
+      }
+      note={t("clinic:tiles.trackingDetail")}
+      calls={drifting.length > 0}
+      failed={isError}
+    />
+  );
+}
+
+export function EmergencyTile() {
+  // Accesses that wait come first. A first page full of them may not be all.
+  const { data, isError } = useQuery({
+    queryKey: ["broken-glass", "tile"],
+    queryFn: () => api.breakGlassAccesses(),
+  });
+  const waiting = (data?.items ?? []).filter((access) => access.reviewed_at === null).length;
+  const more = data?.next !== null && waiting === data?.items.length;
+  return (
+    <MetricLink
+      to="/administration/emergency-access"
+      label={t("clinic:tiles.emergencies")}
+      value={data && (more ? t("clinic:tiles.emergenciesMore", { count: waiting }) : String(waiting))}
+      {...(!more && { unit: t("clinic:tiles.emergenciesUnit", { count: waiting }) })}
+      note={t("clinic:tiles.emergenciesDetail")}
+      calls={waiting > 0}
+      failed={isError}
+    />
+  );
+}
+
+export function BackupTile() {
+  const { data, isError } = useQuery({ queryKey: ["backups", "tile"], queryFn: () => api.backups() });
+  const failed = Boolean(data?.items[0]?.problem);
+  const next = data?.next_at ? t("clinic:tiles.backupNext", { moment: formatMoment(data.next_at) }) : "";
+  return (
+    <MetricLink
+      to="/administration/backups"
+      label={t("clinic:tiles.backup")}
+      value={data && (data.last_good ? formatMoment(data.last_good.at) : t("clinic:tiles.backupNone"))}
+      note={failed ? t("clinic:tiles.backupFailed") : next}
+      calls={failed || data?.last_good === null}
+      failed={isError}
+    />
+  );
+}
+
+export function CommissioningTile() {
+  const { data, isError } = useCommissioningStatus();
+  const detail = data?.due_at ? t("clinic:tiles.checkDue", { day: formatDayOf(data.due_at) }) : "";
+  return (
+    <MetricLink
+      to="/commissioning"
+      label={t("clinic:tiles.commissioning")}
+      value={data && t(`clinic:tiles.commissioningStates.${data.state}`)}
+      note={data?.reason ? translateServerText(data.reason, data.reason_key) : detail}
+      calls={data?.state === "due" || data?.state === "not_commissioned"}
+      failed={isError}
+    />
+  );
+}
+
+export function StorageTile() {
+  const administers = useHasPermission("administer");
+  const { data, isError } = useQuery({ queryKey: ["operation"], queryFn: () => api.operation() });
+  const share = data ? data.disk_free_bytes / data.disk_bytes : 1;
+  return (
+    <MetricLink
+      to={administers ? "/administration/backups" : "/stations"}
+      label={t("clinic:tiles.storage")}
+      value={data && size(data.disk_free_bytes)}
+      note={
+        data
+          ? t("clinic:tiles.storageDetail", {
+              percent: (100 * share).toFixed(0),
+              size: size(data.database_bytes),
+              version: data.version,
+            })
+          : ""
+      }
+      calls={share < LITTLE_SPACE}
+      failed={isError}
+    />
+  );
+}

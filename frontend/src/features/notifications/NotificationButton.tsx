@@ -1,0 +1,38 @@
+import { ActionIcon } from "@mantine/core";
+import { IconBell } from "@tabler/icons-react";
+import { lazy, Suspense, useState } from "react";
+import { t } from "../../lib/i18n";
+import classes from "./notifications.module.css";
+import { useNotices } from "./useNotices";
+
+const NotificationList = lazy(() =>
+  import("./NotificationList").then((module) => ({ default: module.NotificationList })),
+);
+
+/** Opens the notifications, and shows how many are not read. The list loads on first use. */
+export function NotificationButton() {
+  const [opened, setOpened] = useState(false);
+  const found = useNotices();
+  const count = found.unread.length;
+  return (
+    <>
+      <ActionIcon
+        variant="subtle"
+        color="var(--mantine-color-text)"
+        size={44}
+        aria-label={t("notifications:list.open", { count })}
+        onClick={() => setOpened(true)}
+      >
+        <IconBell size={24} />
+        {count > 0 && (
+          <span className={classes.count} aria-hidden>
+            {count}
+          </span>
+        )}
+      </ActionIcon>
+      <Suspense fallback={null}>
+        {opened && <NotificationList found={found} onClose={() => setOpened(false)} />}
+      </Suspense>
+    </>
+  );
+}

@@ -1,0 +1,42 @@
+import type { Schemas } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { stopWords } from "../sessions/stopWords";
+
+/** Something that a user should know, with the page behind it. `at`: UTC. */
+export interface Notice {
+  id: string;
+  at: string;
+  words: string;
+  target: { to: string; search?: Record<string, string> };
+}
+
+/** Return a notification of the service in words. */
+export function toNotice(notification: Schemas["Notification"]): Notice {
+  const { id, at } = notification;
+  return { id, at, ...wordsAndTarget(notification) };
+}
+
+function wordsAndTarget(told: Schemas["Notification"]): Pick<Notice, "words" | "target"> {
+  switch (told.kind) {
+    case "erasure":
+      return {
+        words: t("notifications:kinds.erasure"),
+        target: { to: `/patients/${told.patient_id}`, search: { tab: "data" } },
+      };
+    case "emergency_access":
+      return {
+        words: t("notifications:kinds.access", { name: told.name }),
+        target: { to: "/administration/emergency-access" },
+      };
+    case "failed_backup":
+      return {
+        words: t("notifications:kinds.backup", { problem: told.problem }),
+        target: { to: "/administration/backups" },
+      };
+    case "alarm":
+      return {
+        words: t("notifications:kinds.alarm", { station: told.station, cause: stopWords(told.code) }),
+        target: { to: told.session_id ? `/sessions/${told.session_id}` : "/stations" },
+      };
+  }
+}

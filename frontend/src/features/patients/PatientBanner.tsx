@@ -1,0 +1,133 @@
+import { Badge, Group, Stack, Text } from "@mantine/core";
+import { IconAlertTriangle, IconHandStop } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { api, ProblemError, type Schemas } from "../../lib/api/client";
+import { formatDay, formatList, sideWord } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import classes from "./patients.module.css";
+
+type Contraindication = Schemas["Contraindication"];
+
+/** Another user may record a contraindication while the page is open. */
+const REFETCH_MS = 60_000;
+
+/** Who the patient is and what limits a motion. The service answers also without the database. */
+export function usePatientBanner(patientId: string | undefined) {
+  return useQuery({
+    queryKey: ["banner", patientId],
+    queryFn: () => api.patientBanner(patientId ?? ""),
+    enabled: patientId !== undefined,
+    refetchInterval: REFETCH_MS,
+  });
+}
+
+/**
+ * The banner of every page of a patient, and of the station while a patient is there. It stays in sight.
+ * `name`: shown until the banner is loaded, and if it cannot be.
+ */
+export function PatientBanner({ patientId, name }: { patientId: string | undefined; name?: string }) {
+  const { data, error } = usePatientBanner(patientId);
+  // The page shows the way to open a restricted record.
+  if (patientId === undefined || (error instanceof ProblemError && error.code === "restricted")) return null;
+  return (
+    <section
+      className={data ? classes.banner : `${classes.banner} ${classes.loading}`}
+      aria-label={t("patients:banner.title")}
+      data-testid="patient-banner"
+    >
+      {data ? (
+        <Stack gap={4}>
+          <Identity banner={data} />
+          <Limits banner={data} />
+        </Stack>
+      ) : (
+        <Text fw={700}>
+          {name}
+          {error && t("patients:banner.unavailable")}
+        </Text>
+      )}
+    </section>
+  );
+}
+
+function Identity({ banner }: { banner: Schemas["PatientBanner"] }) {
+  const born = banner.birth_date
+    ? t("patients:banner.born", { day: formatDay(banner.birth_date), age: banner.age_years ?? 0 })
+    : t("patients:banner.noBirthDate");
+  return (
+    <Group gap="md" align="baseline" style={{ rowGap: 0 }}>
+      <Text fw={700} fz="lg">
+        {banner.name}
+      </Text>
+      {banner.kana && <Text lang="ja">{banner.kana}</Text>}
+      <Text>{born}</Text>
+      <Text>{t("patients:patient.number", { number: banner.clinic_number })}</Text>
+      {banner.shoulders.map((shoulder) => (
+        <Text key={shoulder.episode_id} fw={600}>
+          {shoulderWords(shoulder)}
+        </Text>
+      ))}
+      {banner.shoulders.length === 0 && <Text>{t("patients:banner.noEpisode")}</Text>}
+    </Group>
+  );
+}
+
+function Limits({ banner }: { banner: Schemas["PatientBanner"] }) {
+  const notes = banner.shoulders.filter(({ contraindications }) => contraindications);
+  if (banner.contraindications.length === 0 && notes.length === 0) {
+    return <Text size="sm">{t("patients:banner.noContraindications")}</Text>;
+  }
+  return (
+    <Group gap="xs" data-testid="contraindications">
+      {banner.contraindications.map((found) => (
+        <Badge
+          key={found.id}
+          size="lg"
+          radius="sm"
+          tt="none"
+          h="auto"
+          variant={found.stops_motion ? "filled" : "outline"}
+          color={found.stops_motion ? "grape.9" : "dark"}
+          leftSection={found.stops_motion ? <IconHandStop size={18} /> : <IconAlertTriangle size={18} />}
+          styles={{ label: { whiteSpace: "normal" } }}
+        >
+          {contraindicationWords(found, banner.shoulders)}
+        </Badge>
+      ))}
+      {notes.map((shoulder) => (
+        <Text key={shoulder.episode_id} fw={600} style={{ whiteSpace: "pre-wrap" }}>
+          {t(`station:station.contraindications.${shoulder.side}`)}
+          {t("patients:banner.colon")}
+          {shoulder.contraindications}
+        </Text>
+      ))}
+    </Group>
+  );
+}
+
+function shoulderWords({ side, stage }: Schemas["BannerShoulder"]): string {
+  const shoulder = t(`station:station.shoulder.${side}`);
+  return stage
+    ? t("patients:banner.shoulderStage", { shoulder, stage: t(`episodes:stages.${stage}`) })
+    : shoulder;
+}
+
+/** Return the condition, its shoulder, and what it does. */
+export function contraindicationWords(
+  found: Contraindication,
+  shoulders: Schemas["BannerShoulder"][],
+): string {
+  const side = shoulders.find(({ episode_id }) => episode_id === found.episode_id)?.side;
+  const name = translateServerText(found.name, found.name_key);
+  return t("patients:banner.contraindication", {
+    what: formatList([name, ...(side ? [sideWord(side)] : []), ...(found.note ? [found.note] : [])]),
+    effect: effectWords(found),
+  });
+}
+
+/** Return what a contraindication does now. */
+export function effectWords(found: Contraindication): string {
+  if (found.signed_off_at) return t("patients:contraindications.signedOff", { doctor: found.signed_off_by });
+  return t(`patients:contraindications.effects.${found.effect}`);
+}

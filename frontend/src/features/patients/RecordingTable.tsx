@@ -1,0 +1,81 @@
+import { Stack, Text, Title } from "@mantine/core";
+import type { Recording } from "../../lib/api/client";
+import { formatMoment, formatSpan, sideWord } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { useRecordings } from "../../lib/patientQueries";
+import { DataTable } from "../../ui/DataTable";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import type { Column } from "../../ui/tableRows";
+import { madeOf } from "../recordings/madeOf";
+
+/** A patient's recordings, archived ones included. */
+export function RecordingsSection({ patientId }: { patientId: string }) {
+  const recordings = useRecordings(patientId);
+  return (
+    <Stack gap="xs">
+      <Title order={2} size="h3">
+        {t("patients:recordings.title")}
+      </Title>
+      <ProblemNote error={recordings.error} />
+      {recordings.data && <RecordingTable items={recordings.data.items} />}
+    </Stack>
+  );
+}
+
+function RecordingTable({ items }: { items: Recording[] }) {
+  if (items.length === 0) return <Text>{t("patients:recordings.none")}</Text>;
+  return (
+    <DataTable
+      name="recordings"
+      label={t("patients:recordings.title")}
+      columns={columnsOf(items)}
+      rows={items}
+      rowKey={({ id }) => id}
+      isDimmed={({ archived_at }) => archived_at !== null}
+    />
+  );
+}
+
+const columnsOf = (items: Recording[]): Column<Recording>[] => [
+  {
+    key: "name",
+    head: t("patients:recordings.name"),
+    always: true,
+    value: ({ name }) => name,
+    cell: (recording) => (
+      <>
+        <PageLink to="/recordings/$recordingId" params={{ recordingId: recording.id }}>
+          {recording.name}
+        </PageLink>
+        {recording.archived_at && t("patients:recordings.archived")}{" "}
+        <SimulatedBadge simulated={recording.simulated} />
+        {recording.parent_id && (
+          <Text size="sm" c="dimmed">
+            {madeOf(recording, items)}
+          </Text>
+        )}
+      </>
+    ),
+  },
+  {
+    key: "taught",
+    head: t("patients:recordings.taught"),
+    value: ({ taught_at }) => taught_at,
+    cell: ({ taught_at }) => formatMoment(taught_at),
+  },
+  {
+    key: "side",
+    head: t("patients:recordings.side"),
+    value: ({ side }) => sideWord(side),
+    cell: ({ side }) => sideWord(side),
+  },
+  {
+    key: "length",
+    head: t("patients:recordings.length"),
+    right: true,
+    value: ({ duration_s }) => duration_s,
+    cell: ({ duration_s }) => formatSpan(duration_s),
+  },
+];

@@ -1,0 +1,17 @@
+/** The tabs of a patient's page, in order. The address holds the open one. */
+export const PATIENT_TABS = [
+  "summary",
+  "episodes",
+  "assessments",
+  "recordings",
+  "programmes",
+  "sessions",
+  "data",
+] as const;
+export type PatientTab = (typeof PATIENT_TABS)[number];
+
+/** Return the tab of an address; an unknown one is left out. */
+export function readPatientTab(search: Record<string, unknown>): { tab?: PatientTab } {
+  const tab = PATIENT_TABS.find((name) => name === search.tab);
+  return tab && tab !== "summary" ? { tab } : {};
+}

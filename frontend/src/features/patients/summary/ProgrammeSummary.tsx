@@ -1,0 +1,86 @@
+import { Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { api, type Schemas } from "../../../lib/api/client";
+import { formatDay } from "../../../lib/format";
+import { t } from "../../../lib/i18n";
+import { PageLink } from "../../../ui/links";
+import { ProblemNote } from "../../../ui/ProblemNote";
+import { itemWords, versionWords } from "../../programmes/describeProgramme";
+import { Regularity, useAdherence } from "../../programmes/Programmes";
+import classes from "./summary.module.css";
+
+/** The weeks that the bars show. */
+const WEEKS = 10;
+
+/** The present programme and how regularly it is followed. */
+export function ProgrammeSummary({ patientId }: { patientId: string }) {
+  const programmes = useQuery({
+    queryKey: ["programmes", "of", patientId],
+    queryFn: () => api.programmes(patientId),
+  });
+  const present = programmes.data?.items.find((programme) => !programme.archived_at);
+  const title = t("patients:summary.programme");
+  return (
+    <section aria-label={title}>
+      <Title order={2} size="h4">
+        {title}
+      </Title>
+      <ProblemNote error={programmes.error} />
+      {programmes.data && !present && <Text>{t("programmes:programme.none")}</Text>}
+      {present && (
+        <>
+          <Text>
+            <PageLink to="/programmes/$programmeId" params={{ programmeId: present.id }} fw={700}>
+              {present.name}
+            </PageLink>
+          </Text>
+          {present.current.items.map((item) => (
+            <Text key={item.position} size="sm">
+              {t("programmes:programme.item", { recording: item.recording_name, played: itemWords(item) })}
+            </Text>
+          ))}
+          <Text size="sm" c="dimmed">
+            {versionWords(present.current)}
+          </Text>
+          <Regularity episodeId={present.episode_id} />
+          <WeekBars episodeId={present.episode_id} />
+        </>
+      )}
+    </section>
+  );
+}
+
+/** Sessions of the last weeks as bars, with the prescribed number as a dashed line. */
+function WeekBars({ episodeId }: { episodeId: string }) {
+  const weeks = (useAdherence(episodeId).data?.weeks ?? []).slice(-WEEKS);
+  const [first] = weeks;
+  if (!first) return null;
+  const most = Math.max(1, ...weeks.flatMap((week) => [week.sessions, week.sessions_wished ?? 0]));
+  const share = (sessions: number) => `${(100 * sessions) / most}%`;
+  return (
+    <>
+      <div className={classes.weeks} role="img" aria-label={weeksWords(weeks)}>
+        {weeks.map((week) => (
+          <div key={week.begins_on} className={classes.week} style={{ height: share(week.sessions) }}>
+            {week.sessions_wished !== null && (
+              <div
+                className={classes.wished}
+                style={{ bottom: `${(56 * week.sessions_wished) / most - 1}px` }}
+              />
+            )}
+          </div>
+        ))}
+      </div>
+      <Text size="sm" c="dimmed">
+        {t("patients:summary.weeksFrom", { day: formatDay(first.begins_on) })}
+      </Text>
+    </>
+  );
+}
+
+const weeksWords = (weeks: Schemas["AdherenceWeek"][]) =>
+  t("patients:summary.weeks", {
+    list: weeks.map((week) =>
+      week.sessions_wished === null ? `${week.sessions}` : `${week.sessions}/${week.sessions_wished}`,
+    ),
+  });

@@ -1,0 +1,101 @@
+import { Text, Title } from "@mantine/core";
+import { IconArrowDown, IconArrowRight, IconArrowUp } from "@tabler/icons-react";
+import type { Schemas } from "../../../lib/api/client";
+import { formatDayOf, formatDeg, formatDegrees } from "../../../lib/format";
+import { t } from "../../../lib/i18n";
+import { Metric, Metrics } from "../../../ui/Metric";
+import { rateSpadiChange } from "../../assessments/findings";
+import { formatScore } from "../../assessments/messages";
+import { angleChange, type Change, type Compared, painChange, spadiChange } from "./sinceLastMonth";
+
+/** The motions that tell most about a frozen shoulder, in the order of the form. */
+const MOTIONS = ["flexion ", "abduction ", "external_rotation at_side"];
+
+/** Is my patient better than last month? The newest values with their changes. */
+export function SinceLastMonth(props: {
+  compared: Compared;
+  side: "left" | "right";
+  form: Schemas["AssessmentForm"];
+}) {
+  const { compared, side, form } = props;
+  const { newest, before } = compared;
+  const pain = painChange(compared, "pain_average") ?? painChange(compared, "pain_active");
+  const spadi = spadiChange(compared);
+  const title = t("patients:summary.better");
+  return (
+    <div data-testid="since-last-month">
+      <Title order={2} size="h4">
+        {title}
+      </Title>
+      <Text size="sm" c="dimmed" mb={6}>
+        {before
+          ? t("patients:summary.comparedDays", {
+              newest: formatDayOf(newest.assessed_at),
+              before: formatDayOf(before.assessed_at),
+            })
+          : t("patients:summary.onlyOne", { newest: formatDayOf(newest.assessed_at) })}
+      </Text>
+      <Metrics label={title}>
+        {form.rom
+          .filter(({ motion, position }) => MOTIONS.includes(`${motion} ${position}`))
+          .map((measure) => {
+            const angle = angleChange(compared, side, measure);
+            return (
+              angle && (
+                <Metric
+                  key={measure.motion}
+                  label={t("patients:summary.active", { motion: motionWord(measure) })}
+                  value={formatDegrees(angle.value, 0)}
+                  note={<ChangeWords of={angle} words={(change) => `${change}°`} />}
+                />
+              )
+            );
+          })}
+        {pain && (
+          <Metric
+            label={t("patients:summary.pain")}
+            value={formatDeg(pain.value, 0)}
+            unit={t("patients:summary.of10")}
+            note={<ChangeWords of={pain} words={pointWords} />}
+          />
+        )}
+        {spadi && (
+          <Metric
+            label={t("patients:summary.spadi")}
+            value={formatScore(spadi.value)}
+            unit={t("patients:summary.of100")}
+            note={
+              <>
+                <ChangeWords of={spadi} words={pointWords} />{" "}
+                {spadi.change !== null && rateSpadiChange(spadi.change, form)}
+              </>
+            }
+          />
+        )}
+      </Metrics>
+    </div>
+  );
+}
+
+/** The short name of a motion. */
+export const motionWord = ({ motion }: Pick<Schemas["RomMeasure"], "motion">) =>
+  t(`patients:summary.motions.${motion}`);
+
+/** Return the change of a score with its unit. */
+const pointWords = (change: string, count: number) => t("patients:summary.points", { change, count });
+
+/** The change with an arrow; the arrow's direction is that of the number. `words` adds the unit. */
+function ChangeWords(props: { of: Change; words: (change: string, size: number) => string }) {
+  if (props.of.change === null) return null;
+  const change = Math.round(props.of.change);
+  const Icon = change > 0 ? IconArrowUp : change < 0 ? IconArrowDown : IconArrowRight;
+  const words =
+    change === 0
+      ? t("patients:summary.unchanged")
+      : props.words(`${change > 0 ? "+" : ""}${formatDeg(change, 0)}`, Math.abs(change));
+  return (
+    <Text span fw={700} size="sm" style={{ whiteSpace: "nowrap" }}>
+      <Icon size={16} style={{ verticalAlign: "text-bottom" }} aria-hidden /> {words}
+    </Text>
+  );
+}

@@ -1,0 +1,57 @@
+import { SimpleGrid, Text, Title } from "@mantine/core";
+import type { Assessment } from "../../../lib/api/client";
+import { formatDeg } from "../../../lib/format";
+import { t } from "../../../lib/i18n";
+import { type Trend, TrendChart, TrendLegend } from "../../../ui/TrendChart";
+
+/** Pain and SPADI over all assessments of the episode. `assessments`: newest first. */
+export function Trends({ assessments }: { assessments: Assessment[] }) {
+  const counted = assessments.filter(({ withdrawn_at }) => !withdrawn_at).reverse();
+  const trend = (name: string, of: (assessment: Assessment) => number | null | undefined): Trend => ({
+    name,
+    points: counted.flatMap((assessment) => {
+      const value = of(assessment);
+      return typeof value === "number" ? [{ at: assessment.assessed_at, value }] : [];
+    }),
+  });
+  const pains = [
+    trend(t("assessments:pains.pain_average"), (one) => one.pain_average),
+    trend(t("assessments:pains.pain_active"), (one) => one.pain_active),
+  ].filter(({ points }) => points.length > 0);
+  const spadi = [trend(t("patients:summary.spadi"), (one) => one.spadi_score?.total)].filter(
+    ({ points }) => points.length > 0,
+  );
+  return (
+    <SimpleGrid cols={{ base: 1, xs: 2 }}>
+      <TrendCard title={t("patients:summary.pain")} trends={pains} max={10} step={5} />
+      <TrendCard title={t("patients:summary.spadi")} trends={spadi} max={100} step={50} />
+    </SimpleGrid>
+  );
+}
+
+function TrendCard(props: { title: string; trends: Trend[]; max: number; step: number }) {
+  const { title, trends } = props;
+  const described = trends.map(({ name, points }) =>
+    t("patients:summary.fromTo", {
+      name,
+      from: formatDeg(points[0]?.value, 0),
+      to: formatDeg(points.at(-1)?.value, 0),
+      count: points.length,
+    }),
+  );
+  return (
+    <section aria-label={title}>
+      <Title order={2} size="h4">
+        {title}
+      </Title>
+      {trends.length === 0 ? (
+        <Text>{t("patients:summary.notMeasured")}</Text>
+      ) : (
+        <>
+          <TrendChart label={described.join(" ")} trends={trends} max={props.max} step={props.step} />
+          {trends.length > 1 && <TrendLegend trends={trends} />}
+        </>
+      )}
+    </section>
+  );
+}

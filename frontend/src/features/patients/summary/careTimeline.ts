@@ -1,0 +1,24 @@
+import type { Episode, Schemas } from "../../../lib/api/client";
+
+type Stage = Episode["stages"][number];
+/** A stage from its first day to the next one's, or to `until`. */
+export type StageSpan = { stage: Stage["stage"]; from: string; to: string };
+
+/** Return the spans of an episode's stages, oldest first, up to `until`. */
+export function stageSpans(stages: Stage[], until: string): StageSpan[] {
+  const sorted = [...stages].sort((a, b) => a.since.localeCompare(b.since));
+  return sorted.map(({ stage, since }, n) => ({ stage, from: since, to: sorted[n + 1]?.since ?? until }));
+}
+
+/** Return the moments that a timeline has to show: from the opening, or the first stage or visit, to `until`. */
+export function timelineEnds(
+  episode: Episode,
+  sessions: Schemas["SessionSummary"][],
+  until: string,
+): [first: string, last: string] {
+  const moments = [episode.opened_at, ...episode.stages.map(({ since }) => since)];
+  const first = [...moments, ...sessions.map(({ started_at }) => started_at)].reduce((earliest, moment) =>
+    Date.parse(moment) < Date.parse(earliest) ? moment : earliest,
+  );
+  return [first, episode.closed_at ?? until];
+}

@@ -1,0 +1,42 @@
+import { Skeleton, Stack, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { api, type Chart } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { Plot } from "../../ui/Plot";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import { withLocalDays } from "./days";
+import { NumbersTable } from "./NumbersTable";
+
+/** One chart of an episode's progress with its numbers. */
+export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }) {
+  const title = t(`progress:charts.${chart}.title`);
+  const shows = t(`progress:charts.${chart}.shows`);
+  const nothing = t(`progress:charts.${chart}.nothing`);
+  const progress = useQuery({
+    queryKey: ["progress", episodeId, chart],
+    queryFn: () => api.progress(episodeId, chart),
+    // Its space is reserved.
+    meta: { late: true },
+    select: ({ figure, table, simulated }) => ({ figure: withLocalDays(figure), table, simulated }),
+  });
+  const chartData = progress.data;
+  return (
+    <Stack gap="xs" component="section" aria-label={title}>
+      <Title order={2} size="h3">
+        {title}
+      </Title>
+      <ProblemNote error={progress.error} />
+      {progress.isPending && <Skeleton h={340} />}
+      {chartData && chartData.table.rows.length === 0 && <Text>{nothing}</Text>}
+      {chartData && chartData.table.rows.length > 0 && (
+        <>
+          <Text size="sm">{shows}</Text>
+          <SimulatedBadge simulated={chartData.simulated} />
+          <Plot figure={chartData.figure} label={t("progress:progress.figure", { title, shows })} />
+          <NumbersTable title={title} table={chartData.table} />
+        </>
+      )}
+    </Stack>
+  );
+}

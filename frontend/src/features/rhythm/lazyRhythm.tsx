@@ -1,0 +1,33 @@
+import { Skeleton } from "@mantine/core";
+import { IconChartLine } from "@tabler/icons-react";
+import { lazy, Suspense } from "react";
+import { t } from "../../lib/i18n";
+import { OpenOnDemand } from "../../ui/OpenOnDemand";
+
+const RhythmOfRecording = lazy(() =>
+  import("./RhythmCard").then((module) => ({ default: module.RhythmOfRecording })),
+);
+const RhythmOfRun = lazy(() => import("./RhythmCard").then((module) => ({ default: module.RhythmOfRun })));
+
+const FALLBACK = <Skeleton h={560} />;
+
+export function RecordingRhythm({ recordingId }: { recordingId: string }) {
+  return (
+    <OpenOnDemand
+      title={t("recordings:recording.rhythm")}
+      open={t("recordings:recording.showRhythm")}
+      icon={<IconChartLine size={20} />}
+      fallback={FALLBACK}
+    >
+      <RhythmOfRecording recordingId={recordingId} />
+    </OpenOnDemand>
+  );
+}
+
+export function RunRhythm({ runId }: { runId: string }) {
+  return (
+    <Suspense fallback={FALLBACK}>
+      <RhythmOfRun runId={runId} />
+    </Suspense>
+  );
+}

@@ -1,0 +1,48 @@
+import { ActionIcon, Tooltip } from "@mantine/core";
+import { useHotkeys } from "@mantine/hooks";
+import { IconSearch } from "@tabler/icons-react";
+import { lazy, Suspense, useState } from "react";
+import { t } from "../../lib/i18n";
+import { MOD } from "./modifier";
+
+const SearchDialog = lazy(() =>
+  import("./SearchDialog").then((module) => ({ default: module.SearchDialog })),
+);
+const ShortcutSheet = lazy(() =>
+  import("./ShortcutSheet").then((module) => ({ default: module.ShortcutSheet })),
+);
+
+/** Opens the search, or the list of shortcuts, from every page. Both load on first use. */
+export function SearchButton() {
+  const [open, setOpen] = useState<"search" | "sheet" | null>(null);
+  useHotkeys(
+    [
+      ["mod+K", () => setOpen("search")],
+      ["mod+/", () => setOpen("sheet")],
+    ],
+    // Also while something is being typed.
+    [],
+  );
+  const close = () => setOpen(null);
+  return (
+    <>
+      <Tooltip label={t("search:dialog.tooltip", { key: `${MOD} K` })}>
+        <ActionIcon
+          variant="subtle"
+          color="var(--mantine-color-text)"
+          size={44}
+          ml="auto"
+          aria-label={t("search:dialog.title")}
+          aria-keyshortcuts="Control+K Meta+K"
+          onClick={() => setOpen("search")}
+        >
+          <IconSearch size={24} />
+        </ActionIcon>
+      </Tooltip>
+      <Suspense fallback={null}>
+        {open === "search" && <SearchDialog opened onClose={close} />}
+        {open === "sheet" && <ShortcutSheet opened onClose={close} />}
+      </Suspense>
+    </>
+  );
+}

@@ -1,0 +1,125 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { createMemoryHistory, createRootRoute, createRouter, RouterProvider } from "@tanstack/react-router";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { api, type Me, type Patient } from "../../lib/api/client";
+import { authStore } from "../auth/authState";
+import { SearchButton } from "./SearchButton";
+import { findPlaces, typedDay } from "./searchResults";
+
+const YAMADA = {
+  id: "p1",
+  name: "Yamada Hanako",
+  kana: "ヤマダ ハナコ",
+  clinic_number: "K-0042",
+  birth_date: "1968-04-12",
+  episode_id: "e1",
+} as Patient;
+const patients = vi.spyOn(api, "patients");
+const sessions = vi.spyOn(api, "sessions");
+const ofPatient = vi.spyOn(api, "patientSessions");
+const session = { id: "s1", started_at: "2026-11-05T09:30:00Z", patient: YAMADA };
+
+function show(permissions: Me["permissions"]) {
+  vi.spyOn(authStore, "get").mockReturnValue({ is: "in", me: { permissions } as Me } as never);
+  const history = createMemoryHistory();
+  const routeTree = createRootRoute({ component: SearchButton });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <RouterProvider router={createRouter({ routeTree, history })} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  return history;
+}
+
+/** Open the search with its keys, and type. */
+async function search(words: string) {
+  await screen.findByRole("button", { name: "Search everywhere" });
+  fireEvent.keyDown(document.documentElement, { key: "k", code: "KeyK", ctrlKey: true });
+  const field = await screen.findByRole("combobox", { name: "Search everywhere" });
+  fireEvent.change(field, { target: { value: words } });
+  return field;
+}
+
+beforeEach(() => {
+  vi.resetAllMocks();
+  patients.mockResolvedValue({ items: [YAMADA], next: null });
+  ofPatient.mockResolvedValue({ items: [session], next: null } as never);
+  sessions.mockResolvedValue({ items: [session], next: null } as never);
+  vi.spyOn(api, "recordings").mockResolvedValue({ items: [] });
+});
+afterEach(cleanup);
+
+describe("the search", () => {
+  it("opens by keys, finds a patient, and goes there with Enter", async () => {
+    const history = show(["read_records", "operate"]);
+    const field = await search("やまだ");
+    expect(await screen.findByRole("option", { name: /^Yamada Hanako/ })).toBeTruthy();
+    expect(patients).toHaveBeenLastCalledWith("やまだ", false);
+    expect(screen.getByRole("option", { name: "Go to the station with Yamada Hanako" })).toBeTruthy();
+    const best = screen.getByRole("option", { name: /^Yamada Hanako/ });
+    await vi.waitFor(() => expect(best.getAttribute("data-combobox-selected")).toBe("true"));
+    fireEvent.keyDown(field, { key: "Enter", code: "Enter" });
+    await vi.waitFor(() => expect(history.location.pathname).toBe("/patients/p1"));
+    await vi.waitFor(() => expect(screen.queryByRole("dialog")).toBeNull());
+  });
+
+  it("asks for no record without the permission", async () => {
+    show(["see_station"]);
+    await search("station");
+    expect(await screen.findByRole("option", { name: "Stations" })).toBeTruthy();
+    expect(screen.queryByRole("option", { name: "Patients" })).toBeNull();
+    for (const asked of [patients, sessions, ofPatient]) expect(asked).not.toHaveBeenCalled();
+  });
+
+  it("finds the sessions of a day", async () => {
+    patients.mockResolvedValue({ items: [], next: null });
+    show(["read_records"]);
+    await search("2026/11/5");
+    expect(await screen.findByRole("option", { name: /Nov 5, 2026/ })).toBeTruthy();
+    expect(sessions).toHaveBeenCalledWith({
+      since: new Date("2026-11-05T00:00").toISOString(),
+      until: new Date("2026-11-06T00:00").toISOString(),
+    });
+  });
+
+  it("is closed by Esc", async () => {
+    show(["read_records"]);
+    fireEvent.keyDown(await search("yam"), { key: "Escape", code: "Escape" });
+    await vi.waitFor(() => expect(screen.queryByRole("dialog")).toBeNull());
+  });
+
+  it("says when nothing is found", async () => {
+    patients.mockResolvedValue({ items: [], next: null });
+    show(["read_records"]);
+    await search("qqq");
+    expect(await screen.findByText("Nothing found.")).toBeTruthy();
+  });
+});
+
+it("the shortcuts are listed by keys", async () => {
+  show([]);
+  await screen.findByRole("button", { name: "Search everywhere" });
+  fireEvent.keyDown(document.documentElement, { key: "/", code: "Slash", ctrlKey: true });
+  expect(await screen.findByRole("dialog", { name: "Keyboard shortcuts" })).toBeTruthy();
+});
+
+it("pages are found by parts of their names, within the permissions", () => {
+  const names = (typed: string, ...permissions: Me["permissions"]) =>
+    findPlaces(typed, permissions).map(({ words }) => words);
+  expect(names("AUD", "administer")).toEqual(["Audit trail"]);
+  expect(names("aud", "read_records")).toEqual([]);
+  expect(names("", "read_records")).toEqual(["Patients", "Sessions"]);
+});
+
+it.each([
+  ["2026-11-05", "2026-11-05"],
+  ["２０２６/11/5", "2026-11-05"],
+  ["2026年11月5日", "2026-11-05"],
+  ["2026-02-30", null],
+  ["2026-11", null],
+  ["K-0042", null],
+])("%s is the day %s", (typed, day) => expect(typedDay(typed)).toBe(day));

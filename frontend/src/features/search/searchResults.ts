@@ -1,0 +1,148 @@
+import "../administration/catalogue";
+import { useDebouncedValue } from "@mantine/hooks";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { api, type Patient } from "../../lib/api/client";
+import { midnight } from "../../lib/days";
+import { formatDay, formatMoment } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import type { Permission } from "../auth/hooks";
+
+/** Where a result leads. `search` is the address's query. */
+export type Target = { to: string; search?: Record<string, string> };
+/** One line of the search: what it is, what helps to tell it from others, and where it leads. */
+export type Result = { id: string; words: string; detail?: string; target: Target };
+export type ResultGroup = { title: string; results: Result[] };
+
+const [PATIENTS, OF_PATIENT, SESSIONS] = [6, 3, 8];
+const DEBOUNCE_MS = 150;
+
+type Place = { words: string; to: string; needs: Permission };
+
+/** Pages and actions that every user finds by their names; those without the permission are left out. */
+const PLACES: Place[] = [
+  { words: t("common:shell.home"), to: "/", needs: "see_station" },
+  { words: t("common:shell.station"), to: "/station", needs: "see_station" },
+  { words: t("common:shell.stations"), to: "/stations", needs: "see_station" },
+  { words: t("common:shell.patients"), to: "/patients", needs: "read_records" },
+  { words: t("common:shell.sessions"), to: "/sessions", needs: "read_records" },
+  { words: t("administration:accounts.title"), to: "/administration/accounts", needs: "administer" },
+  { words: t("administration:audit.title"), to: "/administration/audit", needs: "administer" },
+  {
+    words: t("administration:emergencies.title"),
+    to: "/administration/emergency-access",
+    needs: "administer",
+  },
+  { words: t("administration:backups.title"), to: "/administration/backups", needs: "administer" },
+  { words: t("administration:clinic.title"), to: "/administration/clinic", needs: "administer" },
+];
+
+/** Return the pages whose name contains every typed word; all of them if nothing is typed. */
+export function findPlaces(typed: string, permissions: readonly Permission[]): Result[] {
+  const wanted = typed.normalize("NFKC").toLocaleLowerCase().split(/\s+/);
+  return PLACES.filter(({ words, needs }) => {
+    const name = words.normalize("NFKC").toLocaleLowerCase();
+    return permissions.includes(needs) && wanted.every((word) => name.includes(word));
+  }).map(({ words, to }) => ({ id: to, words, target: { to } }));
+}
+
+/** Return a typed day as 2026-11-05; null if it is none. */
+export function typedDay(typed: string): string | null {
+  const parts = /^(\d{4})[-/.年](\d{1,2})[-/.月](\d{1,2})日?$/.exec(typed.normalize("NFKC").trim());
+  if (!parts) return null;
+  const [, year, month, day] = parts as unknown as [string, string, string, string];
+  const iso = `${year}-${month.padStart(2, "0")}-${day.padStart(2, "0")}`;
+  return new Date(`${iso}T00:00Z`).toJSON()?.startsWith(iso) ? iso : null;
+}
+
+/** Search patients, sessions and recordings as the user may read them, and pages. */
+export function useSearchResults(typed: string, permissions: readonly Permission[]) {
+  const [words] = useDebouncedValue(typed.trim(), DEBOUNCE_MS);
+  const reads = permissions.includes("read_records");
+  const day = typedDay(words);
+  const patients = useQuery({
+    queryKey: ["patients", words, false, "first"],
+    queryFn: () => api.patients(words, false),
+    enabled: reads && words !== "",
+    placeholderData: keepPreviousData,
+  });
+  const found = words === "" ? [] : (patients.data?.items ?? []);
+  const [best] = found;
+  const sessions = useQuery({
+    queryKey: ["sessions", "searched", day ?? best?.id],
+    queryFn: () =>
+      day
+        ? api.sessions({ since: midnight(day, 0), until: midnight(day, 1) })
+        : api.patientSessions(best?.id ?? "", null, OF_PATIENT),
+    enabled: reads && (day !== null || best !== undefined),
+  });
+  const recordings = useQuery({
+    queryKey: ["recordings", best?.id],
+    queryFn: () => api.recordings(best?.id ?? ""),
+    enabled: reads && best !== undefined,
+  });
+  const sessionResults = (sessions.data?.items ?? []).slice(0, SESSIONS).map(
+    ({ id, started_at, patient }): Result => ({
+      id,
+      words: formatMoment(started_at),
+      detail: patient.name,
+      target: { to: `/sessions/${id}` },
+    }),
+  );
+  const recordingResults = (recordings.data?.items ?? [])
+    .filter(({ archived_at }) => !archived_at)
+    .slice(0, OF_PATIENT)
+    .map(
+      ({ id, name }): Result => ({
+        id,
+        words: name,
+        ...(best && { detail: best.name }),
+        target: { to: `/recordings/${id}` },
+      }),
+    );
+  const groups: ResultGroup[] = [
+    { title: t("search:groups.patients"), results: found.slice(0, PATIENTS).map(patientResult) },
+    { title: t("search:groups.actions"), results: best ? actionsFor(best, permissions) : [] },
+    { title: t("search:groups.sessions"), results: day || best ? sessionResults : [] },
+    { title: t("search:groups.recordings"), results: best ? recordingResults : [] },
+    { title: t("search:groups.pages"), results: findPlaces(words, permissions) },
+  ];
+  return {
+    groups: groups.filter(({ results }) => results.length > 0),
+    searching: patients.isFetching || words !== typed.trim(),
+    error: patients.error ?? sessions.error ?? recordings.error,
+  };
+}
+
+function patientResult({ id, name, kana, clinic_number, birth_date }: Patient): Result {
+  return {
+    id,
+    words: name,
+    detail: [kana, clinic_number, birth_date && formatDay(birth_date)].filter(Boolean).join(" · "),
+    target: { to: `/patients/${id}` },
+  };
+}
+
+/** What can be done for the patient who matches best. */
+function actionsFor({ id, name, episode_id }: Patient, permissions: readonly Permission[]): Result[] {
+  const may = (permission: Permission) => permissions.includes(permission);
+  return [
+    ...(may("operate")
+      ? [
+          {
+            id: `station ${id}`,
+            words: t("search:actions.station", { name }),
+            target: { to: "/station", search: { patient: id } },
+          },
+        ]
+      : []),
+    ...(may("write_records") && episode_id
+      ? [
+          {
+            id: `assess ${id}`,
+            words: t("search:actions.assessments", { name }),
+            target: { to: `/patients/${id}`, search: { tab: "assessments" } },
+          },
+        ]
+      : []),
+  ];
+}

@@ -1,0 +1,31 @@
+import { Card, Stack, Text } from "@mantine/core";
+import type { Run } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import { RunFigures } from "./RunFigures";
+import { nothingComparedWords, RunHeading } from "./RunHeading";
+import { worstMotor } from "./sessionResult";
+
+/** One playback: how it went, and its figure. */
+export function RunCard({ run, number }: { run: Run; number: number }) {
+  return (
+    <Card withBorder component="section" aria-label={t("sessions:session.playback", { number })}>
+      <Stack gap="xs">
+        <RunHeading run={run} number={number} />
+        {run.stop && <Text fw={600}>{translateServerText(run.stop.message, run.stop.message_key)}</Text>}
+        {run.partial && <Text fw={600}>{t("sessions:compared.partial")}</Text>}
+        {run.comparison ? (
+          <RunFigures
+            key={run.id}
+            runId={run.id}
+            worstMotor={worstMotor(run)}
+            clockOffset_s={run.clock_offset_s ?? null}
+            length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null}
+          />
+        ) : (
+          <Text>{nothingComparedWords(run)}</Text>
+        )}
+      </Stack>
+    </Card>
+  );
+}

@@ -1,0 +1,46 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, expect, it, vi } from "vitest";
+import { api } from "../../lib/api/client";
+import { RunFigures } from "./RunFigures";
+
+vi.mock("../../ui/Plot", () => ({
+  Plot: ({ label }: { label: string }) => <div data-testid="plot">{label}</div>,
+}));
+afterEach(cleanup);
+
+it("offers the wall clock and states its offset", async () => {
+  const asked = vi.spyOn(api, "runFigures").mockResolvedValue({ motors: [] });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <RunFigures runId="run" worstMotor={3} clockOffset_s={0.094} length_s={null} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  await vi.waitFor(() => expect(asked).toHaveBeenLastCalledWith("run", null, "path"));
+  expect(screen.getByText("The wall clock is ahead by up to 0.094 s.")).toBeTruthy();
+  fireEvent.click(screen.getByRole("radio", { name: "Wall clock" }));
+  await vi.waitFor(() => expect(asked).toHaveBeenLastCalledWith("run", null, "wall"));
+});
+
+it("shows the motor with the largest error first, another one or all on request", async () => {
+  const figure = { data: [], layout: {}, texts: [] };
+  vi.spyOn(api, "runFigures").mockResolvedValue({
+    motors: [1, 2, 3, 4, 5].map((motor) => ({ motor, figure })),
+  });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <RunFigures runId="run" worstMotor={3} clockOffset_s={null} length_s={null} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  const shown = () => screen.queryAllByTestId("plot").map((plot) => plot.textContent?.slice(0, 8));
+  await vi.waitFor(() => expect(shown()).toEqual(["Motor 3:"]));
+  fireEvent.click(screen.getByRole("radio", { name: "Motor 5" }));
+  expect(shown()).toEqual(["Motor 5:"]);
+  fireEvent.click(screen.getByRole("radio", { name: "All motors" }));
+  expect(shown()).toEqual(["Motor 1:", "Motor 2:", "Motor 3:", "Motor 4:", "Motor 5:"]);
+});

@@ -1,0 +1,64 @@
+import { Badge, Group, Text, Title } from "@mantine/core";
+import type { Run } from "../../lib/api/client";
+import { formatClock, formatDeg, formatList } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import { InlineSlot } from "../../ui/InlineSlot";
+import { PageLink } from "../../ui/links";
+import { LOAD_LEVELS } from "../station/loadLevels";
+import { settingsWords } from "../station/playSettingsModel";
+
+/** The recording, the time, the outcome and the settings of a playback. */
+export function RunHeading({ run, number }: { run: Run; number: number }) {
+  const level =
+    run.load_level === null
+      ? []
+      : [t("sessions:session.level", { level: run.load_level, most: LOAD_LEVELS })];
+  const changes = settingsWords(run);
+  return (
+    <div>
+      <Group justify="space-between">
+        <Title order={2} size="h3">
+          <InlineSlot words={(recording) => t("sessions:session.numbered", { number, recording })}>
+            <PageLink inherit to="/recordings/$recordingId" params={{ recordingId: run.recording_id }}>
+              {run.recording_name}
+            </PageLink>
+          </InlineSlot>
+        </Title>
+        <Group>
+          <Text>{formatClock(new Date(run.started_at))}</Text>
+          <Badge size="lg" variant="light" color={run.outcome === "completed" ? "indigo" : "grape"} tt="none">
+            {t(`sessions:outcomes.${run.outcome}`)}
+          </Badge>
+        </Group>
+      </Group>
+      <Group gap="md">
+        <Text c="dimmed">{formatList([...level, ...(changes ? [changes] : [])])}</Text>
+        <Text data-testid="done">{doneWords(run)}</Text>
+      </Group>
+      {(run.learning ?? []).map(({ message, message_key }) => (
+        <Text key={message} data-testid="learning">
+          {t("sessions:session.learning", { what: translateServerText(message, message_key) })}
+        </Text>
+      ))}
+    </div>
+  );
+}
+
+/** Describe how much was played and what interrupted it. */
+function doneWords(run: Run): string {
+  const words: string[] = [];
+  if (run.repetitions_done !== null) {
+    words.push(t("sessions:session.repetitions", { done: run.repetitions_done, planned: run.repetitions }));
+  }
+  if (run.reversals) words.push(t("sessions:session.reversals", { count: run.reversals }));
+  if (run.least_range_percent !== null)
+    words.push(t("sessions:session.smallestRange", { percent: run.least_range_percent }));
+  if (typeof run.compared_percent === "number")
+    words.push(t("sessions:compared.share", { percent: formatDeg(run.compared_percent, 0) }));
+  return formatList(words);
+}
+
+/** Why a playback has no errors. */
+export const nothingComparedWords = (run: Run) =>
+  run.compared_percent === 0 ? t("sessions:session.onlyReduced") : t("sessions:session.nothingToCompare");

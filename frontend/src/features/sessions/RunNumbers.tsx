@@ -1,0 +1,129 @@
+import { Card, Group, Stack, Table, Text } from "@mantine/core";
+import type { Run } from "../../lib/api/client";
+import { formatDeg, formatRange } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import { SampleLinks } from "../import-export/SampleLinks";
+import { patientAngleWords } from "./patientAngle";
+import { nothingComparedWords, RunHeading } from "./RunHeading";
+import { Head, Row } from "./sessionRows";
+
+/** The errors of a playback by motor and by motion, with its samples as files. */
+export function RunNumbers({ run, number }: { run: Run; number: number }) {
+  return (
+    <Card withBorder component="section" aria-label={t("sessions:session.playback", { number })}>
+      <Stack>
+        <RunHeading run={run} number={number} />
+        {run.comparison ? (
+          <>
+            <Group justify="end">
+              <SampleLinks of="runs" id={run.id} />
+            </Group>
+            <MotorErrors run={run} comparison={run.comparison} />
+            <MotionErrors motions={run.comparison.motions} />
+          </>
+        ) : (
+          <Text>{nothingComparedWords(run)}</Text>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+type Comparison = NonNullable<Run["comparison"]>;
+
+function MotorErrors({ run, comparison }: { run: Run; comparison: Comparison }) {
+  return (
+    <Errors
+      testid="errors"
+      caption={[
+        run.rate_hz
+          ? t("sessions:compared.captionAt", { samples: comparison.samples, hz: run.rate_hz })
+          : t("sessions:compared.caption", { samples: comparison.samples }),
+        typeof run.clock_offset_s === "number"
+          ? t("sessions:compared.explained", { offset: formatDeg(run.clock_offset_s, 3) })
+          : t("sessions:compared.oldFigures"),
+        t("sessions:compared.smoothness"),
+      ].join(" ")}
+      first={t("sessions:compared.motor")}
+      heads={t("sessions:compared.motorHeads", { returnObjects: true })}
+      rows={comparison.motors.map((motor) => ({
+        first: String(motor.motor),
+        compared: motor,
+        others: [
+          formatDeg(motor.torque_peak_nm, 2),
+          formatDeg(motor.taught_smoothness, 2),
+          formatDeg(motor.played_smoothness, 2),
+        ],
+      }))}
+    />
+  );
+}
+
+/** The patient's motion compared with the apparatus's range and a healthy shoulder. */
+function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
+  if (motions.length === 0) return null;
+  return (
+    <Errors
+      testid="motions"
+      caption={t("sessions:compared.motionsCaption")}
+      first={t("sessions:compared.motion")}
+      heads={t("sessions:compared.motionHeads", { returnObjects: true })}
+      rows={motions.map((motion) => ({
+        first: t("sessions:compared.motionNamed", {
+          number: motion.motion,
+          name: translateServerText(motion.name, motion.name_key),
+        }),
+        compared: motion,
+        others: [
+          patientAngleWords(motion) ?? t("sessions:goniometer.onlyApparatus"),
+          formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
+          formatRange(motion.reference_min_deg, motion.reference_max_deg),
+        ],
+      }))}
+    />
+  );
+}
+
+type Compared = Comparison["motors"][number] | Comparison["motions"][number];
+
+/** A table of errors: the columns of every comparison, then others. */
+function Errors(props: {
+  testid: string;
+  caption: string;
+  first: string;
+  heads: string[];
+  rows: { first: string; compared: Compared; others: string[] }[];
+}) {
+  return (
+    <Table.ScrollContainer minWidth={1120}>
+      <Table withTableBorder verticalSpacing="xs" data-testid={props.testid}>
+        <Table.Caption>{props.caption}</Table.Caption>
+        <Head
+          first={props.first}
+          others={[...t("sessions:compared.heads", { returnObjects: true }), ...props.heads]}
+        />
+        <Table.Tbody>
+          {props.rows.map(({ first, compared, others }) => (
+            <Row key={first} first={first} others={[...errorCells(compared), ...others]} />
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
+
+function errorCells(compared: Compared): string[] {
+  return [
+    formatDeg(compared.peak_deg, 2),
+    compared.peak_at_s.toFixed(1),
+    formatDeg(compared.rmse_deg, 2),
+    formatDeg(compared.start_deg, 2),
+    formatDeg(compared.lag_ms, 0),
+    formatDeg(compared.wall_peak_deg, 2),
+    formatDeg(compared.wall_rmse_deg, 2),
+    formatDeg(compared.change_deg, 2),
+    formatRange(compared.taught_min_deg, compared.taught_max_deg),
+    formatRange(compared.played_min_deg, compared.played_max_deg),
+  ];
+}

@@ -1,0 +1,115 @@
+import { Group, Text } from "@mantine/core";
+import {
+  IconCircleCheck,
+  IconCircleMinus,
+  IconHandStop,
+  IconHourglass,
+  IconPlugConnectedX,
+  IconProgress,
+} from "@tabler/icons-react";
+import type { Session } from "../../lib/api/client";
+import { formatDeg } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { translateServerText } from "../../lib/serverText";
+import { Metric, Metrics } from "../../ui/Metric";
+import { total, type VerdictName, verdictOf, widestRange, worstError } from "./sessionResult";
+
+const ICONS: Record<VerdictName, typeof IconCircleCheck> = {
+  none: IconCircleMinus,
+  open: IconHourglass,
+  completed: IconCircleCheck,
+  shortened: IconProgress,
+  stopped: IconHandStop,
+  interrupted: IconPlugConnectedX,
+};
+
+/** Did the session go well? With the cause of every stop. */
+export function Verdict({ session }: { session: Session }) {
+  const verdict = verdictOf(session);
+  const Icon = ICONS[verdict];
+  const stops = session.runs.flatMap(({ stop }) =>
+    stop ? [translateServerText(stop.message, stop.message_key)] : [],
+  );
+  return (
+    <Group gap="xs" wrap="nowrap" align="start" data-testid="verdict" data-verdict={verdict}>
+      <Icon size={26} aria-hidden style={{ flex: "none" }} />
+      <div>
+        <Text component="div" fw={700} size="lg">
+          {t(`sessions:result.verdicts.${verdict}`)}
+        </Text>
+        {[...new Set(stops)].map((cause) => (
+          <Text component="div" key={cause}>
+            {cause}
+          </Text>
+        ))}
+      </div>
+    </Group>
+  );
+}
+
+/** Pain, range, worst error, resistance and repetitions of a session. */
+export function ResultMetrics({ session }: { session: Session }) {
+  const { runs } = session;
+  const worst = worstError(runs);
+  const widest = widestRange(runs);
+  const reversals = total(runs, (run) => run.reversals);
+  const done = total(runs, (run) => run.repetitions_done);
+  const planned = runs.reduce((sum, run) => sum + run.repetitions, 0);
+  return (
+    <Metrics label={t("sessions:result.title")}>
+      <Metric
+        label={t("sessions:result.pain")}
+        value={`${formatDeg(session.pain_before, 0)} → ${formatDeg(session.pain_after, 0)}`}
+        unit={t("sessions:result.of10")}
+        note={painNote(session)}
+        testid="result-pain"
+      />
+      <Metric
+        label={t("sessions:result.range")}
+        value={widest ? rangeWords(widest.reached) : "–"}
+        testid="result-range"
+        note={
+          widest &&
+          t("sessions:result.rangeOf", {
+            motion: translateServerText(widest.motion.name, widest.motion.name_key),
+            requested: rangeWords(widest.requested),
+            patient: widest.patient ?? t("sessions:goniometer.unknown"),
+          })
+        }
+      />
+      <Metric
+        label={t("sessions:result.worst")}
+        value={worst ? `${formatDeg(worst.peak_deg)}°` : "–"}
+        note={worst && t("sessions:result.worstOf", { motor: worst.motor, number: worst.place + 1 })}
+        testid="result-worst"
+      />
+      <Metric
+        label={t("sessions:result.resistance")}
+        value={formatDeg(reversals, 0)}
+        {...(reversals !== null && {
+          unit: t("sessions:result.times", { count: reversals }),
+          note: t(reversals > 0 ? "sessions:result.resistanceNote" : "sessions:result.noResistance"),
+        })}
+      />
+      <Metric
+        label={t("sessions:result.repetitions")}
+        value={t("sessions:result.ofPlanned", { done: formatDeg(done, 0), planned })}
+        unit={t("sessions:result.repetitionsUnit", { count: planned })}
+      />
+    </Metrics>
+  );
+}
+
+const rangeWords = ([from, to]: [number, number]) =>
+  `${t("common:format.range", { from: formatDeg(from, 0), to: formatDeg(to, 0) })}°`;
+
+function painNote({ pain_before, pain_during, pain_after }: Session): string {
+  const during = pain_during === null ? "" : t("sessions:result.during", { pain: pain_during });
+  if (pain_before === null || pain_after === null) return during;
+  const change = pain_after - pain_before;
+  const words =
+    change === 0
+      ? t("sessions:result.unchanged")
+      : t(change < 0 ? "sessions:result.less" : "sessions:result.more", { count: Math.abs(change) });
+  return during ? t("sessions:result.both", { change: words, during }) : words;
+}

@@ -1,0 +1,93 @@
+import { describe, expect, it } from "vitest";
+import type { Run, Session } from "../../lib/api/client";
+import { total, verdictOf, widestRange, worstError, worstMotor } from "./sessionResult";
+import { readSessionView } from "./sessionTabs";
+
+type Motion = NonNullable<Run["comparison"]>["motions"][number];
+
+const run = (of: Partial<Run>, peaks: number[] = [], motions: Partial<Motion>[] = []) =>
+  ({
+    outcome: "completed",
+    partial: false,
+    comparison: peaks.length
+      ? { motors: peaks.map((peak_deg, n) => ({ motor: n + 1, peak_deg })), motions }
+      : null,
+    ...of,
+  }) as unknown as Run;
+const session = (runs: Run[], of: Partial<Session> = {}) =>
+  ({ runs, ended_at: "2026-11-25T10:00:00Z", end_reason: "completed", ...of }) as Session;
+
+describe("the verdict", () => {
+  it.each([
+    [session([run({})]), "completed"],
+    [session([]), "none"],
+    [session([run({ outcome: "unloaded" })]), "none"],
+    [session([run({}), run({ outcome: "returned" })]), "shortened"],
+    [session([run({})], { end_reason: "patient_request" }), "shortened"],
+    [session([run({})], { ended_at: null, end_reason: null }), "open"],
+    // A stop is told at once, and outweighs everything that went well.
+    [session([run({ outcome: "stopped" }), run({})], { ended_at: null }), "stopped"],
+    [session([run({ outcome: "interrupted" })]), "interrupted"],
+  ] as const)("of %# is %s", (given, verdict) => expect(verdictOf(given)).toBe(verdict));
+});
+
+describe("the largest error", () => {
+  it("is the largest by magnitude, with its motor and playback", () => {
+    expect(worstError([run({}, [0.5, -1.5]), run({}, [1.2, 0.1])])).toEqual({
+      place: 0,
+      motor: 2,
+      peak_deg: -1.5,
+    });
+  });
+
+  it("leaves out partial comparisons, as the progress does", () => {
+    expect(worstError([run({ partial: true }, [9]), run({}, [0.4])])?.peak_deg).toBe(0.4);
+    expect(worstError([run({ partial: true }, [9])])).toBeNull();
+    expect(worstMotor(run({ partial: true }, [1, 9]))).toBe(2);
+  });
+});
+
+it("the widest range joins the playbacks of a motion", () => {
+  const abduction = { motion: 4, taught_min_deg: 0, taught_max_deg: 80 };
+  const flexion = { motion: 5, taught_min_deg: 0, taught_max_deg: 60, played_min_deg: 0, played_max_deg: 60 };
+  const found = widestRange([
+    run({}, [1], [{ ...abduction, played_min_deg: 10, played_max_deg: 50 }, flexion]),
+    run({}, [1], [{ ...abduction, played_min_deg: 5, played_max_deg: 78 }]),
+  ]);
+  expect(found?.motion.motion).toBe(4);
+  expect(found?.reached).toEqual([5, 78]);
+  expect(found?.requested).toEqual([0, 80]);
+  expect(found?.patient).toBeNull();
+  expect(widestRange([run({})])).toBeNull();
+});
+
+it("a count that no playback has is not zero", () => {
+  expect(total([run({ reversals: null })], ({ reversals }) => reversals)).toBeNull();
+  expect(total([run({ reversals: null }), run({ reversals: 2 })], ({ reversals }) => reversals)).toBe(2);
+});
+
+it.each([
+  [
+    { tab: "record", run: 2 },
+    { tab: "record", run: 2 },
+  ],
+  [{ tab: "playback" }, {}],
+  [{ tab: "nonsense", run: "2" }, {}],
+  [{ run: 0 }, {}],
+  [{ run: 1.5 }, {}],
+])("an address with %j shows %j", (search, view) => expect(readSessionView(search)).toEqual(view));
+
+it("the patient's angle is that of the playback that reached highest", () => {
+  const motion = { motion: 4, taught_min_deg: 0, taught_max_deg: 80, played_min_deg: 0 };
+  const estimated = {
+    patient_min_deg: 4.2,
+    patient_min_uncertainty_deg: 13.4,
+    patient_max_deg: -0.2,
+    patient_max_uncertainty_deg: 12.4,
+  };
+  const found = widestRange([
+    run({}, [1], [{ ...motion, ...estimated, patient_max_deg: 71.6, played_max_deg: 78 }]),
+    run({}, [1], [{ ...motion, ...estimated, played_max_deg: 50 }]),
+  ]);
+  expect(found?.patient).toBe("4° ± 13° to 72° ± 12°");
+});

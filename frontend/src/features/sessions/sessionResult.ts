@@ -1,0 +1,76 @@
+import type { Run, Session } from "../../lib/api/client";
+import { patientAngleWords } from "./patientAngle";
+
+export type VerdictName = "none" | "open" | "completed" | "shortened" | "stopped" | "interrupted";
+type Motion = NonNullable<Run["comparison"]>["motions"][number];
+
+/** Return how the session went: the worst of its playbacks, or that it is not over. */
+export function verdictOf({ runs, ended_at, end_reason }: Session): VerdictName {
+  const outcomes = runs.map(({ outcome }) => outcome);
+  if (outcomes.includes("stopped")) return "stopped";
+  if (outcomes.includes("interrupted")) return "interrupted";
+  if (ended_at === null) return "open";
+  if (!outcomes.some((outcome) => outcome === "completed" || outcome === "returned")) return "none";
+  const shortened = end_reason !== null && end_reason !== "completed";
+  return shortened || outcomes.includes("returned") ? "shortened" : "completed";
+}
+
+/** The largest error of the session, by magnitude, with its motor and its playback's place from 0. */
+export type WorstError = { place: number; motor: number; peak_deg: number };
+
+/** Return the largest error; null if nothing was compared. Partial comparisons do not count, as in progress. */
+export function worstError(runs: Run[]): WorstError | null {
+  const errors = runs.flatMap((run, place) =>
+    run.partial
+      ? []
+      : (run.comparison?.motors ?? []).map(({ motor, peak_deg }) => ({ place, motor, peak_deg })),
+  );
+  return errors.reduce<WorstError | null>(
+    (worst, error) => (worst && Math.abs(worst.peak_deg) >= Math.abs(error.peak_deg) ? worst : error),
+    null,
+  );
+}
+
+/** Return the motor with the run's largest error; 1 if nothing was compared. */
+export const worstMotor = (run: Run): number => worstError([{ ...run, partial: false }])?.motor ?? 1;
+
+/** A motion with the angles reached and requested, over all playbacks. */
+export type Reached = {
+  motion: Motion;
+  reached: [number, number];
+  requested: [number, number];
+  /** The patient's angles of the playback that reached highest; null where only the apparatus angle is known. */
+  patient: string | null;
+};
+
+/** Return the motion with the widest range, in apparatus angles; null if nothing was compared. */
+export function widestRange(runs: Run[]): Reached | null {
+  const found = new Map<number, Reached>();
+  for (const motion of runs.flatMap((run) => run.comparison?.motions ?? [])) {
+    const { played_min_deg, played_max_deg, taught_min_deg, taught_max_deg } = motion;
+    if (played_min_deg === null || played_max_deg === null) continue;
+    const requested: [number, number] = [taught_min_deg ?? played_min_deg, taught_max_deg ?? played_max_deg];
+    const before = found.get(motion.motion);
+    found.set(motion.motion, {
+      motion,
+      reached: wider(before?.reached, [played_min_deg, played_max_deg]),
+      requested: wider(before?.requested, requested),
+      patient: before && before.reached[1] >= played_max_deg ? before.patient : patientAngleWords(motion),
+    });
+  }
+  const span = ({ reached: [from, to] }: Reached) => to - from;
+  return [...found.values()].reduce<Reached | null>(
+    (widest, next) => (widest && span(widest) >= span(next) ? widest : next),
+    null,
+  );
+}
+
+function wider(before: [number, number] | undefined, next: [number, number]): [number, number] {
+  return before ? [Math.min(before[0], next[0]), Math.max(before[1], next[1])] : next;
+}
+
+/** Return the sum of a count over the playbacks that have it; null if none has. */
+export function total(runs: Run[], of: (run: Run) => number | null): number | null {
+  const counts = runs.map(of).filter((count) => count !== null);
+  return counts.length > 0 ? counts.reduce((sum, count) => sum + count, 0) : null;
+}

@@ -1,0 +1,215 @@
+import { Group, SegmentedControl, Select, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { Link, Navigate, useNavigate, useParams, useSearch } from "@tanstack/react-router";
+import classes from "../../app/Shell.module.css";
+import { useTitle } from "../../app/title";
+import { api } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useHasPermission } from "../auth/hooks";
+import { ChartCard } from "./ChartCard";
+import { spanWords, stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
+import {
+  AMOUNTS,
+  daysOf,
+  type FiguresSearch,
+  isoDay,
+  RANGES,
+  SUBJECTS,
+  type Subject,
+  spanOf,
+} from "./figuresSearch";
+import { Outcomes } from "./Outcomes";
+import { StopLinks } from "./StopLinks";
+import { Tracking } from "./Tracking";
+
+const NEEDS = {
+  outcomes: "read_records",
+  usage: "see_operation",
+  stops: "see_operation",
+  tracking: "see_operation",
+} as const;
+const FROM = "/clinic/$subject";
+
+/** Leads to the first figures that the user may see. */
+export function FiguresEntry() {
+  const reads = useHasPermission("read_records");
+  return <Navigate to={FROM} params={{ subject: reads ? "outcomes" : "usage" }} replace />;
+}
+
+/** The figures of the clinic: outcomes, use, stops and tracking error. The address holds time, filters and choices. */
+export function FiguresPage() {
+  useTitle(t("clinic:figures.title"));
+  const { subject: asked } = useParams({ from: FROM });
+  const subject = SUBJECTS.find((name) => name === asked) ?? "outcomes";
+  const search = useSearch({ from: FROM });
+  const permitted = {
+    read_records: useHasPermission("read_records"),
+    see_operation: useHasPermission("see_operation"),
+  };
+  const shown = SUBJECTS.filter((name) => permitted[NEEDS[name]]);
+  const Figures = { outcomes: Outcomes, usage: Usage, stops: Stops, tracking: Tracking }[subject];
+  return (
+    <Stack>
+      <Title order={1} size="h2">
+        {t("clinic:figures.title")}
+      </Title>
+      <Group component="nav" gap={4} aria-label={t("clinic:figures.subjects")}>
+        {shown.map((name) => (
+          <Link
+            key={name}
+            to={FROM}
+            params={{ subject: name }}
+            search={({ from, to, range, station }: FiguresSearch) => ({
+              ...(from && { from }),
+              ...(to && { to }),
+              ...(range && { range }),
+              ...(station && { station }),
+            })}
+            className={classes.page ?? ""}
+            activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
+            activeOptions={{ includeSearch: false }}
+          >
+            {t(`clinic:subjects.${name}.title`)}
+          </Link>
+        ))}
+      </Group>
+      {shown.includes(subject) ? (
+        <>
+          <Choices subject={subject} search={search} />
+          <Text size="sm">{t(`clinic:subjects.${subject}.shows`)}</Text>
+          <Figures search={search} />
+        </>
+      ) : (
+        <Text>{t("clinic:figures.noRight")}</Text>
+      )}
+    </Stack>
+  );
+}
+
+/** Time, station, interval and amount. */
+function Choices({ subject, search }: { subject: Subject; search: FiguresSearch }) {
+  const navigate = useNavigate({ from: FROM });
+  const sees = useHasPermission("read_records");
+  const options = useQuery({
+    queryKey: ["session-choices"],
+    queryFn: api.sessionFilterOptions,
+    enabled: sees && subject !== "outcomes",
+  });
+  const days = daysOf(search, new Date());
+  const set = (change: FiguresSearch) => void navigate({ search: { ...search, ...change }, replace: true });
+  const { from: _, to: __, ...withoutDays } = search;
+  const stations = options.data?.stations ?? [];
+  const { station, ...everywhere } = search;
+  return (
+    <Group align="end">
+      <Select
+        label={t("clinic:figures.range")}
+        allowDeselect={false}
+        data={RANGES.map((range) => ({ value: range, label: t(`clinic:figures.ranges.${range}`) }))}
+        value={search.from || search.to ? null : (search.range ?? "months12")}
+        onChange={(range) =>
+          void navigate({
+            search: { ...withoutDays, range: range as (typeof RANGES)[number] },
+            replace: true,
+          })
+        }
+      />
+      {(["from", "to"] as const).map((name) => (
+        <TextInput
+          key={name}
+          type="date"
+          label={t(`clinic:figures.${name}`)}
+          value={days[name]}
+          max={isoDay(new Date())}
+          onChange={(event) =>
+            event.currentTarget.value && set({ ...days, [name]: event.currentTarget.value })
+          }
+        />
+      ))}
+      {subject !== "outcomes" && (
+        <Select
+          label={t("clinic:figures.station")}
+          placeholder={t("clinic:figures.anyStation")}
+          clearable
+          data={station === undefined || stations.includes(station) ? stations : [...stations, station]}
+          value={station ?? null}
+          onChange={(chosen) =>
+            void navigate({ search: chosen ? { ...search, station: chosen } : everywhere, replace: true })
+          }
+        />
+      )}
+    </Group>
+  );
+}
+
+function Usage({ search }: { search: FiguresSearch }) {
+  const navigate = useNavigate({ from: FROM });
+  const { by, ...byWeek } = search;
+  const span = spanOf(search, new Date());
+  const usage = useQuery({ queryKey: ["usage", span, by], queryFn: () => api.usage(span, by ?? "week") });
+  const rows = usage.data?.rows ?? [];
+  const sums = AMOUNTS.map((amount) => {
+    const sum = rows.reduce((total, row) => total + row[amount], 0);
+    return `${t(`clinic:figures.${amount}`)}: ${sum.toFixed(amount === "hours" ? 1 : 0)}`;
+  });
+  return (
+    <Stack>
+      <Group>
+        <SegmentedControl
+          aria-label={t("clinic:figures.of")}
+          value={search.of ?? "sessions"}
+          onChange={(of) =>
+            void navigate({ search: { ...search, of: of as (typeof AMOUNTS)[number] }, replace: true })
+          }
+          data={AMOUNTS.map((amount) => ({ value: amount, label: t(`clinic:figures.${amount}`) }))}
+        />
+        <SegmentedControl
+          aria-label={t("clinic:figures.by")}
+          value={by ?? "week"}
+          onChange={(chosen) =>
+            void navigate({ search: chosen === "day" ? { ...search, by: "day" } : byWeek, replace: true })
+          }
+          data={(["week", "day"] as const).map((value) => ({ value, label: t(`clinic:figures.${value}`) }))}
+        />
+      </Group>
+      <ProblemNote error={usage.error} />
+      {usage.isPending && <Skeleton h={520} />}
+      {usage.data && rows.length === 0 && <Text>{t("clinic:figures.nothing")}</Text>}
+      {rows.length > 0 && (
+        <ChartCard
+          name="usage"
+          title={t("clinic:subjects.usage.title")}
+          summary={`${spanWords(daysOf(search, new Date()))}. ${sums.join(", ")}`}
+          figure={usageFigure(rows, search)}
+          table={usageTable(rows)}
+        />
+      )}
+    </Stack>
+  );
+}
+
+function Stops({ search }: { search: FiguresSearch }) {
+  const span = spanOf(search, new Date());
+  const stops = useQuery({ queryKey: ["stops", span], queryFn: () => api.stopCounts(span) });
+  const rows = stops.data?.rows ?? [];
+  return (
+    <Stack>
+      <ProblemNote error={stops.error} />
+      {stops.isPending && <Skeleton h={400} />}
+      {stops.data && rows.length === 0 && <Text>{t("clinic:figures.nothing")}</Text>}
+      {rows.length > 0 && (
+        <>
+          <ChartCard
+            name="stops"
+            title={t("clinic:subjects.stops.title")}
+            summary={`${spanWords(daysOf(search, new Date()))}. ${t("clinic:figures.sessions")}: ${stops.data?.sessions}`}
+            figure={stopsFigure(rows)}
+            table={stopsTable(rows)}
+          />
+          <StopLinks rows={rows} days={daysOf(search, new Date())} />
+        </>
+      )}
+    </Stack>
+  );
+}

@@ -1,0 +1,138 @@
+import { Card, Select, SimpleGrid, Skeleton, Stack, Text } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate } from "@tanstack/react-router";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatDeg } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { ChartCard } from "./ChartCard";
+import { groupWords, outcomeFigure, outcomeTable, shownGroups } from "./charts";
+import { type FiguresSearch, MEASURES, type Measure, spanOf } from "./figuresSearch";
+import { changeOfAll, hasPoints, wholePercent, withUnit } from "./outcomeWords";
+
+type Found = Schemas["Outcomes"];
+
+/** The outcomes of the treatment: of all patients, by stage and by programme. */
+export function Outcomes({ search }: { search: FiguresSearch }) {
+  const navigate = useNavigate({ from: "/clinic/$subject" });
+  const { station: _, ...span } = spanOf(search, new Date());
+  const outcomes = useQuery({ queryKey: ["outcomes", span], queryFn: () => api.outcomes(span) });
+  const measure = search.measure ?? "spadi";
+  return (
+    <Stack>
+      <Select
+        label={t("clinic:figures.measure")}
+        maw={420}
+        allowDeselect={false}
+        data={MEASURES.map((value) => ({ value, label: t(`clinic:measures.${value}`) }))}
+        value={measure}
+        onChange={(chosen) =>
+          void navigate({ search: { ...search, measure: chosen as Measure }, replace: true })
+        }
+      />
+      <ProblemNote error={outcomes.error} />
+      {outcomes.isPending && <Skeleton h={720} />}
+      {outcomes.data && <Shown found={outcomes.data} measure={measure} />}
+    </Stack>
+  );
+}
+
+function Shown({ found, measure }: { found: Found; measure: Measure }) {
+  const shown = shownGroups(found.groups, measure);
+  const all = changeOfAll(found, measure);
+  if (!all) return <Text>{t("clinic:figures.fewAll", { count: found.least_patients })}</Text>;
+  const title = t(`clinic:measures.${measure}`);
+  const hidden = found.groups.filter((group) => group.patients === null);
+  const table = outcomeTable(found.groups);
+  return (
+    <>
+      <Verdicts measure={measure} change={all} limits={found.limits[measure] ?? []} />
+      {all.important && (
+        <ChartCard
+          name="outcomes"
+          title={`${t("clinic:verdicts.shareChart")}: ${title}`}
+          summary={t("clinic:verdicts.improved", { percent: wholePercent(all.important.value) })}
+          figure={outcomeFigure(shown, "important")}
+          table={table}
+        />
+      )}
+      <ChartCard
+        name="outcomes"
+        title={`${t("clinic:verdicts.meanChart")}: ${title}`}
+        summary={t("clinic:verdicts.mean", { change: withUnit(measure, all.change?.value) })}
+        figure={outcomeFigure(
+          shown,
+          "change",
+          t(`clinic:figures.changeAxis.${hasPoints(measure) ? "points" : "angle"}`),
+        )}
+        table={table}
+      />
+      {hidden.length > 0 && (
+        <Text size="sm">
+          {t("clinic:figures.hiddenGroups", {
+            count: found.least_patients,
+            groups: hidden.map(groupWords).join(", "),
+          })}
+        </Text>
+      )}
+    </>
+  );
+}
+
+function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; limits: (number | null)[] }) {
+  const { measure, change, limits } = props;
+  const { important, detectable, weeks_to_important: weeks, change: mean } = change;
+  const [importantLimit, detectableLimit] = limits.map((limit) => limit ?? 0) as [number, number];
+  return (
+    <SimpleGrid cols={{ base: 1, sm: 2, lg: 4 }}>
+      {important && (
+        <Verdict
+          title={t("clinic:verdicts.improved", { percent: wholePercent(important.value) })}
+          detail={t("clinic:verdicts.improvedDetail", {
+            limit_points: importantLimit,
+            low: wholePercent(important.low),
+            high: wholePercent(important.high),
+            count: change.patients,
+          })}
+        />
+      )}
+      {detectable && (
+        <Verdict
+          title={t("clinic:verdicts.detectable", { percent: wholePercent(detectable.value) })}
+          detail={t("clinic:verdicts.detectableDetail", {
+            limit_points: detectableLimit,
+            low: wholePercent(detectable.low),
+            high: wholePercent(detectable.high),
+          })}
+        />
+      )}
+      {mean && (
+        <Verdict
+          title={t("clinic:verdicts.mean", { change: withUnit(measure, mean.value) })}
+          detail={t("clinic:verdicts.meanDetail", {
+            low: formatDeg(mean.low),
+            high: withUnit(measure, mean.high),
+            first: formatDeg(change.first),
+            last: withUnit(measure, change.last),
+          })}
+        />
+      )}
+      {weeks && (
+        <Verdict
+          title={t("clinic:verdicts.weeks", { median: formatDeg(weeks[1]) })}
+          detail={t("clinic:verdicts.weeksDetail", { low: formatDeg(weeks[0]), high: formatDeg(weeks[2]) })}
+        />
+      )}
+      {!important && <Verdict title={t("clinic:verdicts.noLimit")} detail="" />}
+    </SimpleGrid>
+  );
+}
+
+function Verdict({ title, detail }: { title: string; detail: string }) {
+  return (
+    <Card withBorder>
+      <Text fw={600}>{title}</Text>
+      <Text size="sm">{detail}</Text>
+    </Card>
+  );
+}

@@ -1,0 +1,271 @@
+import type { Schemas } from "../../lib/api/client";
+import { formatDay } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { stopWords } from "../sessions/stopWords";
+import type { FiguresSearch, Measure } from "./figuresSearch";
+
+type Figure = Schemas["Figure"];
+type Table = Schemas["ProgressTable"];
+
+/** Colours of the service's figures, which have dark counterparts; none is an alarm colour. */
+const COLOURS = ["#1f3a93", "#e07b00", "#2f7d4f", "#7b3fa0", "#7f5539", "#64748b"];
+/** Series differ without colours too. */
+const PATTERNS = ["", "/", ".", "x", "-", "|"];
+const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
+const MARKERS = ["circle", "square", "diamond", "triangle-up", "cross", "x"];
+export const GRID = {
+  gridcolor: "#e2e8f0",
+  zerolinecolor: "#cbd5e1",
+  linecolor: "#94a3b8",
+  automargin: true,
+};
+const ROW_PX = 44;
+
+export const column = (name: string, kind: "text" | "number" = "number", digits = 0) => ({
+  name,
+  kind,
+  digits,
+});
+const names = (rows: { station: string }[]) => [...new Set(rows.map((row) => row.station))].sort();
+/** Return a trace for each station. */
+const byStation = <Row extends { station: string }>(
+  rows: Row[],
+  trace: (own: Row[], place: number) => object,
+) =>
+  names(rows).map((station, place) => ({
+    name: station,
+    ...trace(
+      rows.filter((row) => row.station === station),
+      place,
+    ),
+  }));
+const barMarker = (place: number) => ({
+  color: nth(COLOURS, place),
+  // On the colour. Plotly would otherwise draw the pattern instead of it.
+  pattern: { shape: nth(PATTERNS, place), fillmode: "overlay", fgcolor: "white", solidity: 0.2 },
+});
+const nth = <Value>(values: readonly Value[], place: number) => values[place % values.length] as Value;
+
+function layout(height: number, more: object): Figure["layout"] {
+  return {
+    height,
+    margin: { l: 56, r: 16, t: 16, b: 40 },
+    font: { family: "system-ui, sans-serif", size: 13 },
+    hovermode: "closest",
+    plot_bgcolor: "white",
+    paper_bgcolor: "white",
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
+    ...more,
+  };
+}
+
+/** How the line of one of several series looks. */
+export const lineLook = (place: number) => ({
+  line: { color: nth(COLOURS, place), dash: nth(DASHES, place) },
+  marker: { color: nth(COLOURS, place), symbol: nth(MARKERS, place), size: 7 },
+});
+
+export const figure = (data: object[], height: number, more: object): Figure =>
+  ({ data, layout: layout(height, more), texts: [] }) as unknown as Figure;
+
+/** Bars of each station by day or week, one on the other. */
+export function usageFigure(rows: Schemas["StationUse"][], search: FiguresSearch): Figure {
+  const amount = search.of ?? "sessions";
+  const traces = byStation(rows, (own, place) => ({
+    type: "bar",
+    x: own.map((row) => row.begins_on),
+    y: own.map((row) => row[amount]),
+    marker: barMarker(place),
+    hovertemplate: amount === "hours" ? "%{x}: %{y:.1f}" : "%{x}: %{y}",
+  }));
+  return figure(traces, 360, {
+    barmode: "stack",
+    xaxis: { ...GRID, type: "date" },
+    yaxis: { ...GRID, title: { text: t(`clinic:figures.${amount}`) }, rangemode: "tozero" },
+  });
+}
+
+export function usageTable(rows: Schemas["StationUse"][]): Table {
+  return {
+    columns: [
+      column(t("clinic:figures.beginsOn"), "text"),
+      column(t("clinic:figures.station"), "text"),
+      column(t("clinic:figures.sessions")),
+      column(t("clinic:figures.playbacks")),
+      column(t("clinic:figures.stopped")),
+      column(t("clinic:figures.hours"), "number", 2),
+      column(t("clinic:figures.repetitions")),
+    ],
+    rows: rows.map((row) => [
+      row.begins_on,
+      row.station,
+      row.sessions,
+      row.playbacks,
+      row.stopped,
+      row.hours,
+      row.repetitions,
+    ]),
+    texts: [],
+  };
+}
+
+/** A line for each station by week. */
+export function trackingFigure(rows: Schemas["StationTracking"][]): Figure {
+  const traces = byStation(rows, (own, place) => ({
+    type: "scatter",
+    mode: "lines+markers",
+    x: own.map((row) => row.begins_on),
+    y: own.map((row) => row.rmse_deg),
+    ...lineLook(place),
+    hovertemplate: "%{x}: %{y:.2f}°",
+  }));
+  return figure(traces, 360, {
+    xaxis: { ...GRID, type: "date" },
+    yaxis: { ...GRID, title: { text: t("clinic:figures.rmse") }, rangemode: "tozero" },
+  });
+}
+
+export function trackingTable(rows: Schemas["StationTracking"][]): Table {
+  return {
+    columns: [
+      column(t("clinic:figures.beginsOn"), "text"),
+      column(t("clinic:figures.station"), "text"),
+      column(t("clinic:figures.playbacks")),
+      column(t("clinic:figures.rmse"), "number", 2),
+      column(t("clinic:figures.peak"), "number", 2),
+    ],
+    rows: rows.map((row) => [row.begins_on, row.station, row.playbacks, row.rmse_deg, row.peak_deg]),
+    texts: [],
+  };
+}
+
+/** Horizontal bars of the causes over all stations shown: stopped sessions and alarms beside each other. */
+export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
+  const causes = [...new Set(rows.map((row) => row.code))];
+  const traces = (["sessions", "alarms"] as const).map((counted, place) => ({
+    type: "bar",
+    orientation: "h",
+    name: t(`clinic:figures.counted.${counted}`),
+    x: causes.map((code) => rows.reduce((sum, row) => sum + (row.code === code ? row[counted] : 0), 0)),
+    y: causes.map(stopWords),
+    marker: barMarker(place),
+    hovertemplate: "%{y}: %{x}",
+  }));
+  return figure(traces, 130 + ROW_PX * causes.length, {
+    barmode: "group",
+    xaxis: { ...GRID, title: { text: t("clinic:figures.number") }, rangemode: "tozero" },
+    yaxis: { ...GRID, autorange: "reversed" },
+  });
+}
+
+export function stopsTable(rows: Schemas["StopCount"][]): Table {
+  return {
+    columns: [
+      column(t("clinic:figures.cause"), "text"),
+      column(t("clinic:figures.station"), "text"),
+      column(t("clinic:figures.sessions")),
+      column(t("clinic:figures.alarms")),
+    ],
+    rows: rows.map((row) => [stopWords(row.code), row.station || "–", row.sessions, row.alarms]),
+    texts: [],
+  };
+}
+
+const STAGES: Partial<Record<string, string>> = t("episodes:stages", { returnObjects: true });
+
+/** Return a group of patients in words. */
+export function groupWords({ by, name }: Schemas["OutcomeGroup"]): string {
+  if (by === "all") return t("clinic:figures.everyone");
+  if (by === "stage")
+    return name === ""
+      ? t("clinic:figures.noStage")
+      : t("clinic:figures.byStage", { name: STAGES[name] ?? name });
+  return name === "" ? t("clinic:figures.noProgramme") : t("clinic:figures.byProgramme", { name });
+}
+
+/** The groups of which a measure is shown, with its change. */
+export const shownGroups = (groups: Schemas["OutcomeGroup"][], measure: Measure) =>
+  groups.flatMap((group) => {
+    const change = group.changes.find((candidate) => candidate.measure === measure);
+    return change ? [{ name: groupWords(group), change }] : [];
+  });
+
+type Shown = ReturnType<typeof shownGroups>[number];
+
+/** A point with its confidence interval for each group. `axis`: name and unit of a change; a share has its own. */
+export function outcomeFigure(shown: Shown[], part: "change" | "important", axis = ""): Figure {
+  const factor = part === "important" ? 100 : 1;
+  const own = shown.flatMap(({ name, change }) => {
+    const estimate = change[part];
+    return estimate ? [{ name, estimate, patients: change.patients }] : [];
+  });
+  const trace = {
+    type: "scatter",
+    mode: "markers",
+    showlegend: false,
+    x: own.map(({ estimate }) => factor * estimate.value),
+    y: own.map(({ name, patients }) => `${name} (${patients})`),
+    error_x: {
+      type: "data",
+      symmetric: false,
+      array: own.map(({ estimate }) => factor * (estimate.high - estimate.value)),
+      arrayminus: own.map(({ estimate }) => factor * (estimate.value - estimate.low)),
+      color: COLOURS[0],
+    },
+    marker: { color: COLOURS[0], size: 10 },
+    hovertemplate: "%{x:.1f}",
+  };
+  return figure([trace], 90 + ROW_PX * own.length, {
+    xaxis: {
+      ...GRID,
+      title: { text: axis },
+      ...(part === "important" ? { range: [0, 100], ticksuffix: "%" } : {}),
+    },
+    yaxis: { ...GRID, autorange: "reversed", type: "category" },
+  });
+}
+
+const percent = (estimate: Schemas["Estimate"] | null) => (estimate ? 100 * estimate.value : null);
+
+/** All measures of all shown groups. */
+export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
+  const figures = t("clinic:figures", { returnObjects: true });
+  const digits = 1;
+  return {
+    columns: [
+      column(figures.measure, "text"),
+      column(figures.group, "text"),
+      column(figures.patients),
+      ...[figures.first, figures.last, figures.change, figures.changeLow, figures.changeHigh].map((name) =>
+        column(name, "number", digits),
+      ),
+      column(figures.important),
+      column(figures.detectable),
+      ...[figures.weeks, figures.weeksLow, figures.weeksHigh].map((name) => column(name, "number", digits)),
+    ],
+    rows: groups.flatMap((group) =>
+      group.changes.map(
+        ({ measure, patients, first, last, change, important, detectable, weeks_to_important: weeks }) => [
+          t(`clinic:measures.${measure}`),
+          groupWords(group),
+          patients,
+          first,
+          last,
+          change?.value ?? null,
+          change?.low ?? null,
+          change?.high ?? null,
+          percent(important),
+          percent(detectable),
+          weeks?.[1] ?? null,
+          weeks?.[0] ?? null,
+          weeks?.[2] ?? null,
+        ],
+      ),
+    ),
+    texts: [],
+  };
+}
+
+/** Return the first and last day of the rows in words. */
+export const spanWords = (days: { from: string; to: string }) =>
+  t("common:format.range", { from: formatDay(days.from), to: formatDay(days.to) });

@@ -1,0 +1,18 @@
+import { client, unwrap } from "./request";
+import type { SpanQuery } from "./types";
+
+/** Minutes by which this browser's zone is ahead of UTC: a day begins at its midnight. */
+export const utcOffsetMinutes = () => -new Date().getTimezoneOffset();
+
+/** The work of the day, and the clinic's figures. */
+export const clinicApi = {
+  worklist: () =>
+    unwrap(client.GET("/api/worklist", { params: { query: { utc_offset_minutes: utcOffsetMinutes() } } })),
+  usage: (span: SpanQuery, by: "day" | "week") =>
+    unwrap(client.GET("/api/statistics/usage", { params: { query: { ...span, by } } })),
+  trackingQuality: (span: SpanQuery) =>
+    unwrap(client.GET("/api/statistics/tracking", { params: { query: span } })),
+  stopCounts: (span: SpanQuery) => unwrap(client.GET("/api/statistics/stops", { params: { query: span } })),
+  outcomes: (span: SpanQuery) => unwrap(client.GET("/api/statistics/outcomes", { params: { query: span } })),
+  operation: () => unwrap(client.GET("/api/operation")),
+};

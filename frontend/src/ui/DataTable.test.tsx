@@ -1,0 +1,72 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import * as csv from "../lib/csv";
+import { DataTable } from "./DataTable";
+import type { Column } from "./tableRows";
+
+type Row = { name: string; stops: number | null };
+const ROWS: Row[] = [
+  { name: "Ito", stops: 2 },
+  { name: "Abe", stops: null },
+  { name: "Sato", stops: 10 },
+];
+const COLUMNS: Column<Row>[] = [
+  { key: "name", head: "Name", always: true, value: ({ name }) => name, cell: ({ name }) => name },
+  {
+    key: "stops",
+    head: "Stops",
+    right: true,
+    total: true,
+    value: ({ stops }) => stops,
+    cell: ({ stops }) => stops ?? "–",
+  },
+];
+const names = () =>
+  screen
+    .getAllByRole("row")
+    .slice(1, 4)
+    .map((row) => row.firstChild?.textContent);
+
+beforeEach(() => {
+  localStorage.clear();
+  render(
+    <MantineProvider env="test">
+      <DataTable name="stops" label="Stops" columns={COLUMNS} rows={ROWS} rowKey={({ name }) => name} more />
+    </MantineProvider>,
+  );
+});
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+it("sorts upwards, downwards and as it was, without a value last", () => {
+  const head = screen.getByRole("button", { name: "Stops" });
+  fireEvent.click(head);
+  expect(names()).toEqual(["Ito", "Sato", "Abe"]);
+  expect(screen.getByRole("columnheader", { name: "Stops" }).getAttribute("aria-sort")).toBe("ascending");
+  fireEvent.click(head);
+  expect(names()).toEqual(["Sato", "Ito", "Abe"]);
+  fireEvent.click(head);
+  expect(names()).toEqual(["Ito", "Abe", "Sato"]);
+});
+
+it("adds up the rows shown, and says that there are more", () => {
+  expect(screen.getByRole("row", { name: "Total 12" })).toBeTruthy();
+  expect(screen.getByText(/^3 rows; there are more/)).toBeTruthy();
+});
+
+it("saves the columns and the order that are shown, and remembers hidden columns", () => {
+  const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
+  fireEvent.click(screen.getByRole("button", { name: "Name" }));
+  fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
+  expect(saved).toHaveBeenLastCalledWith("stops.csv", "\ufeffName,Stops\r\nAbe,\r\nIto,2\r\nSato,10\r\n");
+  fireEvent.click(screen.getByRole("button", { name: "Columns" }));
+  fireEvent.click(screen.getByRole("checkbox", { name: "Stops" }));
+  fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
+  expect(saved).toHaveBeenLastCalledWith("stops.csv", "\ufeffName\r\nAbe\r\nIto\r\nSato\r\n");
+  expect(localStorage.getItem("kata.columns.stops")).toContain("stops");
+  // The column that identifies a row cannot be hidden.
+  expect(screen.queryByRole("checkbox", { name: "Name" })).toBeNull();
+});

@@ -1,0 +1,141 @@
+import { Button, Checkbox, Group, Popover, Stack, Table, Text, UnstyledButton } from "@mantine/core";
+import { useLocalStorage } from "@mantine/hooks";
+import { IconArrowDown, IconArrowUp, IconColumns, IconDownload } from "@tabler/icons-react";
+import { type ReactNode, useState } from "react";
+import { saveFile, toCsv } from "../lib/csv";
+import { t } from "../lib/i18n";
+import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
+import classes from "./ui.module.css";
+
+interface DataTableProps<Row> {
+  /** Name of the file, and of the stored choice of columns. */
+  name: string;
+  label: string;
+  columns: Column<Row>[];
+  rows: Row[];
+  rowKey: (row: Row) => string;
+  /** True if the list has rows that are not loaded. */
+  more?: boolean;
+  isDimmed?: (row: Row) => boolean;
+}
+
+/** A table whose columns can be sorted and chosen, with totals, and with what it shows as CSV. */
+export function DataTable<Row>(props: DataTableProps<Row>) {
+  const { name, label, columns, rowKey, more = false, isDimmed } = props;
+  const [sorting, setSorting] = useState<Sorting>(null);
+  const [hidden, setHidden] = useLocalStorage<string[]>({ key: `kata.columns.${name}`, defaultValue: [] });
+  const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
+  const rows = sortedRows(props.rows, columns, sorting);
+  return (
+    <Stack gap="xs">
+      <Group justify="space-between">
+        <Text size="sm">{t(more ? "ui:table.rowsOfMore" : "ui:table.rows", { count: rows.length })}</Text>
+        <Group gap="xs">
+          <ColumnChoice columns={columns} hidden={hidden} onChange={setHidden} />
+          <Button
+            variant="default"
+            leftSection={<IconDownload size={20} />}
+            onClick={() => saveFile(`${name}.csv`, toCsv(shownTable(rows, shown)))}
+          >
+            {t("ui:table.csv")}
+          </Button>
+        </Group>
+      </Group>
+      <Table.ScrollContainer minWidth={320}>
+        <Table verticalSpacing="md" highlightOnHover aria-label={label}>
+          <Table.Thead>
+            <Table.Tr>
+              {shown.map((column) => (
+                <Head
+                  key={column.key}
+                  column={column}
+                  sorting={sorting}
+                  onSort={() => setSorting(turned(sorting, column.key))}
+                />
+              ))}
+            </Table.Tr>
+          </Table.Thead>
+          <Table.Tbody>
+            {rows.map((row) => (
+              <Table.Tr key={rowKey(row)} {...(isDimmed?.(row) && { c: "dimmed" })}>
+                {shown.map((column) => (
+                  <Table.Td key={column.key} {...(column.right && { ta: "right" })}>
+                    {column.cell(row)}
+                  </Table.Td>
+                ))}
+              </Table.Tr>
+            ))}
+          </Table.Tbody>
+          <Totals columns={shown} rows={rows} />
+        </Table>
+      </Table.ScrollContainer>
+    </Stack>
+  );
+}
+
+/** The head of a column. A press sorts by it: upwards, downwards, and then as the service sent the rows. */
+function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () => void }) {
+  const { column, sorting } = props;
+  const direction = sorting?.key === column.key ? sorting.direction : null;
+  const Icon = direction === "descending" ? IconArrowDown : IconArrowUp;
+  return (
+    <Table.Th aria-sort={direction ?? "none"} {...(column.right && { ta: "right" })}>
+      <UnstyledButton className={classes.head ?? ""} onClick={props.onSort}>
+        {column.head}
+        <Icon size={16} aria-hidden style={{ visibility: direction ? "visible" : "hidden" }} />
+      </UnstyledButton>
+    </Table.Th>
+  );
+}
+
+/** Sums of the columns that have one, over the rows shown. */
+function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] }) {
+  if (rows.length < 2 || !columns.some(({ total }) => total)) return null;
+  const cell = (column: Column<Row>, place: number): ReactNode => {
+    if (column.total) return rows.reduce((sum, row) => sum + Number(column.value(row) ?? 0), 0);
+    return place === 0 ? t("ui:table.total") : null;
+  };
+  return (
+    <Table.Tfoot>
+      <Table.Tr>
+        {columns.map((column, place) => (
+          <Table.Td key={column.key} fw={700} {...(column.right && { ta: "right" })}>
+            {cell(column, place)}
+          </Table.Td>
+        ))}
+      </Table.Tr>
+    </Table.Tfoot>
+  );
+}
+
+/** Which columns are shown; the browser remembers it. */
+function ColumnChoice<Row>(props: {
+  columns: Column<Row>[];
+  hidden: string[];
+  onChange: (hidden: string[]) => void;
+}) {
+  const { columns, hidden } = props;
+  const free = columns.filter(({ always }) => !always);
+  return (
+    <Popover position="bottom-end" withArrow trapFocus>
+      <Popover.Target>
+        <Button variant="default" leftSection={<IconColumns size={20} />}>
+          {t("ui:table.columns")}
+        </Button>
+      </Popover.Target>
+      <Popover.Dropdown>
+        <Checkbox.Group
+          label={t("ui:table.columnsShown")}
+          value={free.map(({ key }) => key).filter((key) => !hidden.includes(key))}
+          onChange={(kept) => props.onChange(free.map(({ key }) => key).filter((key) => !kept.includes(key)))}
+        >
+          <Stack gap={4} mt="xs">
+            {free.map(({ key, head }) => (
+              <Checkbox key={key} value={key} label={head} size="md" />
+            ))}
+          </Stack>
+        </Checkbox.Group>
+      </Popover.Dropdown>
+    </Popover>
+  );
+}

@@ -1,0 +1,75 @@
+import { Skeleton, Text } from "@mantine/core";
+import { createLink } from "@tanstack/react-router";
+import { type ComponentPropsWithoutRef, forwardRef, type ReactNode } from "react";
+import { t } from "../lib/i18n";
+import classes from "./ui.module.css";
+
+interface KeyFigure {
+  label: string;
+  /** Undefined while it loads. */
+  value: string | undefined;
+  /** Unit or scale of the value; it follows the value in every language. */
+  unit?: string;
+  note?: ReactNode;
+  /** It calls for attention. */
+  calls?: boolean;
+  failed?: boolean;
+}
+
+/** One number with its name, its unit, and what it means or how it changed. */
+export function Metric({ testid, ...figure }: KeyFigure & { testid?: string }) {
+  return (
+    <div className={classes.metric} data-testid={testid}>
+      <Content {...figure} />
+    </div>
+  );
+}
+
+/** A key figure that links to what is behind it. It keeps its size while it loads. */
+export const MetricLink = createLink(
+  forwardRef<HTMLAnchorElement, KeyFigure & ComponentPropsWithoutRef<"a">>(
+    ({ label, value, unit, note, calls, failed, ...link }, ref) => (
+      <a ref={ref} {...link} className={`${classes.metric} ${classes.leads}`} data-calls={calls}>
+        <Content
+          {...{ label, value, note }}
+          {...(unit && { unit })}
+          {...(calls && { calls })}
+          {...(failed && { failed })}
+        />
+      </a>
+    ),
+  ),
+);
+
+function Content({ label, value, unit, note, calls, failed }: KeyFigure) {
+  const shown = failed ? t("ui:metric.unavailable") : value;
+  return (
+    <>
+      <Text component="div" size="sm" c="dimmed">
+        {label}
+      </Text>
+      {shown === undefined ? (
+        <Skeleton h={32} my={4} w="60%" />
+      ) : (
+        <Text component="div" className={classes.value ?? ""} {...(calls && { c: "grape" })}>
+          {shown}
+          {unit && shown === value && <span className={classes.unit}> {unit}</span>}
+        </Text>
+      )}
+      {note && (
+        <Text component="div" size="sm">
+          {note}
+        </Text>
+      )}
+    </>
+  );
+}
+
+/** Several numbers side by side, as many as fit. */
+export function Metrics({ label, children }: { label: string; children: ReactNode }) {
+  return (
+    <section className={classes.metrics} aria-label={label}>
+      {children}
+    </section>
+  );
+}

@@ -1,0 +1,30 @@
+import { Button, Card, Group, Title } from "@mantine/core";
+import { type ReactNode, Suspense, useState } from "react";
+
+interface OpenOnDemandProps {
+  title: string;
+  /** Label of the button that shows `children`. */
+  open: string;
+  icon: ReactNode;
+  /** Shown while the module of `children` loads. */
+  fallback: ReactNode;
+  children: ReactNode;
+}
+
+/** A titled card with a button; `children` load when it is pressed and replace the card. */
+export function OpenOnDemand({ title, open, icon, fallback, children }: OpenOnDemandProps) {
+  const [opened, setOpened] = useState(false);
+  if (opened) return <Suspense fallback={fallback}>{children}</Suspense>;
+  return (
+    <Card withBorder component="section" aria-label={title}>
+      <Group justify="space-between">
+        <Title order={2} size="h3">
+          {title}
+        </Title>
+        <Button variant="default" h={44} leftSection={icon} onClick={() => setOpened(true)}>
+          {open}
+        </Button>
+      </Group>
+    </Card>
+  );
+}

@@ -1,0 +1,47 @@
+import type { ReactNode } from "react";
+import type { Schemas } from "../lib/api/client";
+import { LANGUAGE } from "../lib/language";
+
+/** One column of a table. `value` is what it is sorted by and what the CSV has; null: nothing. */
+export interface Column<Row> {
+  key: string;
+  head: string;
+  value: (row: Row) => string | number | null;
+  cell: (row: Row) => ReactNode;
+  right?: boolean;
+  /** It has a sum below it. */
+  total?: boolean;
+  /** It cannot be hidden. */
+  always?: boolean;
+}
+
+/** Null: in the order of the service. */
+export type Sorting = { key: string; direction: "ascending" | "descending" } | null;
+
+const collator = new Intl.Collator(LANGUAGE, { numeric: true });
+
+/** Return the sorting after a press on a head: upwards, downwards, none. */
+export function turned(sorting: Sorting, key: string): Sorting {
+  if (sorting?.key !== key) return { key, direction: "ascending" };
+  return sorting.direction === "ascending" ? { key, direction: "descending" } : null;
+}
+
+/** Return the rows in order. Rows without a value come last in both directions. */
+export function sortedRows<Row>(rows: Row[], columns: Column<Row>[], sorting: Sorting): Row[] {
+  const column = columns.find(({ key }) => key === sorting?.key);
+  if (!column) return rows;
+  const sign = sorting?.direction === "descending" ? -1 : 1;
+  return [...rows].sort((one, other) => {
+    const [left, right] = [column.value(one), column.value(other)];
+    if (left === null || right === null) return Number(left === null) - Number(right === null);
+    if (typeof left === "number" && typeof right === "number") return sign * (left - right);
+    return sign * collator.compare(String(left), String(right));
+  });
+}
+
+/** Return what a table shows, for a file. */
+export const shownTable = <Row>(rows: Row[], columns: Column<Row>[]): Schemas["ProgressTable"] => ({
+  columns: columns.map(({ head }) => ({ name: head, kind: "text", digits: 0 })),
+  rows: rows.map((row) => columns.map(({ value }) => value(row))),
+  texts: [],
+});

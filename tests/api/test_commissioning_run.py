@@ -1,0 +1,111 @@
+"""The page runs the procedure of commissioning."""
+
+import contextlib
+import time
+from pathlib import Path
+from typing import Any, Final
+
+from fastapi.testclient import TestClient
+from sqlalchemy import select
+
+from kata.audit.tables import AuditRow
+from kata.bench.commissioned import write_commissioned
+from kata.commissioning import texts
+from kata.device.config import simulated
+from kata.simulator.process import SimulatorProcess
+from tests.support.service import running
+from tests.support.station_api import until
+
+RUN: Final = "/api/station/commissioning/run"
+_LIMIT_S: Final = 60.0
+
+
+def state(client: TestClient) -> dict[str, Any]:
+    found: dict[str, Any] = client.get(RUN).json()
+    return found
+
+
+def do(client: TestClient, last: str) -> dict[str, Any]:
+    """Confirm instructions until a step has ended."""
+    end = time.monotonic() + _LIMIT_S
+    while time.monotonic() < end:
+        now = state(client)
+        of_step = next(step for step in now["steps"] if step["key"] == last)
+        if of_step["state"] in ("passed", "failed") or not now["running"]:
+            return now
+        if now["instruction"] and now["instruction"]["press"]:
+            client.post(f"{RUN}/confirm", json={"number": now["instruction"]["number"]})
+        time.sleep(0.02)
+    raise AssertionError("the step did not end")
+
+
+def states(run: dict[str, Any]) -> list[str]:
+    return [step["state"] for step in run["steps"]]
+
+
+def test_a_practice_runs_and_stop_ends_it(tmp_path: Path) -> None:
+    with running(tmp_path, "technician") as client:
+        until(client, lambda live: live["mode"] == "idle")
+        assert client.post(RUN, json={"kind": "full"}).json()["running"]
+        assert client.post(RUN, json={"kind": "full"}).json()["code"] == "commissioning_runs"
+        assert client.post(f"{RUN}/confirm", json={"number": 99}).json()["code"] == "other_instruction"
+        run = do(client, "inputs")
+        assert states(run)[:4] == ["passed", "passed", "passed", "running"]
+        assert run["steps"][1]["result"]["values"]
+        refusals = until(client, lambda live: live["mode"] == "offline")["refusals"]
+        assert refusals["teach"]["code"] == "commissioning_runs"
+        assert client.post("/api/station/stop").status_code == 200
+        ended = state(client)
+        assert (ended["running"], ended["passed"], ended["instruction"]) == (False, False, None)
+        fault = next(step["result"]["fault"] for step in ended["steps"] if step["state"] == "failed")
+        assert fault == texts.TECHNICIAN_STOPPED()
+        until(client, lambda live: live["mode"] == "idle")
+        with client.app.state.services.database.read() as session:  # type: ignore[attr-defined]
+            actions = session.scalars(select(AuditRow.action)).all()
+        assert {"start_commissioning", "stop"} <= set(actions)
+
+
+def test_an_open_session_refuses_commissioning(tmp_path: Path) -> None:
+    with running(tmp_path) as client:
+        until(client, lambda live: live["mode"] == "idle")
+        patient = client.post("/api/patients", json={"name": "Sato", "clinic_number": "1", "affected_side": "left"})
+        assert patient.status_code == 201, patient.json()
+        opened = client.post("/api/sessions", json={"patient_id": patient.json()["id"]})
+        assert opened.status_code in (200, 201), opened.json()
+        assert client.post(RUN, json={"kind": "full"}).json()["code"] == "session_open"
+
+
+def test_a_therapist_may_not_commission(tmp_path: Path) -> None:
+    with running(tmp_path, "therapist") as client:
+        assert client.post(RUN, json={"kind": "full"}).status_code == 403
+
+
+def begin_check(client: TestClient, until_asked: str) -> None:
+    """Start the periodic check and wait for an instruction. On a busy computer a simulated drive may answer too late; then start again."""
+    for _ in range(3):
+        assert client.post(RUN, json={"kind": "check"}).json()["running"]
+        while (now := state(client))["running"]:
+            if (now["instruction"] or {}).get("kind") == until_asked:
+                return
+            time.sleep(0.05)
+        until(client, lambda live: live["mode"] == "idle")
+    raise AssertionError(now["steps"])
+
+
+def test_a_real_station_is_checked_and_names_a_pulled_adapter(tmp_path: Path) -> None:
+    with contextlib.closing(SimulatorProcess(tmp_path)) as apparatus:
+        station = tmp_path / "station.toml"
+        write_commissioned(simulated(apparatus.port), station)
+        with running(tmp_path, "technician", simulate=False, station=station) as client:
+            until(client, lambda live: live["mode"] == "idle")
+            assert state(client)["may_check"]
+            assert client.post(RUN, json={"kind": "full", "begin": "axes"}).json()["code"] == "steps_missing"
+            begin_check(client, "press_estop")
+            assert state(client)["instruction"]["press"] is False, "the drives show it"
+            apparatus.close()
+            end = time.monotonic() + _LIMIT_S
+            while state(client)["running"] and time.monotonic() < end:
+                time.sleep(0.05)
+            failed = next(step for step in state(client)["steps"] if step["state"] == "failed")
+            assert failed["key"] == "inputs"
+            assert failed["result"]["fault"]

@@ -1,0 +1,172 @@
+"""Contraindications: what each does to teaching and playback, and what the banner shows, over HTTP."""
+
+from datetime import date
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.clinic.banner import age_years
+from kata.clinic.contraindications.kinds import KINDS, kind_of
+from kata.clinic.episodes import stages
+from kata.motion.edit import PlaybackSettings
+from tests.support.audit_rows import audit_log
+from tests.support.preflight import go_through_checklist, teaching
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import accepted, until_mode
+
+
+def recorded(client: TestClient, patient: dict[str, Any], code: str, **more: Any) -> dict[str, Any]:
+    answer = client.post(f"/api/patients/{patient['id']}/contraindications", json={"code": code} | more)
+    assert answer.status_code == 201, answer.text
+    made: dict[str, Any] = answer.json()
+    return made
+
+
+def resolved(client: TestClient, found: dict[str, Any]) -> None:
+    url = f"/api/contraindications/{found['id']}/resolve"
+    assert client.post(url, json={"reason": "United on the X-ray."}).status_code == 200
+    problem(client.post(url, json={"reason": "Again."}), 409, "resolved")
+
+
+@pytest.fixture
+def wanted(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
+    """A load for which every check is answered."""
+    until_mode(client, "idle")
+    recording = taught(client, patient, lifted())
+    visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    go_through_checklist(client, visit["id"], recording["id"])
+    return {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
+
+
+def test_a_fracture_blocks_teaching_and_playback_until_resolved(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any]
+) -> None:
+    teach = teaching(client, patient["id"])
+    fracture = recorded(client, patient, "fracture", note="Humeral neck.")
+    assert (fracture["effect"], fracture["stops_motion"]) == ("block", True)
+    problem(
+        client.post(f"/api/patients/{patient['id']}/contraindications", json={"code": "fracture"}),
+        409,
+        "already_recorded",
+    )
+    refused = problem(client.post("/api/station/load", json=wanted), 409, "contraindicated")
+    assert "Fracture that has not united" in refused["detail"]
+    problem(client.post("/api/station/teach", json=teach), 409, "contraindicated")
+    problem(
+        client.post(f"/api/contraindications/{fracture['id']}/sign-off", json={"doctor": "Dr. Mori"}),
+        409,
+        "no_sign_off",
+    )
+    assert client.get(f"/api/sessions/{wanted['session_id']}").json()["runs"] == []
+
+    resolved(client, fracture)
+    accepted(client, "load", wanted)
+    accepted(client, "unload")
+    actions = [one["action"] for one in audit_log(client, patient_id=patient["id"])]
+    assert {"add_contraindication", "resolve_contraindication"} <= set(actions)
+    refusals = [one["detail"].get("why") for one in audit_log(client, action="load")]
+    assert "contraindicated" in refusals
+
+
+def test_a_recent_repair_waits_for_a_doctors_permission(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any]
+) -> None:
+    repair = recorded(client, patient, "recent_repair")
+    refused = problem(client.post("/api/station/load", json=wanted), 409, "sign_off_needed")
+    assert "Recent repair" in refused["detail"]
+    url = f"/api/contraindications/{repair['id']}/sign-off"
+    problem(client.post(url, json={"doctor": " "}), 422, "invalid")
+    signed = client.post(url, json={"doctor": "Dr. Mori"}).json()
+    assert (signed["signed_off_by"], signed["stops_motion"]) == ("Dr. Mori", False)
+    accepted(client, "load", wanted)
+    accepted(client, "unload")
+    # It is still shown.
+    banner = client.get(f"/api/patients/{patient['id']}/banner").json()
+    assert [one["code"] for one in banner["contraindications"]] == ["recent_repair"]
+
+
+def test_osteoporosis_warns_only_and_concerns_both_shoulders(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any]
+) -> None:
+    found = recorded(client, patient, "osteoporosis")
+    assert (found["episode_id"], found["stops_motion"]) == (None, False)
+    accepted(client, "load", wanted)
+    accepted(client, "unload")
+
+
+def test_the_other_shoulders_condition_does_not_stop_this_one(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any]
+) -> None:
+    left = client.post(f"/api/patients/{patient['id']}/episodes", json={"side": "left"}).json()
+    recorded(client, patient, "fracture", episode_id=left["id"])
+    accepted(client, "load", wanted)
+    accepted(client, "unload")
+    # The pacemaker is the patient's: it stops either shoulder.
+    recorded(client, patient, "pacemaker")
+    problem(client.post("/api/station/load", json=wanted), 409, "sign_off_needed")
+
+
+def test_the_banner_says_who_it_is_and_its_limits(client: TestClient, patient: dict[str, Any]) -> None:
+    given = {"kana": "ヤマダ ハナコ", "birth_date": "1968-04-12"}
+    assert client.patch(f"/api/patients/{patient['id']}", json=given).status_code == 200
+    (episode,) = client.get(f"/api/patients/{patient['id']}/episodes").json()["items"]
+    url = f"/api/episodes/{episode['id']}"
+    assert client.patch(url, json={"contraindications": "No traction."}).status_code == 200
+    assert client.post(f"{url}/stages", json={"stage": "freezing", "since": "2026-08-01"}).status_code == 201
+    recorded(client, patient, "osteoporosis")
+    recorded(client, patient, "infection")
+
+    banner = client.get(f"/api/patients/{patient['id']}/banner").json()
+    assert (banner["kana"], banner["birth_date"], banner["clinic_number"]) == (
+        "ヤマダ ハナコ",
+        "1968-04-12",
+        patient["clinic_number"],
+    )
+    assert banner["age_years"] >= 58
+    (shoulder,) = banner["shoulders"]
+    assert (shoulder["side"], shoulder["stage"], shoulder["contraindications"]) == ("right", "freezing", "No traction.")
+    assert shoulder["proposal"]["load_level"] == stages.PROPOSALS["freezing"].load_level
+    # What stops motion comes first.
+    assert [one["code"] for one in banner["contraindications"]] == ["infection", "osteoporosis"]
+
+
+def test_a_load_beyond_the_stages_proposal_is_audited(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any]
+) -> None:
+    (episode,) = client.get(f"/api/patients/{patient['id']}/episodes").json()["items"]
+    given = {"stage": "freezing", "since": "2026-08-01"}
+    assert client.post(f"/api/episodes/{episode['id']}/stages", json=given).status_code == 201
+    run = accepted(client, "load", wanted | {"speed_percent": 50, "range_percent": 80})
+    assert run["load_level"] == 12
+    accepted(client, "unload")
+    details = [one["detail"] for one in audit_log(client, action="load", patient_id=patient["id"])]
+    assert [detail["beyond_stage"] for detail in details if "beyond_stage" in detail] == ["load_level"]
+
+
+@pytest.mark.parametrize(
+    ("today", "age"),
+    [(date(2026, 4, 11), 57), (date(2026, 4, 12), 58), (date(2026, 12, 31), 58), (date(1968, 4, 1), 0)],
+)
+def test_age_is_in_completed_years(today: date, age: int) -> None:
+    assert age_years(date(1968, 4, 12), today) == age
+
+
+def test_proposals_grow_and_are_exceeded_only_above() -> None:
+    gentle, middle, strong = (stages.PROPOSALS[stage] for stage in ("freezing", "frozen", "thawing"))
+    for name in ("load_level", "speed_percent", "range_percent", "repetitions"):
+        assert getattr(gentle, name) <= getattr(middle, name) <= getattr(strong, name)
+    settings = PlaybackSettings(gentle.speed_percent, gentle.repetitions, 0.0, gentle.range_percent)
+    assert stages.exceeded("freezing", gentle.load_level, settings) == []
+    faster = PlaybackSettings(gentle.speed_percent + 1, gentle.repetitions + 1, 0.0, gentle.range_percent)
+    assert stages.exceeded("freezing", gentle.load_level + 1, faster) == ["load_level", "speed_percent", "repetitions"]
+    assert stages.exceeded(None, 25, faster) == []
+
+
+def test_every_kind_says_what_it_does_and_why(client: TestClient) -> None:
+    listed = client.get("/api/contraindication-kinds").json()["items"]
+    assert [one["code"] for one in listed] == list(KINDS)
+    assert all(one["source"] for one in listed)
+    # A code of another version is never harmless.
+    assert kind_of("from_the_future").effect == "sign_off"

@@ -1,0 +1,91 @@
+"""Notifications by role: alarms for all users; erasures, emergency accesses and failed backups for administrators."""
+
+from datetime import timedelta
+from uuid import UUID, uuid4
+
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor
+from kata.api.notifications import Notification, list_notifications
+from kata.backups.tables import BackupRow
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patients.tables import ErasureRow
+from kata.clinic.restricted.tables import BreakGlassAccessRow
+from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.tables import EpisodeRow, PatientRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.support.login import signed_in_actor
+from tests.support.treatment import Texts, treat
+
+NOW = utc_now()
+
+
+def add_backup(session: Session, hours_ago: int, problem: str = "") -> None:
+    at = NOW - timedelta(hours=hours_ago)
+    session.add(
+        BackupRow(id=uuid4(), at=at, kind="nightly", file="", bytes=1, problem=problem, tested_at=at, audit_problem="")
+    )
+
+
+def add_alarm(session: Session, code: str, days_ago: int = 0, *, patient_id: UUID | None = None) -> None:
+    session_id = session.query(SessionRow.id).filter_by(patient_id=patient_id).limit(1).scalar() if patient_id else None
+    session.add(
+        DeviceEventRow(
+            id=uuid4(), station="Station 1", at=NOW - timedelta(days=days_ago), kind="alarm", code=code,
+            message="M.", patient_id=patient_id, session_id=session_id,
+        )
+    )  # fmt: skip
+
+
+def told(database: Database, who: Actor) -> list[Notification]:
+    return list_notifications(database, who).items
+
+
+def kinds(found: list[Notification]) -> list[tuple[str, str]]:
+    return [(one.kind, one.problem or one.code or one.name) for one in found]
+
+
+def test_every_role_gets_what_concerns_it(database: Database) -> None:
+    therapist = signed_in_actor(database, "therapist")
+    with database.write() as session:
+        patient_id = session.get_one(EpisodeRow, treat(session, Texts(), sessions=1, runs=1).episode_id).patient_id
+        for hours_ago, problem in ((5, "Before."), (4, ""), (3, "Disk full."), (2, "Disk full again.")):
+            add_backup(session, hours_ago, problem)
+        add_alarm(session, "estop_pressed", patient_id=patient_id)
+        add_alarm(session, "bus_lost", days_ago=8)
+        session.add(
+            ErasureRow(id=uuid4(), patient_id=patient_id, asked_at=NOW - timedelta(hours=1), reason="", noted_by="N")
+        )
+        for reviewed_at in (None, NOW):
+            session.add(
+                BreakGlassAccessRow(
+                    id=uuid4(), patient_id=patient_id, account_id=therapist.account_id, reason="Pain.",
+                    at=NOW - timedelta(hours=6), until=NOW, reviewed_at=reviewed_at, reviewed_by="",
+                )
+            )  # fmt: skip
+    found = told(database, signed_in_actor(database, "administrator"))
+    assert kinds(found) == [
+        ("alarm", "estop_pressed"),
+        ("erasure", ""),
+        ("failed_backup", "Disk full again."),
+        ("failed_backup", "Disk full."),
+        ("emergency_access", therapist.name),
+    ]
+    assert found[0].session_id is not None
+    assert found[1].patient_id == patient_id
+    for role in ("viewer", "therapist", "technician"):
+        only_alarm = told(database, signed_in_actor(database, role))
+        assert kinds(only_alarm) == [("alarm", "estop_pressed")], role
+        assert (only_alarm[0].session_id is not None) == (role != "technician")
+
+
+def test_session_of_a_restricted_record_stays_unnamed(database: Database) -> None:
+    with database.write() as session:
+        patient_id = session.get_one(EpisodeRow, treat(session, Texts(), sessions=1, runs=1).episode_id).patient_id
+        session.get_one(PatientRow, patient_id).restricted = True
+        add_alarm(session, "estop_pressed", patient_id=patient_id)
+        session.add(ErasureRow(id=uuid4(), patient_id=patient_id, asked_at=NOW, reason="", noted_by="N"))
+    found = told(database, signed_in_actor(database, "administrator"))
+    assert kinds(found) == [("alarm", "estop_pressed")]
+    assert found[0].session_id is None

@@ -1,0 +1,142 @@
+"""Scapulohumeral rhythm of a recording and of a run over HTTP."""
+
+from dataclasses import dataclass
+from typing import Any
+from uuid import UUID
+
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import select
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.sessions.tables import RunRow
+from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
+from kata.motion.linkage import Floats
+from tests.support.responses import problem
+from tests.support.rhythm_motions import abduction, as_csv, damage, evenly, store_poses, wave
+from tests.support.treatment import DAY, treat
+
+pytestmark = pytest.mark.no_apparatus
+
+ELEVATION = wave(12.0, 75.0, 10.0)
+SOUND = abduction(ELEVATION, (ELEVATION - 12.0) / 5)
+
+
+@dataclass(frozen=True)
+class Played:
+    """A run of the left, affected shoulder."""
+
+    patient_id: UUID
+    run_id: UUID
+    recording_id: UUID
+
+
+def play(client: TestClient, poses: Floats, phase: int = PHASE_PLAYING) -> Played:
+    app: Any = client.app
+    with app.state.services.database.write() as session:
+        made = treat(session, runs=1)
+        run = session.scalars(select(RunRow).where(RunRow.session_id == made.session_ids[0])).one()
+        found = Played(run.recording.patient_id, run.id, run.recording_id)
+        store_poses(session, run, poses, phase, "left")
+    return found
+
+
+def teach_other_side(client: TestClient, played: Played, poses: Floats, side: str = "right") -> str:
+    answer = client.post(
+        f"/api/patients/{played.patient_id}/recordings/import",
+        params={"name": "Sound side", "side": side},
+        content=as_csv(poses),
+        headers={"content-type": "text/csv"},
+    )
+    assert answer.status_code == 201, answer.text
+    found: str = answer.json()["recording"]["id"]
+    return found
+
+
+def rhythm(client: TestClient, path: str) -> dict[str, Any]:
+    answer = client.get(f"/api/{path}/rhythm")
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def test_run_has_the_rhythm_that_was_played_and_taught(client: TestClient) -> None:
+    played = play(client, evenly(ELEVATION, 4.0))
+    found = rhythm(client, f"runs/{played.run_id}")
+    assert [(one["of"], one["direction"], one["plane"]) for one in found["curves"]] == [
+        ("played", "raising", "abduction"), ("played", "lowering", "abduction"),
+        ("taught", "raising", "abduction"), ("taught", "lowering", "abduction"),
+    ]  # fmt: skip
+    assert [one["whole"]["ratio"] for one in found["curves"]] == pytest.approx([4.0] * 4, abs=0.1)
+    assert [band["reason"] for band in found["curves"][0]["bands"]] == [None, "not_covered", "not_covered"]
+    assert found["curves"][0]["reference"] == {"source": "giphart_2013", "ratio": 2.0, "ratio_deviation": 0.4}
+    assert found["curves"][1]["reference"] is None
+    assert (found["side"], found["run_id"], found["no_sound"]) == ("left", str(played.run_id), "no_recording")
+    recording = rhythm(client, f"recordings/{played.recording_id}")
+    assert [one["of"] for one in recording["curves"]] == ["taught", "taught"]
+    assert recording["run_id"] is None
+
+
+def test_scapula_that_runs_ahead_of_sound_side_is_named(client: TestClient) -> None:
+    shrug = 8.0 * ((ELEVATION - 12.0) / 20.0).clip(0.0, 1.0)
+    played = play(client, abduction(ELEVATION, (ELEVATION - 12.0) / 5 + shrug))
+    other = teach_other_side(client, played, SOUND)
+    teach_other_side(client, played, SOUND[:2].repeat(60, axis=0))
+    found = rhythm(client, f"runs/{played.run_id}")
+    assert found["sound"]["recording_id"] == other
+    assert found["no_sound"] is None
+    assert [one["of"] for one in found["leads"]] == ["played", "taught"]
+    for one in found["leads"]:
+        assert one["largest_deg"] == pytest.approx(8.0, abs=0.3)
+        assert one["ahead_from_deg"] == pytest.approx(22.0, abs=2.0)
+    assert {one["of"] for one in found["curves"]} == {"played", "taught", "sound"}
+    assert rhythm(client, f"recordings/{other}")["no_sound"] == "sound_side"
+
+
+def test_same_rhythm_on_both_sides_does_not_run_ahead(client: TestClient) -> None:
+    played = play(client, SOUND)
+    teach_other_side(client, played, SOUND)
+    (lead,) = rhythm(client, f"recordings/{played.recording_id}")["leads"]
+    assert lead["largest_deg"] == pytest.approx(0.0, abs=0.2)
+    assert lead["ahead_from_deg"] is None
+
+
+def test_mirrored_and_archived_recordings_are_not_the_sound_side(client: TestClient) -> None:
+    played = play(client, SOUND)
+    mirrored = client.post(f"/api/recordings/{played.recording_id}/derived", json={"do": "mirror"})
+    assert mirrored.status_code == 201 and mirrored.json()["side"] == "right", mirrored.text
+    assert rhythm(client, f"recordings/{played.recording_id}")["no_sound"] == "no_recording"
+    archived = teach_other_side(client, played, SOUND)
+    assert rhythm(client, f"recordings/{played.recording_id}")["no_sound"] is None
+    assert client.patch(f"/api/recordings/{archived}", json={"archived": True}).status_code == 200
+    assert rhythm(client, f"recordings/{played.recording_id}")["no_sound"] == "no_recording"
+
+
+def test_other_motion_and_two_treated_sides_are_not_compared(client: TestClient) -> None:
+    played = play(client, SOUND)
+    flexion = SOUND.copy()
+    flexion[:, [2, 3]] = flexion[:, [3, 2]]
+    teach_other_side(client, played, flexion)
+    assert rhythm(client, f"recordings/{played.recording_id}")["no_sound"] == "no_like_motion"
+    app: Any = client.app
+    with app.state.services.database.write() as session:
+        session.add(
+            EpisodeRow(id=played.run_id, patient_id=played.patient_id, side="right", opened_at=DAY, updated_at=DAY)
+        )
+    assert rhythm(client, f"recordings/{played.recording_id}")["no_sound"] == "sides_unknown"
+
+
+def test_run_without_playback_or_pose_has_no_rhythm(client: TestClient) -> None:
+    approached = play(client, SOUND, PHASE_APPROACHING)
+    problem(client.get(f"/api/runs/{approached.run_id}/rhythm"), 409, "nothing_played")
+    app: Any = client.app
+    with app.state.services.database.write() as session:
+        damage(session, approached.recording_id)
+        elsewhere = session.scalars(
+            select(RunRow).where(RunRow.session_id == treat(session, runs=1).session_ids[0])
+        ).one()
+        run_id = elsewhere.id
+    problem(client.get(f"/api/recordings/{approached.recording_id}/rhythm"), 410, "unreadable_samples")
+    # The angles of motors 1 and 2 of this run are those of no position of the scapula.
+    problem(client.get(f"/api/runs/{run_id}/rhythm"), 422, "no_pose")
+    assert rhythm(client, f"recordings/{play(client, SOUND).recording_id}")["curves"]

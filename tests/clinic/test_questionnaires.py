@@ -1,0 +1,187 @@
+"""Questionnaires: definitions as files, their scores, licensed texts, and their export.
+
+We know no published worked example of these scores for certain. The cases below are the ends and the formulas of the named sources.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+from uuid import UUID
+
+import pytest
+from sqlalchemy import select
+from typer.testing import CliRunner
+
+from kata.cli.main import app
+from kata.clinic.assessments import service as assessments
+from kata.clinic.assessments import spadi
+from kata.clinic.assessments.schemas import AssessmentCreate
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.questionnaires import definitions, service
+from kata.clinic.questionnaires.definitions import DEFINITIONS
+from kata.clinic.questionnaires.licensed_texts import read_texts
+from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.support.fhir_bundle import exported, judged, of_kind
+from tests.support.fhir_patient import treated
+from tests.support.questionnaires import words_of
+
+CASES: tuple[tuple[str, list[Any], float | None], ...] = (
+    ("spadi", [0] * 13, 0.0),
+    ("spadi", [10] * 13, 100.0),
+    ("spadi", [6] * 5 + [3] * 8, 45.0),
+    ("spadi", [6] * 5 + [None, None] + [3] * 6, 45.0),
+    ("spadi", [6] * 5 + [None] * 3 + [3] * 5, None),
+    ("quickdash", [1] * 11, 0.0),
+    ("quickdash", [5] * 11, 100.0),
+    ("quickdash", [3] * 11, 50.0),
+    ("quickdash", [2] * 10 + [None], 25.0),
+    ("quickdash", [2] * 9 + [None] * 2, None),
+    ("oxford", [4] * 12, 48.0),
+    ("oxford", [0] * 12, 0.0),
+    ("oxford", [3] * 6 + [1] * 6, 24.0),
+    ("oxford", [4] * 11 + [None], None),
+    ("ases", [0] + [3] * 10, 100.0),
+    ("ases", [10] + [0] * 10, 0.0),
+    ("ases", [4] + [2] * 10, (10 - 4) * 5 + 5 / 3 * 20),
+    ("ases", [None] + [2] * 10, None),
+)
+
+
+@pytest.mark.parametrize(("code", "answers", "total"), CASES)
+def test_score_follows_the_formula_of_its_source(code: str, answers: list[int | None], total: float | None) -> None:
+    definition = DEFINITIONS[code]
+    assert definition.fits(answers)
+    found = definitions.score(definition, answers).total
+    assert found == (None if total is None else pytest.approx(total))
+
+
+def test_every_definition_is_complete_and_has_its_sources() -> None:
+    assert set(DEFINITIONS) == {"spadi", "quickdash", "oxford", "ases"}
+    for definition in DEFINITIONS.values():
+        scales = definition.item_scales
+        totals = (
+            definitions.score(definition, [getattr(scale, end) for scale in scales]).total
+            for end in ("lowest", "highest")
+        )
+        ends = sorted(total or 0.0 for total in totals)
+        # A higher pain is worse and a higher function is better in the ASES.
+        if definition.code != "ases":
+            assert ends == pytest.approx([0, definition.highest_total])
+        assert definition.important.source
+        assert definition.detectable.source
+        assert definition.scoring_source
+        assert definition.copyright
+
+
+def test_spadi_of_the_form_is_scored_from_its_file() -> None:
+    assert [item.subscale for item in spadi.ITEMS] == [scale.code for scale in DEFINITIONS["spadi"].item_scales]
+    assert (spadi.IMPORTANT_CHANGE, spadi.DETECTABLE_CHANGE) == ((8, 13), 17)
+
+
+# -- licensed texts -------------------------------------------------------------------------------------------------
+
+
+def test_texts_of_a_clinic_are_imported_and_replaced(database: Database) -> None:
+    definition = DEFINITIONS["quickdash"]
+    for title in ("First", "Second"):
+        given = read_texts(json.dumps(words_of("quickdash", "ja") | {"title": title}).encode(), definition)
+        with database.write() as session:
+            service.store_texts(session, "quickdash", given, utc_now(), may_be_exported=False)
+    with database.read() as session:
+        (row,) = session.scalars(select(QuestionnaireTextsRow)).all()
+        assert (row.title, len(row.items)) == ("Second", 11)
+        languages = {one.code: one.languages for one in service.questionnaires(session)}
+    assert languages == {"spadi": [], "quickdash": ["ja"], "oxford": [], "ases": []}
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"resourceType": "Patient"}, "not a FHIR Questionnaire"),
+        ({"language": "de"}, "language must be one of en, ja"),
+        ({"copyright": " "}, "must have a copyright"),
+        ({"item": [{"linkId": "1", "text": "A"}]}, "has the items 1 to 13; the file has 1"),
+        ({"item": [{"linkId": "1", "text": "A"}, {"linkId": "1", "text": "B"}]}, "the item 1 occurs twice"),
+        ({"item": [{"linkId": "1"}]}, "item 1 must have a text"),
+        ({"item": []}, "the file has none"),
+    ],
+)
+def test_wrong_file_of_texts_is_refused_with_its_reason(change: dict[str, Any], complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        read_texts(json.dumps(words_of("spadi", "en") | change).encode(), DEFINITIONS["spadi"])
+
+
+def test_answer_that_an_item_does_not_have_is_refused() -> None:
+    words = words_of("spadi", "en")
+    words["item"][2]["answerOption"] = [{"valueCoding": {"code": "11", "display": "More than the worst"}}]
+    with pytest.raises(ValueError, match="item 3 is answered 0 to 10, not 11"):
+        read_texts(json.dumps(words).encode(), DEFINITIONS["spadi"])
+    with pytest.raises(ValueError, match="not JSON"):
+        read_texts(b"\xff", DEFINITIONS["spadi"])
+
+
+def test_command_imports_texts_or_says_what_is_wrong(tmp_path: Path) -> None:
+    file = tmp_path / "words.json"
+    file.write_text(json.dumps(words_of("spadi", "en")))
+    data = ["--data", str(tmp_path / "clinic")]
+    done = CliRunner().invoke(app, ["questionnaires", "import", "spadi", str(file), *data])
+    assert (done.exit_code, "13 items" in done.output) == (0, True), done.output
+    database = Database(f"sqlite:///{tmp_path / 'clinic/kata.db'}")
+    with database.read() as session:
+        assert session.scalars(select(QuestionnaireTextsRow.questionnaire)).all() == ["spadi"]
+    database.close()
+    file.write_text("{}")
+    for code, complaint in (("spadi", "not a FHIR Questionnaire"), ("dash", "There is no questionnaire dash")):
+        refused = CliRunner().invoke(app, ["questionnaires", "import", code, str(file), *data])
+        assert refused.exit_code == 1
+        assert complaint in " ".join(refused.output.split())
+
+
+# -- export ---------------------------------------------------------------------------------------------------------
+
+
+def answered(database: Database, patient_id: UUID, code: str, answers: list[int | None]) -> None:
+    with database.write() as session:
+        episode = session.scalars(select(EpisodeRow).filter_by(patient_id=patient_id)).one()
+        found = AssessmentCreate.model_construct(
+            assessed_at=utc_now(), assessed_by="Sato Mai", rom=[], spadi=None, note=""
+        )
+        assessments.create(session, episode.id, found, {code: answers})
+
+
+@pytest.mark.parametrize("may_be_exported", [True, False])
+@pytest.mark.parametrize("database", ["sqlite"], indirect=True)
+def test_texts_are_exported_only_where_their_licence_allows(
+    database: Database, tmp_path: Path, may_be_exported: bool
+) -> None:
+    patient_id = treated(database, sessions=1)
+    answered(database, patient_id, "quickdash", [2] * 10 + [None])
+    given = read_texts(json.dumps(words_of("quickdash", "en")).encode(), DEFINITIONS["quickdash"])
+    with database.write() as session:
+        service.store_texts(session, "quickdash", given, utc_now(), may_be_exported=may_be_exported)
+    told = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": told}) == {"bundle": []}
+    assert (given.items[0].text in json.dumps(told)) is may_be_exported
+    questionnaires = {one["url"]: one for one in of_kind(told, "Questionnaire")}
+    assert len(questionnaires) == 2
+    (response,) = [one for one in of_kind(told, "QuestionnaireResponse") if len(one["item"]) == 11]
+    assert questionnaires[response["questionnaire"]]["copyright"] == given.copyright if may_be_exported else True
+    totals = [
+        one for one in of_kind(told, "Observation") if one["code"].get("coding", [{}])[0]["code"] == "quickdash-total"
+    ]
+    assert [(one["valueQuantity"]["value"], one["bodySite"]["coding"][0]["code"]) for one in totals] == [
+        (25, "91775009")
+    ]
+
+
+def test_assessment_of_a_questionnaire_shows_its_total(database: Database) -> None:
+    patient_id = treated(database, sessions=0)
+    answered(database, patient_id, "oxford", [3] * 12)
+    answered(database, patient_id, "of_tomorrow", [1, 2])
+    with database.read() as session:
+        shown = [assessments.as_assessment(row) for row in session.scalars(select(AssessmentRow))]
+    found = {one.code: (one.total_points, one.highest_points) for row in shown for one in row.questionnaires}
+    assert found == {"oxford": (36.0, 48.0), "of_tomorrow": (None, None)}

@@ -1,0 +1,257 @@
+"""The clinic's figures: each agrees with a count of the records, and none names a patient who is hidden."""
+
+from collections.abc import Iterator
+from datetime import UTC, date, datetime, timedelta
+from math import isclose
+from uuid import UUID, uuid4
+
+import pytest
+from scipy import stats
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.statistics import intervals, outcomes, upkeep, usage, worklist
+from kata.clinic.statistics.intervals import SampleSums
+from kata.clinic.statistics.schemas import LEAST_SHOWN, ProgrammeAdherence
+from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
+from kata.clinic.statistics.usage import Span
+from kata.database.engine import Database
+from tests.support.databases import upgraded_file
+from tests.support.treatment import DAY, treat
+
+THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset())
+ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
+NOBODY = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
+NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
+
+
+@pytest.fixture
+def database(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
+    database = Database(upgraded_file(tmp_path_factory.mktemp("statistics") / "kata.db"))
+    upkeep.StatisticsUpkeep(database)
+    yield database
+    database.close()
+
+
+def hours(session: Session) -> dict[datetime, tuple[int, int, int, int]]:
+    rows = session.scalars(select(StationHourRow))
+    return {row.hour: (row.sessions, row.playbacks, row.stopped, row.repetitions) for row in rows}
+
+
+def test_hours_are_counted_with_the_commit_that_changes_them(database: Database) -> None:
+    with database.write() as session:
+        treat(session, sessions=2, runs=3)
+    with database.read() as session:
+        first = upkeep.hour_of(DAY)
+        assert hours(session) == {first: (1, 3, 1, 2), first + timedelta(days=3): (1, 3, 1, 2)}
+        rmse = session.scalars(select(RunRow.worst_rmse_deg)).all()
+        rows = session.scalars(select(StationHourRow)).all()
+        assert isclose(sum(row.rmse_sum_deg for row in rows), sum(value or 0 for value in rmse))
+
+
+def test_a_repeated_completion_is_counted_once(database: Database) -> None:
+    with database.write() as session:
+        treat(session, sessions=1, runs=2)
+    with database.read() as session:
+        before = hours(session)
+    for _ in range(2):
+        with database.write() as session:
+            run = session.scalars(select(RunRow)).first()
+            assert run
+            run.load_level = (run.load_level or 0) + 1
+    with database.read() as session:
+        assert hours(session) == before
+
+
+def test_a_session_moved_to_another_station_leaves_the_former_hour(database: Database) -> None:
+    with database.write() as session:
+        treat(session, sessions=1, runs=2)
+    with database.write() as session:
+        session.scalars(select(SessionRow)).one().station = "Kata 2"
+    with database.read() as session:
+        found = {row.station: row.sessions for row in session.scalars(select(StationHourRow))}
+    assert found == {"Kata 1": 0, "Kata 2": 1}
+
+
+def test_figures_never_fail_the_record_of_a_treatment(database: Database, caplog: pytest.LogCaptureFixture) -> None:
+    with database.writer.begin() as connection:
+        connection.exec_driver_sql("DROP TABLE station_hours")
+    with database.write() as session:
+        treat(session, sessions=1, runs=1)
+    with database.read() as session:
+        assert session.scalar(select(func.count()).select_from(RunRow)) == 1
+    assert "figures of the clinic were not updated" in caplog.text
+
+
+def test_a_withdrawn_assessment_is_no_outcome(database: Database) -> None:
+    with database.write() as session:
+        treat(session)
+    with database.read() as session:
+        spadi = session.scalars(select(EpisodeOutcomeRow).where(EpisodeOutcomeRow.measure == "spadi")).one()
+        assert (spadi.first, spadi.last, spadi.important_at) == (60.0, 40.0, spadi.last_at)
+    with database.write() as session:
+        newest = session.scalars(select(AssessmentRow).order_by(AssessmentRow.assessed_at.desc())).first()
+        assert newest
+        newest.withdrawn_at = NOW
+    with database.read() as session:
+        spadi = session.scalars(select(EpisodeOutcomeRow).where(EpisodeOutcomeRow.measure == "spadi")).one()
+        assert (spadi.first, spadi.last, spadi.important_at) == (60.0, 60.0, None)
+
+
+def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
+    # The first session begins at 0:30 UTC, which is half past nine in Tokyo and the day before in Chicago.
+    with database.write() as session:
+        treat(session, sessions=1, runs=1)
+    with database.read() as session:
+        days = {
+            offset: usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, offset), "day").rows[0].begins_on
+            for offset in (540, -360)
+        }
+        (week,) = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, -360), "week").rows
+    assert days == {540: date(2026, 11, 2), -360: date(2026, 11, 1)}
+    assert week.begins_on == date(2026, 10, 26)
+
+
+def add_episode(session: Session, change: float, programme: str = "Range", stage: str = "") -> None:
+    """Add a patient with two assessments a month apart, whose SPADI changes from 60 by this."""
+    at = NOW - timedelta(days=40)
+    patient = PatientRow(
+        id=uuid4(), clinic_number=uuid4().hex[:8], name="N", sex="female", notes="", created_at=at, updated_at=at
+    )
+    session.add(patient)
+    session.flush()
+    episode = EpisodeRow(id=uuid4(), patient_id=patient.id, side="left", limits_by="", opened_at=at, updated_at=at)
+    session.add(episode)
+    session.flush()
+    session.add(ProgrammeRow(id=uuid4(), episode_id=episode.id, name=programme, created_at=at, updated_at=at))
+    for days, score in ((0, 60.0), (30, 60.0 + change)):
+        when = at + timedelta(days=days)
+        session.add(
+            AssessmentRow(
+                id=uuid4(), episode_id=episode.id, assessed_at=when, assessed_by="", note="", spadi_score=score,
+                updated_at=when,
+            )
+        )  # fmt: skip
+
+
+def test_share_and_mean_are_those_of_the_patients(database: Database) -> None:
+    changes = [-30.0, -20.0, -15.0, -13.0, -12.9, -8.0, 0.0, 5.0, -40.0, -16.9]
+    with database.write() as session:
+        for change in changes:
+            add_episode(session, change)
+    with database.read() as session:
+        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+    everyone = next(group for group in found.groups if group.by == "all")
+    (spadi,) = everyone.changes
+    assert everyone.patients == 10
+    # At least 13 points are important, at least 17 are beyond chance.
+    assert spadi.important and isclose(spadi.important.value, 0.6)
+    assert spadi.detectable and isclose(spadi.detectable.value, 0.3)
+    low, high = stats.t.interval(0.95, 9, loc=sum(changes) / 10, scale=stats.sem(changes))
+    assert (
+        spadi.change and isclose(spadi.change.low, low, rel_tol=1e-9) and isclose(spadi.change.high, high, rel_tol=1e-9)
+    )
+    assert spadi.weeks_to_important is None, "six patients reached it"
+
+
+def test_small_groups_are_hidden_and_cannot_be_computed(database: Database) -> None:
+    with database.write() as session:
+        for programme, count in (("A", 12), ("B", LEAST_SHOWN), ("C", 3)):
+            for n in range(count):
+                add_episode(session, -float(n), programme)
+    with database.read() as session:
+        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+    shown = {group.name: group.patients for group in found.groups if group.by == "programme"}
+    # Without B, C would be the total minus A and B.
+    assert shown == {"A": 12, "B": None, "C": None}
+    assert all(group.changes == [] for group in found.groups if group.patients is None)
+
+
+def test_intervals_are_those_of_scipy() -> None:
+    values, others = [0.7, 0.8, 0.65, 0.9, 0.75], [0.5, 0.55, 0.6, 0.52]
+    samples = [SampleSums(len(of), sum(of), sum(value**2 for value in of)) for of in (values, others)]
+    mine = intervals.of_difference(*samples)
+    theirs = stats.ttest_ind(values, others, equal_var=False).confidence_interval(0.95)
+    assert mine and isclose(mine.low, theirs.low, rel_tol=1e-9) and isclose(mine.high, theirs.high, rel_tol=1e-9)
+    wilson = stats.binomtest(7, 10).proportion_ci(0.95, method="wilson")
+    share = intervals.of_share(7, 10)
+    assert share and isclose(share.low, wilson.low, rel_tol=1e-6) and isclose(share.high, wilson.high, rel_tol=1e-6)
+    assert intervals.of_mean(SampleSums(1, 3.0, 9.0)) is None
+    assert intervals.of_share(0, 0) is None
+
+
+def test_a_station_drifts_when_its_error_rises(database: Database) -> None:
+    until = NOW
+    with database.write() as session:
+        rows = []
+        for station, recent in (("Rising", 1.0), ("Steady", 0.71)):
+            for days, mean in ((7, recent), (60, 0.7)):
+                # Twenty playbacks with a spread of 0.1.
+                total, squares = 20 * mean, 20 * (mean**2 + 0.01)
+                rows.append(
+                    {
+                        "hour": upkeep.hour_of(until - timedelta(days=days)), "station": station, "sessions": 10,
+                        "playbacks": 20, "stopped": 0, "played_s": 60.0, "repetitions": 20, "compared": 20,
+                        "rmse_sum_deg": total, "rmse_square_sum_deg2": squares, "peak_deg": 2.0,
+                    }
+                )  # fmt: skip
+        upkeep.upsert(session, StationHourRow, rows)
+    with database.read() as session:
+        found = usage.tracking(session, Span(until - timedelta(days=90), until))
+    assert {station.station: station.drifting for station in found.drift} == {"Rising": True, "Steady": False}
+
+
+def followed(database: Database, *, restricted: bool = False, last_day: int = 8) -> None:
+    """Treat a patient once, this many days ago, and prescribe one session per week."""
+    with database.write() as session:
+        made = treat(session, sessions=1, runs=1, signed=False)
+        visit = session.get_one(SessionRow, made.session_ids[0])
+        visit.started_at = NOW - timedelta(days=last_day)
+        visit.ended_at = visit.started_at + timedelta(minutes=30)
+        session.get_one(PatientRow, visit.patient_id).restricted = restricted
+        version = session.scalars(select(ProgrammeVersionRow)).all()[-1]
+        version.sessions_per_week = 1
+
+
+def test_patients_are_due_a_week_after_their_session(database: Database) -> None:
+    followed(database, last_day=8)
+    with database.read() as session:
+        work = worklist.worklist(session, THERAPIST, NOW, 540)
+        earlier = worklist.worklist(session, THERAPIST, NOW - timedelta(days=2), 540)
+    assert [one.last_session_at for one in work.due] == [NOW - timedelta(days=8)]
+    assert (work.due_count, work.due[0].therapist, work.due[0].due_at) == (1, "Sato Ken", NOW - timedelta(days=1))
+    assert earlier.due == []
+
+
+def test_patients_away_for_four_weeks_are_not_due(database: Database) -> None:
+    followed(database, last_day=29)
+    with database.write() as session:
+        session.scalars(select(ProgrammeVersionRow)).one().made_at = NOW - timedelta(days=60)
+    with database.read() as session:
+        assert worklist.worklist(session, THERAPIST, NOW, 540).due == []
+
+
+def test_the_worklist_omits_restricted_records_and_other_therapists_notes(database: Database) -> None:
+    followed(database)
+    followed(database, restricted=True)
+    other = Actor(UUID(int=1), UUID(int=2), "Ito Daiki", "therapist", frozenset())
+    with database.read() as session:
+        mine, theirs = (worklist.worklist(session, actor, NOW, 540) for actor in (THERAPIST, other))
+        every = worklist.adherence(worklist.followed(session, NOW), NOW)
+    assert (mine.due_count, len(mine.unsigned), len(theirs.unsigned)) == (1, 1, 0)
+    assert every.programmes == 2, "a figure that names no patient counts restricted records"
+
+
+def test_an_open_session_of_another_day_stays_in_the_worklist(database: Database) -> None:
+    followed(database)
+    with database.write() as session:
+        session.scalars(select(SessionRow)).one().ended_at = None
+    with database.read() as session:
+        work = worklist.worklist(session, THERAPIST, NOW, 540)
+    assert (len(work.sessions), len(work.unsigned)) == (1, 0)

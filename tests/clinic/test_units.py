@@ -1,0 +1,335 @@
+"""Every number in an answer, an export, a report and a text has a unit; every number of a body also has a side and a time."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from sqlalchemy import Boolean, Float, Integer
+
+from kata.clinic import tables
+from kata.clinic.progress import numbers
+from kata.clinic.progress.series import PAIN_CONTEXTS, LineSeries
+from kata.database.base import Base
+from kata.database.engine import Database
+from kata.interop import samples
+from kata.reporting.phrases import WORDS
+from tests.support.fhir_bundle import Json, everything, exported, of_kind
+from tests.support.fhir_patient import treated
+from tests.support.paths import ROOT
+from tests.support.service import api_document
+from tests.support.units import COUNT, ORDINAL, SUFFIXES, is_of_a_body, unit_of
+
+TEMPLATES: Final = ROOT / "backend/kata/reporting/templates"
+LOCALES: Final = ROOT / "frontend/src/locales"
+
+
+# -- answers of the API ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def answers() -> dict[str, Json]:
+    """Return every schema that an answer contains, by name."""
+    document = api_document()
+    schemas: dict[str, Json] = document["components"]["schemas"]
+    found: set[str] = set()
+    waiting = [
+        name
+        for operations in document["paths"].values()
+        for operation in operations.values()
+        for name in _references(operation["responses"])
+    ]
+    while waiting:
+        if (name := waiting.pop()) not in found:
+            found.add(name)
+            waiting += _references(schemas[name])
+    return {name: schemas[name] for name in sorted(found)}
+
+
+def _references(part: Any) -> list[str]:
+    return [one["$ref"].rpartition("/")[2] for one in everything(part) if isinstance(one.get("$ref"), str)]
+
+
+def _is_number(field: Json) -> bool:
+    inner = [
+        *field.get("anyOf", []),
+        *field.get("prefixItems", []),
+        field.get("items"),
+        field.get("additionalProperties"),
+    ]
+    return field.get("type") in ("number", "integer") or any(_is_number(one) for one in inner if isinstance(one, dict))
+
+
+def _numbers(answers: dict[str, Json]) -> Iterator[tuple[str, str]]:
+    for name, schema in answers.items():
+        for field, told in schema.get("properties", {}).items():
+            if _is_number(told):
+                yield name, field
+
+
+NOT_A_VALUE: Final = {
+    "TextKey.params": "the numbers of a text, whose unit is in the text (test_every_number_of_a_text_has_a_unit)",
+    "PlacedText.params": "as TextKey.params",
+    "ProgressTable.rows": "cells; the columns' names have the units (test_progress_columns_have_units)",
+    **dict.fromkeys(("Estimate.value", "Estimate.low", "Estimate.high"), "in the unit of the field that holds it"),
+    **dict.fromkeys(
+        ("OutcomeChange.first", "OutcomeChange.last", "PatientChange.before", "PatientChange.now", "Outcomes.limits"),
+        "in the unit of the measure beside it",
+    ),
+    **dict.fromkeys(
+        [f"AcceptedValues.{name}" for name in ("low", "high", "choices", "step", "none")],
+        "in the unit of the field that holds it",
+    ),
+    "Figure.data": "a Plotly figure; its axes have the units",
+    "Figure.layout": "a Plotly figure",
+}
+
+
+def test_every_number_in_an_answer_has_a_unit(answers: dict[str, Json]) -> None:
+    known = [(name, field) for name, field in _numbers(answers) if f"{name}.{field}" not in NOT_A_VALUE]
+    assert len(known) > 150
+    assert [f"{name}.{field}" for name, field in known if unit_of(field) is None] == []
+
+
+NOBODYS: Final = {
+    "AssessmentForm": "thresholds of a questionnaire",
+    "Questionnaire": "a definition",
+    "ChangeThreshold": "a definition",
+    "RomMeasure": "bounds and reference of a measurement",
+    "AxisInfo": "the apparatus' own ranges",
+    "StationInfo": "the apparatus' own ranges",
+    "StageProposal": "a proposal of a stage",
+    "StationDrift": "the tracking error of an apparatus",
+    "StationTracking": "the tracking error of an apparatus",
+    "MotorCondition": "friction and play of a motor of the apparatus",
+    "MotorStepResponse": "the response of a motor of the apparatus",
+}
+"""Schemas whose angles and scores are nobody's."""
+TIMELESS: Final = {
+    "UnderstoodMotion": "the file that is being imported now",
+    "MotionPreview": "the motion of a recording or programme that the address names",
+    "MotionLimit": "valid while the episode is open",
+}
+
+
+@pytest.mark.parametrize(("what", "exempt"), [("side", NOBODYS), ("time", NOBODYS | TIMELESS)])
+def test_every_number_of_a_body_has_side_and_time(answers: dict[str, Json], what: str, exempt: Json) -> None:
+    """The schema has it, or refers by an id to a record that has it, or every schema that contains it does."""
+    owners = {name: [owner for owner, schema in answers.items() if name in _references(schema)] for name in answers}
+
+    def has(name: str) -> bool:
+        fields = answers[name].get("properties", {})
+        if what == "side" and "side" in fields:
+            return True
+        if what == "time" and ("age_ms" in fields or any("date-time" in json.dumps(told) for told in fields.values())):
+            return True
+        return any(
+            f"{record}_id" in fields and has(record.capitalize()) for record in ("episode", "session", "recording")
+        )
+
+    def resolved(name: str, seen: frozenset[str] = frozenset()) -> bool:
+        if name in exempt or has(name):
+            return True
+        above = [owner for owner in owners[name] if owner not in seen and not owner.startswith("Page")]
+        return bool(above) and all(resolved(owner, seen | {name}) for owner in above)
+
+    of_a_body = sorted({name for name, field in _numbers(answers) if is_of_a_body(field)})
+    assert len(of_a_body) > 10
+    assert [name for name in of_a_body if not resolved(name)] == []
+
+
+# -- exports --------------------------------------------------------------------------------------------------------
+
+
+def test_columns_of_exported_tables_have_units() -> None:
+    """``patient.json``, ``sessions.json``, ``recordings.csv`` and ``runs.csv`` have every column of these tables."""
+    exported_rows: tuple[type[Base], ...] = (
+        tables.EpisodeRow, tables.ProgrammeVersionRow, tables.ProgrammeItemRow, tables.AssessmentRow, tables.RomRow,
+        tables.SessionRow, tables.RecordingRow, tables.RunRow, tables.MotorTrackingRow, tables.MotionTrackingRow,
+        tables.GoniometerReadingRow,
+    )  # fmt: skip
+    columns = [
+        column
+        for row in exported_rows
+        for column in row.__table__.columns
+        if isinstance(column.type, Integer | Float) and not isinstance(column.type, Boolean)
+    ]
+    assert len(columns) > 50
+    assert [str(column) for column in columns if unit_of(column.name) is None] == []
+
+
+def test_columns_of_samples_have_their_unit() -> None:
+    for name, unit in (*samples._OF_RECORDING.values(), *samples._OF_RUN.values()):
+        assert unit.lower() == name.rpartition("_")[2], name
+
+
+def test_fhir_quantities_have_unit_side_and_time(database: Database, tmp_path: Path) -> None:
+    told = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
+    quantities = [one for one in everything(told) if isinstance(one.get("value"), int | float)]
+    assert len(quantities) > 60
+    assert [one for one in quantities if not {"unit", "system", "code"} <= set(one)] == []
+    measured = [one for one in of_kind(told, "Observation") if "valueQuantity" in json.dumps(one)]
+    assert [one["code"] for one in measured if "bodySite" not in one] == []
+    assert [one["code"] for one in measured if not {"effectiveDateTime", "effectivePeriod"} & set(one)] == []
+    plain = [part for part in everything(told) if "valueInteger" in part]
+    counted = {"run-repetitions"}
+    for part in plain:
+        code = part.get("code", {}).get("coding", [{}])[0].get("code", "")
+        assert code in counted or "url" in part or set(part) == {"valueInteger"}, part
+
+
+# -- reports --------------------------------------------------------------------------------------------------------
+
+COUNTED_HEADS: Final = {
+    "run": ORDINAL, "number": ORDINAL, "motor": ORDINAL, "planned": COUNT, "done": COUNT, "stops": COUNT, "in_sessions": COUNT,
+}  # fmt: skip
+"""Heads of columns with counts and places, which have no unit."""
+HEADED_BY_CAPTION: Final = {
+    "baseline": ("rom_caption", "pain_scores", "spadi"), "newest": ("rom_caption", "pain_scores", "spadi"),
+    "pain_before": ("pain", "repetitions_note"), "pain_after": ("pain", "repetitions_note"), "pain_during": ("pain",),
+    "change": ("rom_caption", "pain_scores", "spadi"), "other_side": ("rom_caption",), "reference": ("rom_caption",),
+}  # fmt: skip
+"""Heads whose unit is in the caption or heading of each of their tables."""
+TEXT_HEADS: Final = {
+    "stage", "since", "motion", "kind", "date", "cause", "check", "time", "confirmed", "recording", "settings", "outcome", "therapist",
+    "signed_column", "pain_change", "spadi_score", "contraindications", "note", "noted", "permission", "resolved", "goniometer_by",
+    # Values of a station's configuration, whose name in the row has the unit.
+    "commissioning_step", "result", "value", "value_before", "value_after",
+}  # fmt: skip
+_UNIT: Final = re.compile(
+    r"°|\bdeg|\bNm\b|\bms\b|, s\b|%|\bHz\b|秒|度|\b0\b.*\b10\b|points|点|0.*〜 ?10|\b0\b.*100", re.IGNORECASE
+)
+
+
+def test_columns_of_reports_have_units() -> None:
+    heads = {
+        key
+        for template in TEMPLATES.glob("*.html")
+        for line in template.read_text().splitlines()
+        if "heads([" in line or "<thead>" in line
+        for key in re.findall(r'w\("(\w+)"', line)
+    }
+    assert len(heads) > 25
+    assert not TEXT_HEADS & COUNTED_HEADS.keys()
+    for key in sorted(heads - TEXT_HEADS - COUNTED_HEADS.keys()):
+        for place in (0, 1):
+            stated = [WORDS[one][place] for one in HEADED_BY_CAPTION.get(key, (key,))]
+            assert all(_UNIT.search(words) for words in stated), (key, stated)
+
+
+REPORT_NUMBERS: Final = {
+    "percent": r"%", "seconds": r"s\b|秒", "minutes": r"min|分", "rate": r"Hz", "speed": r"°/s", "years": r"years|歳",
+    "least": r"points|点", "most": r"points|点", "detectable": r"points|点",
+    **dict.fromkeys(("low", "low_u", "high", "high_u"), "°"),
+    # Counts and places: the words around say of what.
+    "count": r"\w{3}|回", "planned": r"\w{3}", "done": r"\w{3}", "number": r"\w{2}", "numbers": r"\w{3}", "version": r"version|版|Kata",
+    "level": r"level|レベル",
+}  # fmt: skip
+"""Numbers in the sentences of reports, and what must be in the same sentence."""
+REPORT_WORDS: Final = {"first", "last", "moment", "name", "start"}
+"""Parameters that are no numbers, or formatted with their unit before."""
+
+
+def test_numbers_in_sentences_of_reports_have_units() -> None:
+    for key, words in WORDS.items():
+        for text in words:
+            for name in re.findall(r"\{(\w+)[^}]*\}", text):
+                if name in REPORT_WORDS:
+                    continue
+                rest = re.sub(r"\{[^}]*\}", "", text)
+                assert re.search(REPORT_NUMBERS[name], rest), (key, text)
+
+
+# -- progress -------------------------------------------------------------------------------------------------------
+
+COUNTED_COLUMNS: Final = {"Playbacks", "Sessions", "As prescribed", "Repetitions planned", "Repetitions done"}
+
+
+def test_progress_columns_have_units() -> None:
+    made = [
+        numbers.rom([]), numbers.pain([LineSeries(name, ()) for name in PAIN_CONTEXTS]), numbers.spadi([]),
+        numbers.tracking([]), numbers.correction([]), numbers.adherence([]),
+    ]  # fmt: skip
+    columns = [column.name for table in made for column in table.columns if column.kind == "number"]
+    assert len(columns) > 12
+    assert [name for name in columns if name not in COUNTED_COLUMNS and not _UNIT.search(name)] == []
+
+
+# -- texts of the page and of the service ---------------------------------------------------------------------------
+
+_VALUE: Final = r"\s?\{\{%s[^}]*\}\}"
+TEXT_NUMBERS: Final[dict[str, str]] = {
+    # The unit follows, also after a range.
+    **dict.fromkeys(("angle", "highest", "lowest", "margin", "limit"), r"{}(?: (?:to|and) \{\{\w+\}\}| *[~〜] *\{\{\w+\}\})? ?(?:°|deg|degrees|度)|level {}|レベルの上限は{}|{}(?:から|〜|～)"),
+    "percent": r"{} ?%", "ms": r"{} ?(?:ms|ミリ秒)", "hz": r"{} ?Hz", "degPerSecond": r"{} ?(?:deg/s|°/s)|毎秒{}°",
+    "seconds": r"{} ?(?:s\b|秒)", "offset": r"{} ?(?:s\b|秒)", "minutes": r"{} ?(?:min|分)", "age": r"{} ?(?:years|歳)",
+    "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",
+    # Scores.
+    "total": r"100|\{\{highestTotal\}\} ?(?:points|点)", "pain": r"100|", "disability": r"100",
+    **dict.fromkeys(("least", "most", "detectable"), r"points|点|段階|level|レベル|of \{\{most|/ ?\{\{most|\{\{most\}\}(?:[:：]|はモータの定格)"),
+    # Counts and places: a word says of what.
+    **dict.fromkeys(
+        ("count", "rows", "samples", "number", "version", "times", "take", "step", "place", "level", "levels", "repetitions", "motor",
+         "sessions", "wished", "planned", "position"), r"[^\W\d_]{2}|\. |^, |[行回個件段位番]"
+    ),
+}  # fmt: skip
+"""Numbers in the texts of the page by their parameter, and the pattern of the text; ``{}`` is the number."""
+FORMATTED: Final = {"duration", "lasts", "left", "span", "played", "before", "after", "from", "to", "value", "at", "done", "week", "min", "max",
+                    "of", "missed", "runs", "items", "given", "changed"}  # fmt: skip
+"""Parameters that hold a text, or a number that a text of this list formats with its unit (``programmes:played.percent``)."""
+
+
+def _texts(part: Any, place: str) -> Iterator[tuple[str, str]]:
+    if isinstance(part, dict):
+        for name, inner in part.items():
+            yield from _texts(inner, f"{place}.{name}")
+    elif isinstance(part, list):
+        for inner in part:
+            yield from _texts(inner, place)
+    else:
+        yield place, str(part)
+
+
+NOT_NUMBERS: Final = {
+    "import-export.fhir.number", "patients.choice.nameAndNumber", "patients.patient.number", "station.identity.clinicNumber",
+    "patients.stage.proposes", "auth", "administration",
+}  # fmt: skip
+"""Clinic numbers; and texts about no treatment."""
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_numbers_in_texts_of_the_page_have_units(language: str) -> None:
+    checked = 0
+    for path in sorted((LOCALES / language).glob("*.json")):
+        if path.stem in {"server", "plotly", *NOT_NUMBERS}:
+            continue
+        for place, text in _texts(json.loads(path.read_text()), path.stem):
+            for name in re.findall(r"\{\{(\w+)[^}]*\}\}", text):
+                if name in TEXT_NUMBERS and place not in NOT_NUMBERS:
+                    checked += 1
+                    value = r"\{\{" + name + r"[^}]*\}\}"
+                    assert re.search(TEXT_NUMBERS[name].replace("{}", value), text), (place, text)
+    assert checked > 80
+
+
+UNITLESS_TEXTS: Final = {"looks_like_radians"}
+"""The unit is what is in doubt."""
+
+
+def test_every_number_of_a_server_text_has_a_unit() -> None:
+    told = json.loads((ROOT / "frontend/server-messages.json").read_text())
+    japanese = json.loads((LOCALES / "ja/server.json").read_text())
+    checked = 0
+    for code, english in told.items():
+        for name in re.findall(r"(?<!%)\{(\w+)(?!:text|:name)[^}]*\}", english):
+            ending = max((one for one in SUFFIXES if name.endswith(one)), key=len, default=None)
+            if ending is None or code in UNITLESS_TEXTS:
+                continue
+            checked += 1
+            for text in (english, japanese[code]):
+                after = text.partition("{" + name)[2]
+                words = "|".join(re.escape(word) for word in SUFFIXES[ending])
+                assert re.search(rf"\}}[^.。]*?(?:{words})", after), (code, text)
+    assert checked > 50

@@ -1,0 +1,84 @@
+"""``kata commission --lines``: the procedure for a program."""
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from kata.cli.commission_lines import LineTechnician
+from kata.commissioning import texts
+from kata.commissioning.bench import ManualAction, StepError
+from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
+
+PRESS = ManualAction("press_estop", texts.PRESS_ESTOP(), seen=True)
+CLEAR = ManualAction("stand_clear", texts.STAND_CLEAR())
+
+
+@dataclass
+class Lines:
+    """A technician and the other end of its input."""
+
+    technician: LineTechnician
+    keyboard: int
+
+    def type(self, message: dict[str, Any]) -> None:
+        os.write(self.keyboard, json.dumps(message).encode() + b"\n")
+
+
+@pytest.fixture
+def lines() -> Iterator[Lines]:
+    ours, theirs = os.pipe()
+    yield Lines(LineTechnician(ours), theirs)
+    os.close(ours)
+
+
+def sent(capsys: pytest.CaptureFixture[str]) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+
+def test_an_instruction_waits_for_its_own_confirmation(lines: Lines, capsys: pytest.CaptureFixture[str]) -> None:
+    lines.technician.instruct(CLEAR)
+    (message,) = sent(capsys)
+    assert (message["number"], message["kind"], message["press"], message["seen"]) == (1, "stand_clear", True, False)
+    assert message["text_key"]["code"] == "stand_clear"
+    assert not lines.technician.has_confirmed()
+    lines.type({"confirm": 7})
+    assert not lines.technician.has_confirmed()
+    lines.type({"confirm": 1})
+    assert lines.technician.has_confirmed()
+    lines.technician.instruct(PRESS)
+    assert sent(capsys)[-1]["press"] is False, "the drives show it"
+    assert not lines.technician.has_confirmed(), "the former confirmation counts once"
+
+
+def test_a_stop_ends_the_next_wait(lines: Lines) -> None:
+    slept: list[float] = []
+    sleep = lines.technician.stoppable(slept.append)
+    sleep(0.01)
+    lines.type({"stop": True})
+    with pytest.raises(StepError) as stopped:
+        sleep(0.01)
+    assert stopped.value.fault == texts.TECHNICIAN_STOPPED()
+    assert slept == [0.01]
+
+
+def test_the_end_of_the_service_is_a_stop(lines: Lines) -> None:
+    os.close(lines.keyboard)
+    lines.technician.instruct(CLEAR)
+    with pytest.raises(StepError):
+        lines.technician.has_confirmed()
+
+
+def test_simulated_hands_act_after_a_press_only(lines: Lines, capsys: pytest.CaptureFixture[str]) -> None:
+    apparatus = FactoryNewApparatus(1)
+    hands = SimulatedTechnician(apparatus)
+    lines.technician.hands = hands
+    lines.technician.instruct(PRESS)
+    assert sent(capsys)[-1]["press"] is True
+    assert hands.instructions == []
+    lines.type({"confirm": 1})
+    lines.technician.has_confirmed()
+    assert [action.kind for action in hands.instructions] == ["press_estop"]

@@ -1,0 +1,152 @@
+"""Whether a station is commissioned, when its check is due, and that others refuse patients."""
+
+import contextlib
+import hashlib
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+import pytest
+from msgspec import structs
+
+from kata.bench.commissioned import write_commissioned
+from kata.cli import doctor
+from kata.commissioning import texts
+from kata.commissioning.procedure import check
+from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, record_path, sealed, write_record
+from kata.commissioning.status import CHECK_EVERY, commissioning_status
+from kata.device import config
+from kata.device.config import as_toml, simulated
+from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
+from kata.messages import Template
+from kata.settings import Settings
+from kata.simulator.process import SimulatorProcess
+from tests.support.service import running
+from tests.support.station_api import until
+
+AT = datetime(2026, 3, 2, 10, 0, tzinfo=UTC)
+CONFIG = simulated("virtual")
+SLOWER = structs.replace(CONFIG, approach_speed_deg_s=10.0)
+
+
+def ran(step: str, *, passed: bool = True, at: datetime = AT) -> RecordedStep:
+    return RecordedStep(step, at.isoformat(), at.isoformat(), passed=passed)
+
+
+def test_a_commissioned_station_is_due_after_a_week(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    record = write_commissioned(CONFIG, station, AT)
+    found = commissioning_status(station, CONFIG)
+    assert (found.missing, found.due_at) == (None, AT + CHECK_EVERY)
+    later = AT + timedelta(days=6)
+    write_record(sealed(structs.replace(record, checks=(ran("inputs", at=later),))), record_path(station))
+    assert commissioning_status(station, CONFIG).due_at == later + CHECK_EVERY
+
+
+@pytest.mark.parametrize(
+    ("change", "missing"),
+    [
+        (lambda record: sealed(structs.replace(record, passed=False)), texts.COMMISSIONING_UNFINISHED),
+        (lambda record: structs.replace(record, by="another person"), texts.RECORD_CHANGED),
+        (lambda record: sealed(structs.replace(record, configuration=as_toml(SLOWER))), texts.CONFIGURATION_CHANGED),
+        (lambda record: sealed(structs.replace(record, configuration="cycle_hz = 0")), texts.CONFIGURATION_CHANGED),
+        (lambda record: sealed(structs.replace(record, checks=(ran("stops", passed=False),))), texts.CHECK_FAILED),
+    ],
+)
+def test_anything_less_is_not_commissioned(
+    change: Callable[[CommissioningRecord], CommissioningRecord], missing: Template, tmp_path: Path
+) -> None:
+    station = tmp_path / "station.toml"
+    assert commissioning_status(station, CONFIG).missing == texts.NO_RECORD()
+    write_record(change(write_commissioned(CONFIG, station, AT)), record_path(station))
+    assert commissioning_status(station, CONFIG).missing == missing()
+
+
+def former_release(config_fields: set[str], axis_fields: set[str]) -> str:
+    """Return CONFIG as a release without these fields wrote it."""
+    fields = msgspec.toml.decode(as_toml(CONFIG))
+    axes = [{name: value for name, value in axis.items() if name not in axis_fields} for axis in fields["axes"]]
+    kept = {name: value for name, value in fields.items() if name not in config_fields}
+    return msgspec.toml.encode(kept | {"axes": axes}).decode()
+
+
+def test_a_record_stays_valid_when_a_release_adds_configuration_fields(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    record = write_commissioned(CONFIG, station, AT)
+    former = former_release({"reversal_s", "service_silence_ms"}, {"coulomb_nm"})
+    digest = hashlib.sha256(former.encode()).hexdigest()
+    write_record(
+        sealed(structs.replace(record, configuration=former, configuration_digest=digest)), record_path(station)
+    )
+    station.write_text(former)
+    assert commissioning_status(station, config.read(station)).missing is None
+    changed = structs.replace(config.read(station), reversal_s=3.0)
+    assert commissioning_status(station, changed).missing == texts.CONFIGURATION_CHANGED()
+
+
+def test_a_record_stays_valid_when_a_release_adds_record_fields(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    fields = msgspec.to_builtins(write_commissioned(CONFIG, station, AT))
+    del fields["checks"], fields["previous"]
+    fields["digest"] = hashlib.sha256(msgspec.json.encode(fields | {"digest": ""})).hexdigest()
+    record_path(station).write_bytes(msgspec.json.encode(fields))
+    assert commissioning_status(station, CONFIG).missing is None
+    record_path(station).write_bytes(msgspec.json.encode(fields | {"by": "another person"}))
+    assert commissioning_status(station, CONFIG).missing == texts.RECORD_CHANGED()
+
+
+def test_a_passed_check_repairs_a_failed_one(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    record = write_commissioned(CONFIG, station, AT)
+    checks = (ran("stops", passed=False), *(ran(key) for key in CHECKED))
+    write_record(sealed(structs.replace(record, checks=checks)), record_path(station))
+    assert commissioning_status(station, CONFIG).missing is None
+
+
+def test_the_periodic_check_changes_no_configuration(tmp_path: Path) -> None:
+    apparatus = FactoryNewApparatus(3)
+    for servo, motor in zip(apparatus.servos, range(1, 6), strict=True):
+        servo.table[7], servo.table[8] = motor, 3
+    bench = apparatus.bench(SimulatedTechnician(apparatus))
+    axes = tuple(
+        structs.replace(axis, direction=sign, zero_count=round(zero) % 4096)
+        for axis, sign, zero in zip(bench.draft.axes, apparatus.direction, apparatus.zero_count, strict=True)
+    )
+    bench.draft = structs.replace(bench.draft, axes=axes)
+    before = bench.draft
+    record = write_commissioned(before, tmp_path / "station.toml")
+    for _, after in check(bench, record, lambda: AT):
+        record = after or record
+    assert [(step.step, step.passed) for step in record.checks] == [(key, True) for key in CHECKED]
+    assert bench.draft == before
+    assert {value.name for value in record.checks[-1].values} >= {"lag s", "friction deg", "residual deg"}
+
+
+def test_the_doctor_names_a_due_check(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+
+    def found() -> doctor.CheckResult:
+        settings = Settings(data=tmp_path, database_url="", station=station)
+        return next(one for one in doctor.examine(settings) if one.name == "Commissioning")
+
+    config.write(CONFIG, station)
+    assert (found().state, "there is no commissioning record" in found().message) == ("problem", True)
+    write_commissioned(CONFIG, station, datetime.now(UTC) - timedelta(days=8))
+    assert (found().state, f"{station} --check" in found().what_to_do) == ("warning", True)
+    write_commissioned(CONFIG, station)
+    assert found().state == "ok"
+
+
+def test_real_hardware_refuses_patients_until_it_is_commissioned(tmp_path: Path) -> None:
+    with contextlib.closing(SimulatorProcess(tmp_path)) as apparatus:
+        station = tmp_path / "station.toml"
+        config.write(simulated(apparatus.port), station)
+        with running(tmp_path, simulate=False, station=station) as client:
+            live = until(client, lambda live: live["mode"] == "idle")
+            assert live["refusals"]["teach"]["code"] == live["refusals"]["load"]["code"] == "not_commissioned"
+            assert live["refusals"]["teach"]["next_step"] == texts.RUN_COMMISSION()
+        write_commissioned(simulated(apparatus.port), station)
+        with running(tmp_path, simulate=False, station=station) as client:
+            live = until(client, lambda live: live["mode"] == "idle")
+            assert live["refusals"].get("teach", {}).get("code") != "not_commissioned"

@@ -1,0 +1,69 @@
+"""A technician practises commissioning on the page, from a box of drives to a record."""
+
+import time
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.support.browser_clinic import LONG_MS
+
+_WHOLE_MS = 600_000
+"""Limits the whole procedure: the simulation computes its eleven steps."""
+
+
+def press_until(page: Page, end: str, limit_ms: float) -> int:
+    """Press the instruction's button until an element is visible; return the number of presses."""
+    button = page.get_by_test_id("instruction").get_by_role("button", name="Do it (simulated hands)")
+    finished, last, presses = page.locator(end), "", 0
+    until = time.monotonic() + limit_ms / 1000
+    while not finished.is_visible():
+        assert time.monotonic() < until, page.get_by_test_id("steps").inner_text()
+        instruction = page.get_by_test_id("instruction")
+        number = instruction.get_attribute("data-number", timeout=2000) if instruction.is_visible() else None
+        if number and number != last and button.is_visible():
+            button.click()
+            last, presses = number, presses + 1
+        page.wait_for_timeout(100)
+    return presses
+
+
+def begin(page: Page) -> None:
+    page.get_by_role("link", name="Station settings and commissioning").click()
+    page.get_by_role("tab", name="Procedure").click()
+    page.get_by_role("button", name="Practise commissioning").click()
+    expect(page.get_by_test_id("instruction")).to_contain_text("Connect all five drives", timeout=LONG_MS)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(900)
+def test_a_practice_leads_to_a_record_with_pdf(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    begin(page)
+    page.screenshot(path=artefacts / "commissioning-first.png", full_page=True)
+    presses = press_until(page, "[data-testid=finished]", _WHOLE_MS)
+    finished = page.get_by_test_id("finished")
+    page.screenshot(path=artefacts / "commissioning-end.png", full_page=True)
+    expect(finished).to_contain_text(f"You confirmed {presses} instructions")
+    expect(page.locator("[data-testid^=step-][data-state=passed]")).to_have_count(11)
+    expect(page.get_by_test_id("responses-weight").locator("figure[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
+    page.get_by_role("tab", name="Commissioning records").click()
+    rows = page.get_by_test_id("commissionings").get_by_role("row")
+    expect(rows).to_have_count(2, timeout=LONG_MS)
+    expect(rows.nth(1)).to_contain_text("Passed")
+    address = rows.nth(1).get_by_role("link").get_attribute("href")
+    assert address and page.request.get(f"{page.url.split('/commissioning')[0]}{address}").body().startswith(b"%PDF")
+    rows.nth(1).get_by_role("button", name="Steps").click()
+    expect(page.get_by_role("dialog").get_by_test_id("step")).to_have_count(11)
+    assert wrong == []
+
+
+@pytest.mark.timeout(120)
+def test_stop_ends_the_practice_and_the_station_returns(page: Page) -> None:
+    begin(page)
+    press_until(page, "[data-testid=step-registers][data-state=passed]", LONG_MS)
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("finished")).to_contain_text("Ended before the last step", timeout=LONG_MS)
+    expect(page.get_by_text("The technician ended the step.")).to_be_visible()
+    expect(page.get_by_test_id("mode")).to_contain_text("Idle", timeout=LONG_MS)

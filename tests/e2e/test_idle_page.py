@@ -1,0 +1,141 @@
+"""An idle page writes nothing into the audit trail: its timers refresh what it shows, and a refresh is not a view."""
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import pytest
+from playwright.sync_api import APIRequestContext, Browser, Page, Playwright, expect
+
+from kata.actor import Role
+from kata.auth.login_session import COOKIE
+from kata.cli.seed import fill
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.support.accessibility import addresses
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
+
+ROLES: Final[tuple[Role, ...]] = ("administrator", "therapist", "viewer", "technician")
+_EVERY_VIEW: Final = """
+from kata.audit import deduplication
+deduplication.WINDOW_S = 0.0
+from kata.__main__ import main
+main()
+"""
+"""The service, recording a view that repeats another one within a minute, too."""
+
+_QUICK_TIMERS: Final = """
+    const slow_ms = 5_000, least_ms = 200;
+    const start = window.setInterval.bind(window), end = window.clearInterval.bind(window);
+    // What runs at intervals, and how often each has run since a new address was last requested or answered.
+    const running = new Map();
+    const ran = new Map();
+    window.setInterval = (run, ms, ...given) => {
+        if (ms < slow_ms) return start(run, ms, ...given);
+        const timer = start(() => {
+            ran.set(ms, (ran.get(ms) ?? 0) + 1);
+            run(...given);
+        }, Math.max(least_ms, ms / 1000));
+        running.set(timer, ms);
+        return timer;
+    };
+    window.clearInterval = (timer) => {
+        running.delete(timer);
+        end(timer);
+    };
+    const requested = new Set();
+    let unanswered = 0;
+    const send = window.fetch.bind(window);
+    window.fetch = (request, ...given) => {
+        const address = request.url ?? String(request);
+        if (requested.has(address)) return send(request, ...given);
+        requested.add(address);
+        unanswered += 1;
+        return send(request, ...given).finally(() => {
+            unanswered -= 1;
+            ran.clear();
+        });
+    };
+    window.standIdle = (times) => new Promise((done) => {
+        ran.clear();
+        const look = start(() => {
+            if (unanswered > 0 || [...running.values()].some((ms) => (ran.get(ms) ?? 0) < times)) return;
+            end(look);
+            done();
+        }, least_ms);
+    });
+"""
+"""Timers of 5 s and more run every fifth of a second."""
+
+
+@pytest.fixture(scope="module")
+def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Clinic, dict[str, str]]]:
+    """Return a clinic with invented patients, and the cookie of a user of each role."""
+    folder = tmp_path_factory.mktemp("kata")
+    database = Database(upgraded_file(folder / "kata.db"))
+    fill(database, 1, utc_now(), patients=2)
+    cookies: dict[str, str] = {role: signed_in(database, role) for role in ROLES}
+    database.close()
+    clinic = Clinic(folder, program=("-c", _EVERY_VIEW))
+    try:
+        yield clinic, cookies
+    finally:
+        clinic.close()
+
+
+@pytest.fixture
+def trail(playwright: Playwright, clinic: tuple[Clinic, dict[str, str]]) -> Iterator[APIRequestContext]:
+    """Return an administrator's API, who watches the trail."""
+    cookie = f"{COOKIE}={clinic[0].cookie}"
+    context = playwright.request.new_context(base_url=clinic[0].url, extra_http_headers={"cookie": cookie})
+    yield context
+    context.dispose()
+
+
+def rows_of(trail: APIRequestContext, account_id: str) -> dict[int, str]:
+    """Return the actions of a user's audit rows by number. All rows before this call are in the answer."""
+
+    def ask(**wanted: Any) -> list[dict[str, Any]]:
+        items: list[dict[str, Any]] = trail.get("/api/audit", params={"limit": 200, **wanted}).json()["items"]
+        return items
+
+    watching = trail.get("/api/me").json()["account_id"]
+    before = max((row["number"] for row in ask(account_id=watching)), default=0)
+    # Rows are delivered in their order, so the row of an earlier question of the watching user comes after them.
+    while max(row["number"] for row in ask(account_id=watching)) <= before:
+        pass
+    return {row["number"]: row["action"] for row in ask(account_id=account_id)}
+
+
+def stand_idle(page: Page) -> None:
+    """Wait until every timer of the page has run three times since the page last requested something new and got its answer."""
+    page.evaluate("standIdle(3)")
+
+
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize(
+    "role", [pytest.param(role, marks=[] if role == "administrator" else [pytest.mark.campaign]) for role in ROLES]
+)
+def test_idle_page_writes_no_audit_entry(
+    browser: Browser, clinic: tuple[Clinic, dict[str, str]], trail: APIRequestContext, role: Role
+) -> None:
+    service, cookies = clinic
+    context = browser.new_context(locale="en-GB")
+    context.add_init_script(_QUICK_TIMERS)
+    context.add_cookies([{"name": COOKIE, "value": cookies["administrator"], "url": service.url}])
+    page = context.new_page()
+    pages = addresses(page, service)
+    context.add_cookies([{"name": COOKIE, "value": cookies[role], "url": service.url}])
+    account_id = page.request.get(f"{service.url}/api/me").json()["account_id"]
+    written: dict[str, list[str]] = {}
+    for name, address in pages.items():
+        page.goto(service.url + address)
+        expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
+        stand_idle(page)
+        opened = rows_of(trail, account_id)
+        stand_idle(page)
+        if new := [action for number, action in rows_of(trail, account_id).items() if number not in opened]:
+            written[name] = new
+    context.close()
+    assert written == {}

@@ -1,0 +1,110 @@
+"""How the pages of a clinic with history fit the screen. What is looked up there is in test_clicks.py."""
+
+import re
+from pathlib import Path
+from typing import Final
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from kata.auth.login_session import COOKIE
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import acknowledge, wait_until_idle
+
+pytestmark = pytest.mark.shared_clinic("invented")
+
+SIZES: Final = {"telephone": (360, 740), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440)}
+
+
+@pytest.fixture
+def page(page: Page, clinic: Clinic) -> Page:
+    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    page.goto(clinic.url)
+    wait_until_idle(page)
+    return page
+
+
+def test_search_and_shortcuts_leave_stop_in_reach(page: Page, artefacts: Path) -> None:
+    stop = page.get_by_role("button", name="Stop", exact=True)
+    page.keyboard.press("ControlOrMeta+K")
+    expect(page.get_by_role("dialog", name="Search everywhere")).to_be_visible()
+    expect(stop).to_be_in_viewport()
+    page.screenshot(path=artefacts / "search.png")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_be_hidden()
+    page.keyboard.press("ControlOrMeta+/")
+    sheet = page.get_by_role("dialog", name="Keyboard shortcuts")
+    expect(sheet).to_contain_text("Stop, while the arm moves")
+    expect(stop).to_be_in_viewport()
+    page.keyboard.press("Escape")
+    expect(sheet).to_be_hidden()
+
+
+def test_an_alarm_is_a_notification_until_it_is_read(page: Page, clinic: Clinic, artefacts: Path) -> None:
+    page.goto(f"{clinic.url}/station")
+    wait_until_idle(page)
+    page.get_by_role("button", name="Press the e-stop switch").click()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "pressed")
+    page.get_by_role("button", name="Release the e-stop switch").click()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
+    acknowledge(page)
+    page.goto(clinic.url)
+    page.get_by_role("button", name=re.compile(r"^Notifications: \d+ not read$")).click(timeout=LONG_MS)
+    listed = page.get_by_role("dialog", name="Notifications")
+    expect(listed.get_by_role("link", name=re.compile("Emergency stop pressed$")).first).to_be_visible()
+    page.screenshot(path=artefacts / "notifications.png")
+    listed.get_by_role("button", name="Mark all as read").click()
+    page.reload()
+    expect(page.get_by_role("button", name="Notifications", exact=True)).to_be_visible(timeout=LONG_MS)
+
+
+def test_archiving_is_taken_back_with_one_press(page: Page) -> None:
+    page.get_by_role("link", name="Patients", exact=True).click()
+    page.get_by_role("link", name="Tanaka Ren").click()
+    page.get_by_role("button", name="Archive", exact=True).click()
+    expect(page.get_by_text("Archived", exact=True)).to_be_visible()
+    page.get_by_test_id("undo").get_by_role("button", name="Undo").click()
+    expect(page.get_by_role("button", name="Archive", exact=True)).to_be_visible()
+    expect(page.get_by_text("Archived", exact=True)).to_be_hidden()
+
+
+@pytest.mark.parametrize("size", ["desktop", "tablet"])
+def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, artefacts: Path, size: str) -> None:
+    width, height = SIZES[size]
+    page.set_viewport_size({"width": width, "height": height})
+    listed = page.request.get(f"{clinic.url}/api/patients").json()["items"]
+    patient = next(one["id"] for one in listed if one["affected_side"] == "right")
+    # A clinic has hidden the guide of the simulated apparatus.
+    page.evaluate("localStorage.setItem('kata.first-steps-hidden', 'true')")
+    page.goto(f"{clinic.url}/station?patient={patient}")
+    begin = page.get_by_role("button", name="Begin the session")
+    for seen in (begin, page.get_by_test_id("apparatus-canvas"), page.get_by_test_id("angle-5")):
+        expect(seen).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+    page.screenshot(path=artefacts / f"station-{size}.png")
+    # What belongs to the simulated apparatus comes after both.
+    simulator = page.get_by_role("region", name="Simulated apparatus").bounding_box()
+    last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()
+    assert simulator and last and live
+    assert simulator["y"] >= max(last["y"] + last["height"], live["y"] + live["height"])
+
+
+@pytest.mark.timeout(600)
+def test_no_page_is_too_wide_and_each_has_stop(page: Page, clinic: Clinic) -> None:
+    def first(path: str) -> str:
+        return str(page.request.get(f"{clinic.url}/api{path}").json()["items"][0]["id"])
+
+    patient = first("/patients")
+    session = first(f"/patients/{patient}/sessions")
+    wide = {}
+    for path in ("/", f"/patients/{patient}", f"/sessions/{session}"):
+        # From the smallest size on: a page that grows is never too wide while it draws again.
+        for name, (width, height) in SIZES.items():
+            page.set_viewport_size({"width": width, "height": height})
+            if name == "telephone":
+                page.goto(clinic.url + path)
+            page.wait_for_load_state("networkidle")
+            expect(page.get_by_role("button", name="Stop", exact=True)).to_be_in_viewport(ratio=1)
+            beyond = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+            if beyond > 0:
+                wide[f"{path.split('/')[1] or 'station'}, {name}"] = beyond
+    assert wide == {}

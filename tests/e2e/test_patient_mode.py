@@ -1,0 +1,95 @@
+"""A patient answers a questionnaire on a tablet: one question a page and nothing else. A password leads back to the record."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from kata.database.engine import Database
+from tests.support.accessibility import wrong
+from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
+from tests.support.databases import upgraded_file
+from tests.support.page_accounts import PASSWORD, first_password, made
+from tests.support.page_actions import sign_up
+from tests.support.questionnaires import store_words
+
+WORDS: Final = {
+    "en": {
+        "open": "Questionnaire for the patient", "begin": "Hand over to the patient", "place": "Question 1 of 13", "question": "Invented question ",
+        "next": "Next", "skip": "Next, without an answer", "back": "Back", "complete": "You have answered 12 of 13 questions.", "finish": "Finish",
+        "thanks": "Thank you.", "staff": "For the staff", "stop": "Stop", "unlock": "Unlock", "password": "Password of Ito Mai",
+    },
+    "ja": {
+        "open": "患者用の質問票", "begin": "患者に渡す", "place": "13問中1問目", "question": "架空の質問", "next": "次へ",
+        "skip": "回答せずに次へ", "back": "戻る", "complete": "13問中12問に回答しました。", "finish": "終了する", "thanks": "ありがとうございました。",
+        "staff": "スタッフ用", "stop": "停止", "unlock": "ロックを解除", "password": "",
+    },
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
+    """Return one clinic that has imported texts in both languages. Each test has an account of its own."""
+    folder = tmp_path_factory.mktemp("kata")
+    database = Database(upgraded_file(folder / "kata.db"))
+    for language in WORDS:
+        store_words(database, "spadi", language)
+    database.close()
+    with clinic_in(folder) as made_clinic:
+        yield made_clinic
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_patient_answers_alone_and_the_password_leads_back(
+    page: Page, clinic: Clinic, language: str, artefacts: Path
+) -> None:
+    code = made(page, "Ito Mai", f"ito-{language}", "Therapist")
+    page.context.clear_cookies()
+    first_password(page, clinic, f"ito-{language}", code)
+    expect(page.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
+    sign_up(page, "Yamada Hanako")
+    words = WORDS[language]
+    if language == "ja":
+        page.evaluate("localStorage.setItem('kata.language', 'ja')")
+        page.request.put(f"{clinic.url}/api/me/language", data={"language": "ja"}, headers={"Origin": clinic.url})
+        page.reload()
+    record = f"{page.url.partition('?')[0]}?tab=assessments"
+    page.goto(record)
+    page.set_viewport_size({"width": 820, "height": 1180})
+    page.get_by_role("button", name=words["open"]).click()
+    page.get_by_role("radio", name="SPADI").check()
+    page.get_by_role("button", name=words["begin"]).click()
+
+    mode = page.get_by_test_id("patient-mode")
+    expect(mode.get_by_text(words["place"])).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text("Yamada Hanako")).to_have_count(0)
+    page.screenshot(path=artefacts / f"patient-mode-question-{language}.png")
+    assert wrong(page) == []
+    # Neither an address nor a reload leaves the patient mode.
+    page.goto(record)
+    expect(mode.get_by_text(words["place"])).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_role("navigation")).to_have_count(0)
+    assert page.request.get(f"{clinic.url}/api/patients").status == 423
+
+    for number in range(1, 14):
+        expect(mode.get_by_role("heading", level=1)).to_have_text(f"{words['question']}{number}")
+        if number == 13:
+            mode.get_by_role("button", name=words["skip"]).click()
+            continue
+        mode.get_by_role("radio", name=re.compile("^7")).click()
+        mode.get_by_role("button", name=words["next"], exact=True).click()
+    expect(mode.get_by_role("heading", level=1)).to_have_text(words["complete"])
+    page.screenshot(path=artefacts / f"patient-mode-complete-{language}.png")
+    mode.get_by_role("button", name=words["finish"]).click()
+    expect(mode.get_by_role("heading", level=1)).to_have_text(words["thanks"])
+    page.screenshot(path=artefacts / f"patient-mode-thanks-{language}.png")
+    assert wrong(page) == []
+
+    page.get_by_role("button", name=words["staff"]).click()
+    page.locator("input[type=password]").fill(PASSWORD)
+    page.locator("form button[type=submit]").click()
+    expect(page.get_by_role("heading", name="Yamada Hanako")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("newest-assessment")).to_contain_text("SPADI 70", timeout=LONG_MS)

@@ -1,0 +1,82 @@
+"""Drive and load of a station are identified from a measured movement."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kata.motion.identify_load import identify_load
+from kata.motion.linkage import Floats
+from kata.motion.method import TURNING_DEG_S, without_taken_up
+from kata.motion.weight import N_TERMS, weight_terms
+
+
+def movement(seconds: float) -> Floats:
+    """Return a measured movement of all axes, ``(n, 5)``."""
+    times = np.arange(0, seconds, 0.01)
+    waves = [
+        np.sin(math.tau * (0.2 + 0.03 * n) * times + n) + 0.25 * np.sin(math.tau * (0.9 + 0.05 * n) * times)
+        for n in range(5)
+    ]
+    return np.column_stack(waves) * [15.0, 10.0, 30.0, 40.0, 20.0] + [15.0, 109.0, 55.0, 50.0, -20.0]
+
+
+def test_known_drive_and_load_are_identified() -> None:
+    """The movement follows the model exactly; the noise is that of an encoder's steps."""
+    measured = movement(30.0)
+    speed = np.gradient(measured, 0.01, axis=0)
+    acceleration = np.gradient(speed, 0.01, axis=0)
+    friction = np.tanh(speed / TURNING_DEG_S)
+    weight = np.zeros((5, N_TERMS))
+    weight[2, 1], weight[3, :2] = -4.0, (1.5, -4.0)
+    load = np.sum(weight_terms(measured, "right") * weight, axis=-1)
+    torque = 0.005 * speed + 0.002 * acceleration + 0.3 * friction + load
+    share = np.full(5, 1 - math.exp(-0.01 / 0.5))
+    lag = without_taken_up(0.07 * speed + 0.001 * acceleration + 2.0 * torque, share)
+    noise = np.random.default_rng(1).uniform(-0.044, 0.044, measured.shape)
+    times = np.arange(len(measured)) * 0.01
+    for axis, found in enumerate(identify_load(times, measured + lag, measured + noise, torque)):
+        assert found.lag_s == pytest.approx(0.08, abs=0.003)
+        assert found.lag2_s2 == pytest.approx(0.005, abs=0.0006)
+        # The filter smooths the reversals of friction.
+        assert found.friction_deg == pytest.approx(0.6, abs=0.1)
+        assert found.droop_deg_nm == pytest.approx(2.0, rel=0.02)
+        assert found.integral_s == pytest.approx(0.5, rel=0.05)
+        assert found.damping_nm_s_deg == pytest.approx(0.005, abs=0.001)
+        assert found.inertia_nm_s2_deg == pytest.approx(0.002, abs=0.0003)
+        assert found.coulomb_nm == pytest.approx(0.3, abs=0.05)
+        assert found.residual_deg < 0.1
+        assert found.residual_nm < 0.1
+        if axis in (2, 3):
+            carried = weight_terms(measured, "right")[:, axis] @ np.array(found.weight_nm)
+            assert np.abs(carried - load[:, axis]).max() < 0.2
+
+
+def test_integral_that_leaves_the_lag_is_not_identified() -> None:
+    times = np.arange(0, 30, 0.01)
+    wave = 20 * np.sin(math.tau * 0.2 * times) + 5 * np.sin(math.tau * 0.9 * times)
+    measured = np.column_stack([np.roll(wave, 500 * axis) for axis in range(5)])
+    speed = np.gradient(measured, 0.01, axis=0)
+    acceleration = np.gradient(speed, 0.01, axis=0)
+    lag = 0.08 * speed + 0.004 * acceleration + 0.3 * np.tanh(speed / TURNING_DEG_S) + 1.5
+    noise = np.random.default_rng(1).uniform(-0.044, 0.044, measured.shape)
+    torque = 0.01 * speed + np.random.default_rng(2).normal(0.0, 0.3, measured.shape)
+    for found in identify_load(times, measured + lag, measured + noise, torque):
+        assert found.lag_s == pytest.approx(0.08, abs=0.001)
+        assert found.lag2_s2 == pytest.approx(0.004, abs=0.0003)
+        assert found.friction_deg == pytest.approx(0.3, abs=0.03)
+        assert (found.integral_s, found.droop_deg_nm) == (0.0, 0.0)
+        assert found.residual_deg < 0.06
+
+
+def test_samples_without_information_are_refused() -> None:
+    times = np.arange(0, 5, 0.01)
+    wave = movement(5.0)
+    with pytest.raises(ValueError, match="evenly spaced"):
+        identify_load(np.where(times > 2, times + 1, times), wave, wave, wave)
+    with pytest.raises(ValueError, match="motor 1 did not move"):
+        identify_load(times, wave, np.zeros_like(wave), wave)
+    with pytest.raises(ValueError, match="hundred"):
+        identify_load(times[:50], wave[:50], wave[:50], wave[:50])
+    with pytest.raises(ValueError, match="as many setpoints"):
+        identify_load(times, wave, wave[:-1], wave)

@@ -1,0 +1,138 @@
+"""``kata update`` on a simulated station: finished, refused, undone, and killed at its steps."""
+
+import itertools
+import logging
+import random
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Final, Literal
+
+import pytest
+
+from tests.support.update_clinic import FIRST, UpdateClinic
+
+pytestmark = pytest.mark.timeout(900)
+log = logging.getLogger(__name__)
+
+KILLS: Final = 50
+_BEYOND_THE_LAST: Final = 10_000
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[UpdateClinic]:
+    """Return an installation of version 1.0.0 whose service is ready and has two patients."""
+    with closing(UpdateClinic(tmp_path)) as made:
+        made.seed()
+        made.systemctl("start")
+        made.is_ready()
+        yield made
+
+
+def versions(clinic: UpdateClinic) -> set[str]:
+    return {folder.name for folder in (clinic.root / "versions").iterdir()}
+
+
+def test_an_update_migrates_and_starts_the_new_version(clinic: UpdateClinic) -> None:
+    patients = clinic.patients()
+    done = clinic.update("--from", str(clinic.bundle("1.0.1")))
+    assert done.returncode == 0, done.stderr
+    assert (clinic.in_use, clinic.is_ready(), clinic.schema()) == ("1.0.1", "1.0.1", "test0001")
+    assert clinic.patients() == patients
+    assert versions(clinic) == {FIRST, "1.0.1"}
+    program = clinic.root / "versions/1.0.1/bin/kata"
+    assert program.stat().st_mode & 0o777 == 0o755, "the service's user runs what root has installed"
+    assert list((clinic.data() / "backups").iterdir())
+    again = clinic.update("--from", str(clinic.bundle("1.0.1")))
+    assert again.returncode == 1
+    assert "Only a newer version" in again.stderr
+
+
+def test_a_version_that_does_not_start_is_undone(clinic: UpdateClinic) -> None:
+    patients, schema = clinic.patients(), clinic.schema()
+    done = clinic.update("--from", str(clinic.bundle("1.0.1", "broken")))
+    assert done.returncode == 1
+    assert "was undone; 1.0.0 is in use" in done.stderr
+    assert (clinic.in_use, clinic.is_ready(), clinic.schema()) == (FIRST, FIRST, schema)
+    assert clinic.patients() == patients
+    assert versions(clinic) == {FIRST}
+    assert "INTACT" not in clinic.kata(FIRST, "audit", "verify", "--data", str(clinic.data())).stderr
+
+
+def test_an_update_stops_nothing_while_a_session_is_open(clinic: UpdateClinic) -> None:
+    clinic.open_session()
+    done = clinic.update("--from", str(clinic.bundle("1.0.1")))
+    assert done.returncode == 1
+    assert "A session of this station is open" in done.stderr
+    assert (clinic.in_use, clinic.is_ready()) == (FIRST, FIRST)
+    assert versions(clinic) == {FIRST}
+
+
+def test_stations_of_one_computer_are_updated_together(tmp_path: Path) -> None:
+    with closing(UpdateClinic(tmp_path, stations=2)) as clinic:
+        for unit in clinic.units:
+            clinic.seed(unit)
+            clinic.systemctl("start", unit)
+            clinic.is_ready(unit)
+        done = clinic.update("--from", str(clinic.bundle("1.0.1")))
+        assert done.returncode == 0, done.stderr
+        started = [line for line in done.stdout.splitlines() if line.startswith("Starting")]
+        assert started == [f"Starting {unit} with 1.0.1 ..." for unit in clinic.units]
+        assert {clinic.is_ready(unit) for unit in clinic.units} == {"1.0.1"}
+        assert {clinic.schema(unit) for unit in clinic.units} == {"test0001"}
+
+
+def killed_and_resumed(
+    clinic: UpdateClinic, version: str, kind: Literal["good", "broken"], number: int, delay_s: float
+) -> int:
+    """Kill an update, check that the clinic is whole, resume, and check again. Return the number of changes before the kill."""
+    before, patients = clinic.in_use, clinic.patients()
+    changes = clinic.update_killed(number, delay_s, "--from", str(clinic.bundle(version, kind)))
+    assert clinic.in_use in (before, version)
+    assert clinic.patients() == patients
+    if not (kind == "broken" and clinic.in_use == version):
+        # The computer starts again.
+        clinic.systemctl("start")
+        assert clinic.is_ready() == clinic.in_use
+    done = clinic.kata(before, "update", "--resume", "--unit", "kata", check=False)
+    assert not (clinic.root / "update" / "state.json").exists(), done.stderr
+    if kind == "broken":
+        assert clinic.in_use == before
+    else:
+        assert done.returncode == 0 or "was undone" in done.stderr, done.stderr
+    assert clinic.is_ready() == clinic.in_use
+    assert clinic.patients() == patients
+    return changes
+
+
+@pytest.mark.parametrize(
+    ("number", "delay_s", "kind"),
+    [
+        pytest.param(4, 0.5, "good", marks=pytest.mark.campaign),
+        pytest.param(14, 0.0, "good", marks=pytest.mark.campaign),
+        (26, 0.0, "broken"),
+    ],
+)
+def test_a_killed_update_leaves_a_whole_clinic(
+    clinic: UpdateClinic, number: int, delay_s: float, kind: Literal["good", "broken"]
+) -> None:
+    changes = killed_and_resumed(clinic, "1.0.1", kind, number, delay_s)
+    assert changes >= number, "the update ended before the kill"
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(7200)
+def test_fifty_kills_leave_a_whole_clinic(clinic: UpdateClinic) -> None:
+    chance, version = random.Random(27), itertools.count(1)
+    kinds: tuple[Literal["good", "broken"], ...] = ("good", "broken")
+    changes = {
+        kind: clinic.update_killed(_BEYOND_THE_LAST, 0.0, "--from", str(clinic.bundle(f"1.0.{next(version)}", kind)))
+        for kind in kinds
+    }
+    log.info("changes without a kill: %s", changes)
+    for n in range(KILLS):
+        kind = kinds[n % 2]
+        number = 1 + n * changes[kind] // KILLS
+        delay_s = chance.choice([0.0, chance.uniform(0.0, 3.0)])
+        killed_and_resumed(clinic, f"1.0.{next(version)}", kind, number, delay_s)
+        log.info("%d: %s, killed at change %d + %.2f s; in use: %s", n, kind, number, delay_s, clinic.in_use)

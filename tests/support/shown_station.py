@@ -1,0 +1,133 @@
+"""The station of a running clinic, put into the states that a screenshot shows."""
+
+import time
+from collections.abc import Callable
+from typing import Any, Final, Self
+
+import httpx2
+
+from kata.auth.login_session import COOKIE
+from tests.support.browser_clinic import START_LIMIT_S, Clinic
+from tests.support.preflight import confirmation, still_open
+from tests.support.station_commands import operate
+
+_POLL_S: Final = 0.1
+_AGAIN: Final = frozenset({"not_verified", "expired"})
+"""Refusals that end: the drives' settings are being checked, or a busy computer delayed the command."""
+_PLAYED: Final = {"speed_percent": 50.0, "repetitions": 20, "load_level": 5}
+"""Long enough for a screenshot of every size."""
+
+
+class ShownStation:
+    """Moves the simulated apparatus of a clinic over its API, with the login session of the clinic's page."""
+
+    def __init__(self, clinic: Clinic) -> None:
+        cookies = {COOKIE: clinic.cookie}
+        self._client = httpx2.Client(base_url=clinic.url, cookies=cookies, headers={"X-Kata-Active": "1"}, timeout=30)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.close()
+
+    def make_idle(self) -> None:
+        """Wait until the apparatus is idle. Acknowledge a stop: on a busy computer the device misses answers while it starts."""
+        limit = time.monotonic() + START_LIMIT_S
+        while (live := self._live())["mode"] != "idle":
+            assert time.monotonic() < limit, live
+            if live["mode"] == "stopped":
+                operate(self._client, "acknowledge")
+            time.sleep(_POLL_S)
+
+    def begin_session(self, clinic_number: str) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin a session of this patient, whose checklist is open. Return the session and a recording."""
+        patient = self._first("/api/patients", search=clinic_number)
+        recording = self._first(f"/api/patients/{patient['id']}/recordings")
+        limit = time.monotonic() + START_LIMIT_S
+        while self._live()["side"] != recording["side"]:
+            self.make_idle()
+            answer = operate(self._client, "side", {"side": recording["side"]})
+            # On a busy computer the device can stop between the two.
+            assert answer.status_code == 200 or time.monotonic() < limit, answer.text
+        session = self._sent("POST", "/api/sessions", {"patient_id": patient["id"]})
+        return session, recording
+
+    def play(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
+        """Complete the checklist, enter the pain before, and play the recording for minutes."""
+        path = f"/api/sessions/{session['id']}"
+        for check in still_open(self._client, session["id"], recording["id"]):
+            if check == "estop":
+                self.press_estop()
+                self.release_estop()
+            else:
+                self._sent("PUT", f"{path}/checklist/{check}", confirmation(check, recording["id"]))
+        seen = self._client.get(path).json()["updated_at"]
+        self._sent("PATCH", path, {"pain_before": 4, "updated_at": seen})
+        body = {"session_id": session["id"], "recording_id": recording["id"], **_PLAYED}
+        limit = time.monotonic() + START_LIMIT_S
+        while refused := self._try_to_play(body):
+            assert time.monotonic() < limit, refused
+
+    def _try_to_play(self, body: dict[str, Any]) -> str:
+        """Load, approach and play. Return why it failed, or ""."""
+        self.make_idle()
+        for command, wanted in (("load", "ready"), ("approach", "paused"), ("play", "playing")):
+            answer = self._answer(command, body if command == "load" else None)
+            if answer.status_code != 200:
+                return str(answer.text)
+            live = self._until_mode(wanted, "stopped", "idle")
+            if live["mode"] != wanted:
+                return str(live["stop"])
+        return ""
+
+    def press_estop(self) -> None:
+        """Press the emergency stop."""
+        self._sent("POST", "/api/simulator/estop", {"pressed": True})
+        self._until_mode("stopped")
+
+    def release_estop(self) -> None:
+        """Release the emergency stop and acknowledge."""
+        self._sent("POST", "/api/simulator/estop", {"pressed": False})
+        self._until(lambda live: live["estop"] != "pressed")
+        self.make_idle()
+
+    def end_session(self, session: dict[str, Any]) -> None:
+        """End the session after its run is stored."""
+        limit = time.monotonic() + START_LIMIT_S
+        while (answer := self._client.post(f"/api/sessions/{session['id']}/end")).status_code == 409:
+            assert time.monotonic() < limit, answer.text
+            time.sleep(_POLL_S)
+        assert answer.status_code == 200, answer.text
+
+    def _live(self) -> dict[str, Any]:
+        live: dict[str, Any] = self._client.get("/api/station").json()["live"]
+        return live
+
+    def _until_mode(self, *modes: str) -> dict[str, Any]:
+        return self._until(lambda live: live["mode"] in modes)
+
+    def _until(self, condition: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+        limit = time.monotonic() + START_LIMIT_S
+        while not condition(live := self._live()):
+            assert time.monotonic() < limit, (live["mode"], live["stop"], live["estop"])
+            time.sleep(_POLL_S)
+        return live
+
+    def _answer(self, name: str, body: dict[str, Any] | None = None) -> Any:
+        """Send a command, and again while the device refuses it for a reason that ends. Return the answer."""
+        limit = time.monotonic() + START_LIMIT_S
+        while (answer := operate(self._client, name, body)).status_code == 409 and answer.json()["code"] in _AGAIN:
+            assert time.monotonic() < limit, answer.text
+            time.sleep(_POLL_S)
+        return answer
+
+    def _sent(self, method: str, path: str, body: dict[str, Any]) -> dict[str, Any]:
+        answer = self._client.request(method, path, json=body)
+        assert answer.is_success, (path, answer.text)
+        result: dict[str, Any] = answer.json()
+        return result
+
+    def _first(self, path: str, **params: str) -> dict[str, Any]:
+        first: dict[str, Any] = self._client.get(path, params=params).json()["items"][0]
+        return first

@@ -1,0 +1,143 @@
+"""What every number means: its unit, from its name or from a declaration here.
+
+A number's name ends with its unit, or the name is declared. A new field with neither fails ``tests/clinic/test_units.py``.
+"""
+
+from typing import Any, Final
+
+SUFFIXES: Final = {
+    "_deg": ("deg", "°", "degrees", "度"),
+    "_deg_s": ("deg/s", "°/s", "度/秒", "°"),
+    "_nm": ("Nm",),
+    "_ms": ("ms", "ミリ秒"),
+    "_s": ("s", "seconds", "秒"),
+    "_hz": ("Hz",),
+    "_v": ("V",),
+    "_c": ("°C",),
+    "_percent": ("%",),
+    "_years": ("years", "歳"),
+    "_points": ("points", "点"),
+    "_minutes": ("min", "minutes", "分"),
+    "_bytes": ("bytes", "kB", "MB", "GB"),
+}
+"""Ending of a name, and the words for its unit in English and Japanese texts."""
+
+ORDINAL: Final = "a place in an order"
+COUNT: Final = "a number of things"
+SCORE_10: Final = "a score of 0 to 10"
+SCORE_100: Final = "a score of 0 to 100"
+LEVEL: Final = "a resistance level of 1 to 25"
+
+DECLARED: Final[dict[str, str]] = {
+    **dict.fromkeys(
+        ("motor", "axis", "motion", "position", "programme_position", "number", "version", "take", "category", "status"), ORDINAL
+    ),
+    **dict.fromkeys(
+        (
+            "sessions", "sessions_wished", "sessions_per_week", "repetitions", "repetitions_planned", "repetitions_done", "runs", "stops",
+            "run_count", "stop_count", "samples", "reversals", "takes", "cycles", "overruns", "bus_errors", "drive_errors",
+            "telemetry_dropped", "waiting", "audit_rows", "digits", "programmes", "overdue", "prescribed", "held", "playbacks", "stopped",
+            "alarms", "due_count", "patients", "least_patients", "presses", "passes",
+        ),
+        COUNT,
+    ),
+    **dict.fromkeys(("pain_before", "pain_during", "pain_after", "pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"), SCORE_10),
+    **dict.fromkeys(
+        ("pain", "disability", "total", "spadi_score", "spadi_perhaps_important", "spadi_important", "spadi_detectable"), SCORE_100
+    ),
+    **dict.fromkeys(("load_level", "max_load_level"), LEVEL),
+    **dict.fromkeys(("taught_smoothness", "played_smoothness"), "spectral arc length, which has no unit"),
+    **dict.fromkeys(("ratio", "ratio_deviation"), "degrees for each degree, which has no unit"),
+    **dict.fromkeys(("p_gain", "i_gain", "d_gain"), "in the drive's own units"),
+    "minutes": "minutes",
+    "hours": "hours",
+    "weeks_to_important": "weeks",
+    "points": "points",
+    "items": COUNT,
+    "most_unanswered": COUNT,
+    "answers": "answers on the scale of each item",
+    "answer": "an answer on the scale of its item",
+    "bytes": "bytes",
+    **dict.fromkeys(("before", "after"), "a value of a commissioning record; its name contains the unit"),
+}  # fmt: skip
+"""Names of numbers without a unit in their name."""
+
+
+def unit_of(name: str) -> str | None:
+    """Return the unit or meaning of a number, None if it is not declared."""
+    endings = [ending for ending in SUFFIXES if name.endswith(ending)]
+    return DECLARED.get(name) or (max(endings, key=len) if endings else None)
+
+
+def is_of_a_body(name: str) -> bool:
+    """True if the number is an angle, a torque or a score of a person, which needs a side and a time."""
+    return unit_of(name) in {"_deg", "_nm", "_points", SCORE_10, SCORE_100}
+
+
+_UNITS_AFTER: Final = r"°|deg\b|ms\b|s\b|%|Hz\b|Nm\b|min\b|kB\b|MB\b|GB\b|years?\b|bytes\b|points?\b|minutes?\b|seconds?\b|cycles?\b|/s\b|h\b|\(no unit\)"
+COUNTED: Final = (
+    "repetitions?", "samples?", "sessions?", "recordings?", "rows?", "times", "items?", "checks?", "playbacks?", "weeks?", "motors?",
+    "characters?", "errors?", "patients?", "entries", "access(?:es)?", "codes?", "days?", "hours?", "months?", "cycles?", "of the five motors", "shoulder",
+)  # fmt: skip
+"""Words of counted things, which follow their number."""
+PLACED: Final = (
+    "Motor", "motor", "Version", "version", "Playback", "Station", "Take", "take", "Step", "step", "level", "Level", "number", "item", "M", "Kata",
+    "No.", "fixer", "SPADI", "Table", "WCAG", "playback",
+)  # fmt: skip
+"""Words before the number of a place, of a level or of a thing that is called by a number."""
+COUNT_HEADS: Final = (
+    "Playbacks", "Stopped", "Measurements", "Motor", "Motion", "Version", "Repetitions", "Samples", "Number", r"No\.", "Patients", "Audit", "Subject",
+)  # fmt: skip
+"""Heads of table columns with counts and places."""
+SCALES: Final = r"0 to 10|of 10\b|of 100|of 25|level|0: no pain|0 is no pain"
+
+_BARE_NUMBERS: Final = """([unitsAfter, counted, placed, heads, scales]) => {
+    const moment = /\\d{1,2}:\\d{2}(:\\d{2})?(\\s?[AP]M)?|\\d{4}-\\d{2}-\\d{2}|[A-Z][a-z]{2} \\d{1,2}, \\d{4}|\\d{1,2} [A-Z][a-z]{2,} \\d{4}/g;
+    const number = /(?<![\\w.\\-/−+])[+\\-−]?\\d+(?:[.,]\\d+)?(?![\\w\\-]|\\.\\d)/g;
+    const after = new RegExp('^\\\\s?(?:(?:to|of|and|or|–|/)\\\\s?[+\\\\-−]?[\\\\d.]+\\\\s?)*(?:' + unitsAfter + ')');
+    const thing = new RegExp('^\\\\s?(?:of [\\\\d.]+ )?(?:[a-z]+ )?(?:' + counted.join('|') + ')\\\\b');
+    const place = new RegExp('(?:' + placed.map((one) => one.replace('.', '\\\\.')).join('|') + ')\\\\s?$|\\\\bof\\\\s?$|^$');
+    const inContext = new RegExp(unitsAfter + '|' + scales);
+    const countedHead = new RegExp(heads.join('|'));
+    const found = [];
+    const walker = document.createTreeWalker(document.querySelector('main') ?? document.body, NodeFilter.SHOW_TEXT);
+    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+        const element = node.parentElement;
+        if (!/\\d/.test(node.data) || !element.checkVisibility() || element.closest('.js-plotly-plot, script, style, nav, ol, [aria-current=step], [translate=no]:not(td *), td:first-child [translate=no]')) continue;
+        const cell = element.closest('td, th');
+        const block = cell ?? element.closest('p, li, button, label, h1, h2, h3, h4, caption, legend, [role=status], a, text:not(a text), div');
+        const text = block.textContent.replace(moment, ' ');
+        let context = block.getAttribute('aria-label') ?? '';
+        const group = element.closest('[role=radiogroup], fieldset, [role=group], section');
+        context += ' ' + (group?.getAttribute('aria-label') ?? '') + ' ' + (group?.querySelector('legend, label')?.textContent ?? '');
+        let head = '';
+        if (cell) {
+            const table = cell.closest('table');
+            const column = [...cell.parentElement.children].indexOf(cell);
+            const rows = [...table.querySelectorAll('thead tr')];
+            head = rows.map((row) => row.children[Math.min(column, row.children.length - 1)]?.textContent ?? '').join(' ');
+            context += ' ' + head;
+            // The unit of a row, in a column of its own. A row of texts has none.
+            const units = [...(rows[0]?.children ?? [])].findIndex((one) => one.textContent.trim() === 'Unit');
+            const unit = units < 0 ? null : cell.parentElement.children[units].textContent.trim();
+            if (unit || (unit === '' && /[^\\d.,\\s−-]/.test(cell.textContent))) continue;
+            context += ' ' + (rows[0]?.children[0]?.textContent ?? '');
+            context += ' ' + (table.querySelector('caption')?.textContent ?? '') + ' ' + (table.getAttribute('aria-label') ?? '');
+        }
+        for (const match of text.matchAll(number)) {
+            if (!node.data.includes(match[0])) continue;
+            const rest = text.slice(match.index + match[0].length);
+            const before = text.slice(0, match.index);
+            if (after.test(rest) || thing.test(rest) || (!before.trim() && rest.startsWith('. ')) || (before.trim() && place.test(before))) continue;
+            if (inContext.test(context) || countedHead.test(head) || new RegExp(scales).test(text)) continue;
+            found.push(match[0] + ' in "' + text.trim().slice(0, 120) + '"' + (cell ? ' under "' + context.trim().slice(0, 80) + '"' : ''));
+        }
+    }
+    return [...new Set(found)];
+}"""
+
+
+def bare_numbers(page: Any) -> list[str]:
+    """Return the numbers that an English page shows without a unit, a scale or a word for what is counted."""
+    found = page.evaluate(_BARE_NUMBERS, [_UNITS_AFTER, list(COUNTED), list(PLACED), list(COUNT_HEADS), SCALES])
+    return [str(one) for one in found]
