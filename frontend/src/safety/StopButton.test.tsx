@@ -1,4 +1,4 @@
-import { MantineProvider } from "@mantine/core";
+import { MantineProvider, Modal } from "@mantine/core";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Schemas } from "../lib/api/client";
@@ -60,6 +60,50 @@ describe("Stop", () => {
     fireEvent.keyDown(input, { key: "a" });
     await waitFor(() => expect(fetchMock).toHaveBeenCalled());
     expect(fetchMock).toHaveBeenCalledTimes(1);
+  });
+});
+
+describe("Stop from a dialog", () => {
+  async function showDialog(...controls: string[]) {
+    render(
+      <MantineProvider>
+        <StopButton />
+        <Modal opened onClose={() => {}} withCloseButton={false} transitionProps={{ duration: 0 }}>
+          {controls.map((name) => (
+            <button type="button" key={name}>
+              {name}
+            </button>
+          ))}
+        </Modal>
+      </MantineProvider>,
+    );
+    await waitFor(() => expect(focused()).toBe(controls[0]));
+  }
+
+  const focused = () => document.activeElement?.textContent;
+  const tab = (shiftKey = false) =>
+    fireEvent.keyDown(document.activeElement ?? document.body, { key: "Tab", shiftKey });
+
+  it("is after the last control and before the first one", async () => {
+    await showDialog("Save", "Cancel");
+    tab();
+    expect(focused()).toBe("Cancel");
+    tab();
+    expect(focused()).toBe("Stop");
+    tab();
+    expect(focused()).toBe("Save");
+    tab(true);
+    expect(focused()).toBe("Stop");
+    tab(true);
+    expect(focused()).toBe("Cancel");
+  });
+
+  it("is one Tab away from a single control", async () => {
+    await showDialog("Close");
+    tab();
+    expect(focused()).toBe("Stop");
+    tab();
+    expect(focused()).toBe("Close");
   });
 });
 

@@ -1,11 +1,12 @@
 import { Button, Stack, Text } from "@mantine/core";
 import { IconHandStop } from "@tabler/icons-react";
-import { useCallback, useEffect, useState } from "react";
+import { useCallback, useEffect, useRef, useState } from "react";
 import { api, type Live, ProblemError } from "../lib/api/client";
 import { formatClock } from "../lib/format";
 import { t } from "../lib/i18n";
 import { store } from "../lib/live/store";
 import { isMoving } from "./modes";
+import { useTabFromDialog } from "./useTabFromDialog";
 
 type StopProgress =
   | { state: "sending" }
@@ -33,6 +34,8 @@ async function requestStop(): Promise<void> {
 /** The Stop button of every page: one press, no dialog. It shows whether the device confirmed. */
 export function StopButton() {
   const [progress, setProgress] = useState<StopProgress | null>(null);
+  const button = useRef<HTMLButtonElement>(null);
+  useTabFromDialog(button);
 
   const stop = useCallback(async () => {
     setProgress({ state: "sending" });
@@ -63,6 +66,7 @@ export function StopButton() {
   return (
     <Stack gap={2} align="center">
       <Button
+        ref={button}
         color="red.8"
         h={88}
         w={{ base: 108, sm: 176 }}
