@@ -64,12 +64,18 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
 
 
 @pytest.fixture
-def page(page: Page, clinic: Clinic) -> Page:
+def tab(context: BrowserContext, clinic: Clinic) -> Page:
+    """Return an empty page of a browser that is signed in as an administrator."""
+    context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    return context.new_page()
+
+
+@pytest.fixture
+def page(tab: Page, clinic: Clinic) -> Page:
     """Return the station's page, signed in as an administrator, with an idle apparatus."""
-    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
-    page.goto(f"{clinic.url}/station")
-    wait_until_idle(page)
-    return page
+    tab.goto(f"{clinic.url}/station")
+    wait_until_idle(tab)
+    return tab
 
 
 @pytest.fixture

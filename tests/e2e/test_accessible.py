@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import addresses, wrong
+from tests.support.accessibility import addresses, opened, wrong
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import acknowledge, wait_until_idle
 from tests.support.units import bare_numbers
@@ -23,13 +23,14 @@ _ALL: Final = [pytest.param(scheme, 1, marks=pytest.mark.campaign) for scheme in
 
 
 @pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
-def test_every_page_is_accessible(page: Page, clinic: Clinic, scheme: Any, every: int) -> None:
+def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
     """axe checks every second or every page. Each number on each page has a unit."""
-    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    tabs = tab, tab.context.new_page()
+    for one in tabs:
+        one.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     found: dict[str, list[str]] = {}
-    for number, (name, address) in enumerate(addresses(page, clinic).items()):
+    for number, (name, page) in enumerate(opened(tabs, clinic, addresses(tab, clinic))):
         checked = number % every == 0
-        page.goto(clinic.url + address)
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
         wait_until_idle(page)
         if name in ("station", "station-patient"):

@@ -1,15 +1,16 @@
 """In a browser that prefers Japanese, every page is Japanese, also for screen readers, and can be switched to English."""
 
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, Response, expect
+from playwright.sync_api import Page, Response, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import addresses, wrong
+from tests.support.accessibility import addresses, opened, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_actions import acknowledge
 
@@ -94,13 +95,11 @@ def wait_until_idle(page: Page) -> None:
 
 
 @pytest.fixture
-def page(context: BrowserContext, clinic: Clinic) -> Page:
+def page(tab: Page, clinic: Clinic) -> Page:
     """Return the station's page, signed in as an administrator, with an idle apparatus."""
-    page = context.new_page()
-    context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
-    page.goto(f"{clinic.url}/station")
-    wait_until_idle(page)
-    return page
+    tab.goto(f"{clinic.url}/station")
+    wait_until_idle(tab)
+    return tab
 
 
 def written(told: Any) -> Iterator[str]:
@@ -133,17 +132,17 @@ def english_on(page: Page, records: set[str]) -> list[str]:
 @pytest.mark.shared_clinic("invented")
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])
-def test_every_page_speaks_japanese(page: Page, clinic: Clinic, every: int) -> None:
+def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> None:
     """Check the words of every page. axe checks every second page, from the second one, or every page in the campaign."""
-    page.emulate_media(color_scheme="dark", reduced_motion="reduce")
-    heard: list[Response] = []
-    page.on("response", lambda answer: heard.append(answer))
+    tabs = tab, tab.context.new_page()
+    heard: defaultdict[Page, list[Response]] = defaultdict(list)
+    tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
+    for one in tabs:
+        one.emulate_media(color_scheme="dark", reduced_motion="reduce")
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
-    for number, (name, address) in enumerate(addresses(page, clinic).items()):
+    for number, (name, page) in enumerate(opened(tabs, clinic, addresses(tab, clinic))):
         checked = number % every == every - 1
-        heard.clear()
-        page.goto(clinic.url + address)
         wait_until_idle(page)
         if name in ("station", "station-patient"):
             expect(page.get_by_role("region", name="模擬装置")).to_be_visible(timeout=LONG_MS)
@@ -151,7 +150,7 @@ def test_every_page_speaks_japanese(page: Page, clinic: Clinic, every: int) -> N
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
         expect(page.locator("html")).to_have_attribute("lang", "ja")
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", "dark")
-        asked = {one.url for one in heard if one.ok and "json" in one.headers.get("content-type", "")}
+        asked = {one.url for one in heard[page] if one.ok and "json" in one.headers.get("content-type", "")}
         # A page receives the stations' names over its WebSockets.
         asked |= {f"{clinic.url}/api/station", f"{clinic.url}/api/stations"}
         answers = [page.request.get(url).json() for url in sorted(asked)]
@@ -160,6 +159,7 @@ def test_every_page_speaks_japanese(page: Page, clinic: Clinic, every: int) -> N
             english[name] = found
         if violations := wrong(page) if checked else []:
             barred[name] = violations
+        heard[page].clear()
     told = "\n".join(f"{name}: {sorted(set(texts))}" for name, texts in (english | barred).items())
     assert not told, told
 

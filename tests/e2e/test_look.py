@@ -7,7 +7,6 @@ from typing import Final
 import pytest
 from playwright.sync_api import Page, expect
 
-from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import acknowledge, wait_until_idle
 
@@ -17,11 +16,11 @@ SIZES: Final = {"telephone": (360, 740), "tablet": (800, 1280), "desktop": (1280
 
 
 @pytest.fixture
-def page(page: Page, clinic: Clinic) -> Page:
-    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
-    page.goto(clinic.url)
-    wait_until_idle(page)
-    return page
+def page(tab: Page, clinic: Clinic) -> Page:
+    """Return the home page, signed in as an administrator, with an idle apparatus."""
+    tab.goto(clinic.url)
+    wait_until_idle(tab)
+    return tab
 
 
 def test_search_and_shortcuts_leave_stop_in_reach(page: Page, artefacts: Path) -> None:

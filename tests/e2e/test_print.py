@@ -29,7 +29,7 @@ _AT_THE_MARGIN: Final = "h1, td, th, .xtitle, .legendtext, section > svg[viewBox
 
 def printed(page: Page, address: str, complete: str, scheme: Literal["light", "dark"]) -> PdfReader:
     """Print a page as the browser does, on A4. The user has chosen the scheme: a browser prints the system's as light."""
-    page.evaluate("scheme => localStorage.setItem('kata-scheme', scheme)", scheme)
+    page.add_init_script(f"localStorage.setItem('kata-scheme', '{scheme}')")
     page.goto(address)
     expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
     wait_until_idle(page)
@@ -58,24 +58,24 @@ def words(text: str) -> str:
 
 
 @pytest.mark.parametrize(("name", "complete"), PRINTED.items(), ids=PRINTED)
-def test_print_is_light_and_complete(page: Page, clinic: Clinic, name: str, complete: str) -> None:
-    address = clinic.url + addresses(page, clinic)[name]
-    light = printed(page, address, complete, "light")
-    dark = printed(page, address, complete, "dark")
+def test_print_is_light_and_complete(tab: Page, clinic: Clinic, name: str, complete: str) -> None:
+    address = clinic.url + addresses(tab, clinic)[name]
+    light = printed(tab, address, complete, "light")
+    dark = printed(tab, address, complete, "dark")
     assert colours(light)
     assert colours(dark) == colours(light)
     assert len(dark.pages) == len(light.pages)
     paper = words("".join(sheet.extract_text() for sheet in dark.pages))
-    expected = page.locator(_AT_THE_MARGIN).filter(visible=True).all_text_contents()
+    expected = tab.locator(_AT_THE_MARGIN).filter(visible=True).all_text_contents()
     assert expected
     assert [text for text in expected if words(text) not in paper] == []
 
 
-def test_tables_of_a_report_stay_on_the_sheet(page: Page, clinic: Clinic) -> None:
-    session = addresses(page, clinic)["session"]
-    page.goto(f"{clinic.url}/api{session}/report.html")
-    expect(page.locator("table.dense").first).to_be_visible(timeout=LONG_MS)
-    beyond = page.evaluate(
+def test_tables_of_a_report_stay_on_the_sheet(tab: Page, clinic: Clinic) -> None:
+    session = addresses(tab, clinic)["session"]
+    tab.goto(f"{clinic.url}/api{session}/report.html")
+    expect(tab.locator("table.dense").first).to_be_visible(timeout=LONG_MS)
+    beyond = tab.evaluate(
         """() => {
             const sheet = document.querySelector("h1").getBoundingClientRect().right;
             return [...document.querySelectorAll("table")].map((one) => one.getBoundingClientRect().right - sheet);

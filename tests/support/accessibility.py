@@ -1,5 +1,6 @@
 """Addresses of every page and its accessibility errors."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from playwright.sync_api import Page
@@ -62,6 +63,23 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
         "settings": "/commissioning?tab=settings",
         "nowhere": "/nowhere",
     }
+
+
+def opened(tabs: tuple[Page, Page], clinic: Clinic, pages: dict[str, str]) -> Iterator[tuple[str, Page]]:
+    """Yield every page by name. The next one loads in the other tab meanwhile."""
+    coming = iter(pages.items())
+
+    def begin(tab: Page) -> tuple[str, Page] | None:
+        if (following := next(coming, None)) is None:
+            return None
+        tab.goto(clinic.url + following[1], wait_until="commit")
+        return following[0], tab
+
+    current, other = begin(tabs[0]), tabs[1]
+    while current:
+        following = begin(other)
+        yield current
+        current, other = following, current[1]
 
 
 def wrong(page: Page) -> list[str]:
