@@ -7,8 +7,18 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Page, expect
 
+from kata.motion.builtin import built_in_motions
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import HOLD_MS, begin_session, load_and_play, open_tab, sign_up, teach
+from tests.support.page_actions import (
+    HOLD_MS,
+    begin_session,
+    import_motion,
+    load_and_play,
+    open_tab,
+    prepare_station,
+    sign_up,
+    teach,
+)
 
 
 def test_teach_stop_reset_play_again_and_read_the_errors(
@@ -104,7 +114,8 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 @pytest.mark.shared_clinic("empty")
 def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, artefacts: Path) -> None:
     sign_up(page, "Tanaka Sora")
-    teach(page, "5 Flexion / extension of the shoulder")
+    import_motion(page, built_in_motions()[4])
+    prepare_station(page)
     begin_session(page)
     level = page.get_by_role("slider", name="Resistance level")
     expect(page.get_by_test_id("level")).to_have_text("Choose a level")
@@ -156,7 +167,8 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, ar
 @pytest.mark.shared_clinic("empty")
 def test_stop_key_works_while_typing_and_shows_device_confirmation(page: Page) -> None:
     sign_up(page, "Suzuki Aoi")
-    teach(page, "1 Abduction / adduction of the scapula")
+    import_motion(page, built_in_motions()[0])
+    prepare_station(page)
     begin_session(page)
     load_and_play(page)
     page.get_by_role("link", name="Patients", exact=True).click()

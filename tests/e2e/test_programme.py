@@ -5,8 +5,16 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
+from kata.motion.builtin import built_in_motions
 from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import begin_session, load_and_play, open_tab, sign_up, teach
+from tests.support.page_actions import (
+    begin_session,
+    import_motion,
+    load_and_play,
+    open_tab,
+    prepare_station,
+    sign_up,
+)
 
 
 @pytest.mark.shared_clinic("empty")
@@ -15,10 +23,8 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Tsubaki")
     patient = page.url
-    teach(page, "1 Abduction / adduction of the scapula")
-    page.get_by_test_id("saved").get_by_role("link").click()
-    expect(page.get_by_role("heading", name="Raise the arm")).to_be_visible()
-    service, recording = page.url.split("/recordings/")
+    service = patient.partition("/patients/")[0]
+    recording = import_motion(page, built_in_motions()[0])
     less = {"do": "isolate", "motors": [1], "name": "A little less"}
     assert page.request.post(f"{service}/api/recordings/{recording}/derived", data=less).ok
 
@@ -79,7 +85,7 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
 
     # Today's session uses the newest version of the newest programme.
     page.get_by_role("link", name="Mori Tsubaki").click()
-    page.get_by_role("link", name="Go to the station").click()
+    prepare_station(page)
     visit = page.get_by_role("region", name="Session")
     expect(visit.get_by_role("combobox", name="Programme")).to_have_value("Morning (version 2)")
     expect(visit.get_by_text("1. Raise the arm: 90 % of the speed")).to_be_visible()

@@ -4,13 +4,17 @@ import re
 from collections.abc import Callable
 from uuid import uuid4
 
+import numpy as np
 from playwright.sync_api import Locator, Page, expect
 
+from kata.motion.taught import POSE_LAYOUT, Taught
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S
 
 HOLD_MS = 1500
 """Hold the button for a second, which asks the apparatus to move the arm."""
 
+MOTION = "Raise the arm"
+"""Name of the recording that a journey teaches or imports."""
 
 Press = Callable[[Page, Locator], None]
 
@@ -68,6 +72,29 @@ def confirm_identity(part: Locator, page: Page, press: Press = click) -> None:
         expect(own).to_be_hidden()
 
 
+def import_motion(page: Page, motion: Taught) -> str:
+    """Import a motion for the patient of the open record, in place of teaching it. Return the recording's id."""
+    table = np.column_stack([motion.times_s, motion.poses_deg])
+    lines = [",".join(POSE_LAYOUT), *(",".join(f"{value:.4f}" for value in row) for row in table)]
+    service, _, record = page.url.partition("/patients/")
+    imported = page.request.post(
+        f"{service}/api/patients/{record.partition('?')[0]}/recordings/import",
+        params={"side": "left", "name": MOTION},
+        data="\n".join(lines),
+        headers={"content-type": "text/csv", "origin": service},
+    )
+    assert imported.status == 201, imported.text()
+    recording: str = imported.json()["recording"]["id"]
+    return recording
+
+
+def prepare_station(page: Page) -> None:
+    """Go to the station with the patient of the open record, set it up for the left side, and test the emergency stop."""
+    page.get_by_role("link", name="Go to the station").click()
+    stand_for_left(page)
+    try_estop(page)
+
+
 def teach(page: Page, motion: str) -> None:
     """Teach a motion to the patient of the open record, with the checks before it."""
     page.get_by_role("link", name="Go to the station").click()
@@ -83,7 +110,7 @@ def teach(page: Page, motion: str) -> None:
         try_estop(page)
         expect(switch).to_be_hidden(timeout=LONG_MS)
     confirm_identity(before, page)
-    page.get_by_label("Name of the motion").fill("Raise the arm")
+    page.get_by_label("Name of the motion").fill(MOTION)
     start.click()
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
@@ -98,7 +125,7 @@ def teach(page: Page, motion: str) -> None:
     expect(page.get_by_test_id("pedal")).to_contain_text("Recording", timeout=LONG_MS)
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record", timeout=LONG_MS)
     page.get_by_role("button", name="Finish teaching").click()
-    expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
+    expect(page.get_by_test_id("saved")).to_contain_text(MOTION)
 
 
 def try_estop(page: Page, press: Press = click) -> None:
