@@ -326,12 +326,16 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
 
 
 @pytest.mark.timeout(600)
-def test_a_hostile_file_name_is_a_name(page: Page, poisoned: Poisoned, texts: list[str], told: list[str]) -> None:
+@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.campaign)])
+def test_a_hostile_file_name_is_a_name(
+    page: Page, poisoned: Poisoned, texts: list[str], told: list[str], every: int
+) -> None:
+    """Choose a file with every seventh text as its name, or with each text in the campaign."""
     page.goto(f"{poisoned.url}/patients/{poisoned.poison.places[0].patients}?tab=data")
     page.get_by_role("button", name="Import motion from CSV file").dispatch_event("click")
     chooser = page.locator("input[type=file]").first
     chooser.wait_for(state="attached")
-    names = [text.replace("/", "\N{DIVISION SLASH}") for text in texts]
+    names = [text.replace("/", "\N{DIVISION SLASH}") for text in texts[::every]]
     missing: list[str] = page.evaluate(_CHOOSE, names)
     assert missing == []
     assert told == []
