@@ -11,7 +11,8 @@ from kata.actor import Role
 from kata.auth.login_session import COOKIE
 from kata.clinic.patients.tables import PatientRow
 from tests.support.login import signed_in
-from tests.support.station_api import accepted, load, teach, until, until_mode
+from tests.support.recordings import lifted, taught
+from tests.support.station_api import accepted, load, until, until_mode
 
 _ROLES: Final[tuple[Role, ...]] = ("viewer", "technician", "therapist", "administrator")
 _PATHS: Final = (
@@ -31,7 +32,7 @@ def playing(client: TestClient) -> dict[str, Any]:
     until_mode(client, "idle")
     body = {"clinic_number": "CANARY-NUMBER", "name": "Canary Name", "affected_side": "right"}
     patient = client.post("/api/patients", json=body).json()
-    recording = teach(client, patient)
+    recording = taught(client, patient, lifted(), name="Canary lift")
     run = load(client, patient, recording)
     until_mode(client, "ready")
     accepted(client, "approach")

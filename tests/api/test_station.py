@@ -15,6 +15,7 @@ from kata.motion.taught import Taught
 from kata.simulator.parameters import REST_DEG
 from kata.station import device_process
 from tests.support.preflight import go_through_checklist, still_open, teaching
+from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.service import running
 from tests.support.station_api import accepted, load, teach, until, until_mode
@@ -366,8 +367,7 @@ def test_learning_of_one_playback_applies_to_the_next(
 def test_repeated_resistance_in_one_place_holds_the_arm_until_supported(
     client: TestClient, taught_patient: dict[str, Any]
 ) -> None:
-    abduction = teach(client, taught_patient, "built-in-4")
-    load(client, taught_patient, abduction, load_level=8)
+    load(client, taught_patient, taught(client, taught_patient, lifted()), load_level=8)
     accepted(client, "approach")
     until_mode(client, "paused")
     with closing(client.app.state.services.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
@@ -441,8 +441,8 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
     with running(tmp_path) as client:
         body = {"clinic_number": "1", "name": "N", "affected_side": "right"}
         who = client.post("/api/patients", json=body).json()
-        recorded = teach(client, who)
-        run = load(client, who, recorded)
+        until_mode(client, "idle")
+        run = load(client, who, taught(client, who, lifted()))
         accepted(client, "approach")
         until_mode(client, "paused")
         accepted(client, "play")

@@ -9,6 +9,7 @@ from fastapi.testclient import TestClient
 
 from tests.support.audit_rows import audit_log
 from tests.support.preflight import BY_HAND, WHO, confirmation, go_through_checklist, still_open, teaching
+from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.station_api import accepted, teach, until, until_mode
 from tests.support.visits import eventually, programme
@@ -27,8 +28,8 @@ def shrug(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def rotation(client: TestClient, patient: dict[str, Any], shrug: dict[str, Any]) -> dict[str, Any]:
-    return teach(client, patient, "built-in-6", fixtures=("arm_fixer_2", "elbow_fixer_1"))
+def rotation(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
+    return taught(client, patient, lifted(), fixtures=["arm_fixer_2", "elbow_fixer_1"])
 
 
 def play(client: TestClient, body: dict[str, Any], meanwhile: Callable[[], None] = lambda: None) -> dict[str, Any]:
