@@ -159,8 +159,8 @@ _REPEATED: Final = {
     # A disabled account and a locked screen are refused before the role is read.
     "disabled viewer", "disabled technician", "disabled therapist",
     "viewer behind a locked screen", "technician behind a locked screen", "therapist behind a locked screen",
-    # The therapist may use every route that a station limits.
-    "viewer of another station", "technician of another station",
+    # The administrator may use every route that a station limits.
+    "viewer of another station", "technician of another station", "therapist of another station",
 }  # fmt: skip
 """Identities that are refused for the same reason at the same place as another one. The campaign asks as these too."""
 AS_EVERYBODY: Final = pytest.mark.parametrize(

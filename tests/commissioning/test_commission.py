@@ -90,7 +90,7 @@ def check(seed: int, last: str) -> CommissioningRecord:
     return record
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.campaign)])
 def test_a_factory_new_apparatus_is_commissioned(seed: int) -> None:
     check(seed, "lags")
 
