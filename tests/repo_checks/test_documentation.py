@@ -1,5 +1,6 @@
 """Links, lengths and names of the documentation."""
 
+import ast
 import re
 import subprocess
 from collections.abc import Iterator
@@ -19,16 +20,21 @@ _FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 
-def pages() -> list[Path]:
-    """Return every Markdown file of the repository."""
+def files(*patterns: str) -> list[Path]:
+    """Return the repository's files, also those not yet committed."""
     listed = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"],
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", *patterns],
         cwd=ROOT,
         check=True,
         capture_output=True,
         text=True,
     )
     return [ROOT / line for line in listed.stdout.splitlines() if (ROOT / line).is_file()]
+
+
+def pages() -> list[Path]:
+    """Return every Markdown file of the repository."""
+    return files("*.md")
 
 
 def anchors(page: Path) -> set[str]:
@@ -70,35 +76,54 @@ def test_decisions_are_numbered_once_and_titled() -> None:
         assert re.fullmatch(rf"# {record.name[:4]}\. .{{15,}}", title), record.name
 
 
-def sources() -> list[Path]:
-    return [
-        file
-        for folder in ("backend", "frontend/src", "tests", "docs")
-        for file in (ROOT / folder).rglob("*")
-        if file.suffix in (".py", ".ts", ".tsx") and "node_modules" not in file.parts
-    ]
+@pytest.fixture(scope="module")
+def members() -> dict[str, set[str]]:
+    """Return the names that each Python class or module defines, by the class's name or the module's path."""
+    found: dict[str, set[str]] = {}
+    for file in files("*.py"):
+        tree = ast.parse(file.read_text())
+        classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+        for key, owner in [(str(file), tree), *((node.name, node) for node in classes)]:
+            found.setdefault(key, set()).update(_defined(owner))
+    return found
 
 
-def quoted() -> set[str]:
-    """Return what the architecture page quotes as code."""
-    return set(re.findall(r"`([^`]+)`", _FENCE.sub("", ARCHITECTURE.read_text())))
+def _defined(owner: ast.AST) -> Iterator[str]:
+    for node in ast.walk(owner):
+        match node:
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                yield name
 
 
-@pytest.mark.parametrize("base", ["explanation/architecture.md", "explanation/safety.md", "explanation/device.md"])
-def test_every_file_that_a_page_names_exists(base: str) -> None:
-    text = _FENCE.sub("", (ROOT / "docs" / base).read_text())
-    named = {name for name in re.findall(r"`([\w/.-]+)`", text) if re.search(r"\.(py|tsx?|json|toml|yml)$", name)}
-    assert named
-    folders = [ROOT, ROOT / "backend/kata", ROOT / "backend/kata/device", ROOT / "backend/kata/clinic/assessments"]
-    assert {name for name in named if not any((folder / name).is_file() for folder in folders)} == set()
+def quoted(page: Path) -> set[str]:
+    """Return what a page quotes as code."""
+    return set(re.findall(r"`([^`]+)`", _FENCE.sub("", page.read_text())))
 
 
-def test_every_constant_in_the_architecture_exists() -> None:
-    code = "\n".join(file.read_text() for file in sources())
-    names = {part for name in quoted() if re.fullmatch(r"[A-Za-z_]\w*(\.\w+)?", name) for part in name.split(".")}
-    names -= {"py", "ts"}
-    unknown = {name for name in names if not re.search(rf"\b{name}\b", code)}
-    folders = {path.name for path in (ROOT / "backend/kata").iterdir()} | {
-        path.name for path in (ROOT / "frontend/src").iterdir()
-    }
-    assert unknown - folders - {"kata", "migrations", "journal"} == set()
+FHIR = {"Condition.verificationStatus", "Procedure.status"}
+EXPLANATIONS = sorted((ROOT / "docs/explanation").rglob("*.md"))
+
+
+def test_every_file_that_a_page_names_exists() -> None:
+    paths = [f"/{file.relative_to(ROOT).as_posix()}" for file in files()]
+    for page in EXPLANATIONS:
+        named = {name for name in quoted(page) if re.fullmatch(r"[\w/.-]+\.(py|tsx?|mjs|json|toml|yml)", name)}
+        missing = {name for name in named if not any(path.endswith(f"/{name}") for path in paths)}
+        assert missing == set(), page.name
+
+
+def test_every_member_that_a_page_names_exists(members: dict[str, set[str]]) -> None:
+    for page in EXPLANATIONS:
+        named = {name for name in quoted(page) - FHIR if re.fullmatch(r"[A-Z]\w+\.[a-z_]\w*", name)}
+        named = {name for name in named if not name.endswith(".md")}
+        missing = {name for name in named if name.split(".")[1] not in members.get(name.split(".")[0], ())}
+        assert missing == set(), page.name
+
+
+def test_every_name_in_the_architecture_is_defined(members: dict[str, set[str]]) -> None:
+    named = {name for name in quoted(ARCHITECTURE) if re.fullmatch(r"_?[A-Z]\w+", name)}
+    assert len(named) > 10
+    defined = {name for names in members.values() for name in names}
+    assert named - defined == set()
