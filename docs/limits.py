@@ -1,7 +1,6 @@
 """Makes the reference page of limits and timeouts: each value is read from the source file that defines it."""
 
 import ast
-import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,7 +39,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
             "Stop is repeated as an HTTP request when the WebSocket has not answered.",
         ),
         ("lib/live/store.ts", "LOST_AFTER_MS", "The page shows the connection as lost when no message has come."),
-        ("lib/api/client.ts", "STOP_TIMEOUT_MS", "The page waits for the answer to a Stop request."),
+        ("lib/api/stationApi.ts", "STOP_TIMEOUT_MS", "The page waits for the answer to a Stop request."),
         ("features/alarms/sound.ts", "SOUND_PAUSE_MS", "The alarm sound stays paused for so long."),
     ),
     "The device": (
@@ -106,7 +105,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("auth/accounts.py", "CODE_VALIDITY", "A one-time code is valid."),
         ("auth/set_up.py", "LASTS", "The set-up link is valid."),
         ("auth/passwords.py", "SHORTEST", "Shortest password, in characters."),
-        ("auth/openid.py", "_CONNECT_S", "The OpenID provider accepts a connection within this time."),
+        ("auth/openid_provider.py", "_CONNECT_S", "The OpenID provider accepts a connection within this time."),
         ("auth/openid_router.py", "_PROVIDER_LIMIT_S", "The OpenID provider answers within this time."),
         ("clinic/restricted/service.py", "GLASS_LASTS", "Emergency access to a restricted record lasts."),
     ),
@@ -125,8 +124,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
     ),
     "The clinic": (
         ("station/fleet.py", "SILENT_AFTER_S", "Another station is shown as silent."),
-        ("api/security_middleware.py", "LARGEST_BODY", "Largest request, in bytes."),
-        ("api/security_middleware.py", "LARGEST_FILE", "Largest file to import, in bytes."),
+        ("api/body_limits.py", "LARGEST_BODY", "Largest request, in bytes."),
+        ("api/body_limits.py", "LARGEST_FILE", "Largest file to import, in bytes."),
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
         ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
@@ -169,29 +168,8 @@ Values are read from the source. The suffix of a constant is its unit. Fields of
 
 
 def _row(file: str, constant: str, what: str) -> str:
-    folder = _PAGE if file.endswith((".ts", ".tsx")) else _BACKEND
-    path = folder + file
-    try:
-        value = _value(path, constant)
-    except (KeyError, FileNotFoundError):
-        # The constant has moved: its name still identifies it where only one file defines it.
-        path, value = _found_elsewhere(folder, constant)
-    return f"| {what} | {value} | `{constant}` | `{path}` |"
-
-
-def _found_elsewhere(folder: str, constant: str) -> tuple[str, str]:
-    """Return the only file that defines a constant, and the value.
-
-    :raises KeyError: when no file or more than one file defines it.
-    """
-    found: dict[str, str] = {}
-    for path in sorted(one for kind in ("*.py", "*.ts", "*.tsx") for one in (ROOT / folder).rglob(kind)):
-        name = path.relative_to(ROOT).as_posix()
-        with contextlib.suppress(KeyError):
-            found[name] = _value(name, constant)
-    if len(found) != 1:
-        raise KeyError(f"{constant}: defined in {sorted(found)}")
-    return next(iter(found.items()))
+    path = (_PAGE if file.endswith((".ts", ".tsx")) else _BACKEND) + file
+    return f"| {what} | {_value(path, constant)} | `{constant}` | `{path}` |"
 
 
 def _value(path: str, constant: str) -> str:
@@ -237,7 +215,7 @@ def _shown(name: str, value: str) -> str:
     value = default[1] if default else value
     span = re.fullmatch(r"timedelta\((\w+)=([\d.]+)\)", value)
     if span:
-        return f"{span[2]} {span[1]}"
+        return f"1 {span[1].removesuffix('s')}" if span[2] == "1" else f"{span[2]} {span[1]}"
     unit = next(
         (unit for end, unit in sorted(_UNITS.items(), reverse=True, key=_length) if name.upper().endswith(end)), ""
     )
