@@ -11,6 +11,7 @@ import { StateBar } from "../safety/StateBar";
 import { PageLink } from "../ui/links";
 import { UndoBar } from "../ui/UndoBar";
 import { Brand } from "./Brand";
+import { PAGES } from "./pages";
 import classes from "./Shell.module.css";
 
 const NotificationButton = lazy(() =>
@@ -19,16 +20,6 @@ const NotificationButton = lazy(() =>
   })),
 );
 const BELL_PX = 44;
-
-const PAGES = [
-  { to: "/", label: t("common:shell.home"), needs: "see_station" },
-  { to: "/station", label: t("common:shell.station"), needs: "see_station" },
-  { to: "/stations", label: t("common:shell.stations"), needs: "see_station" },
-  { to: "/patients", label: t("common:shell.patients"), needs: "read_records" },
-  { to: "/sessions", label: t("common:shell.sessions"), needs: "read_records" },
-  { to: "/clinic", label: t("common:shell.clinic"), needs: "see_station" },
-  { to: "/administration", label: t("common:shell.administration"), needs: "administer" },
-] as const;
 
 /** The frame of every page: navigation, account menu, apparatus state and Stop. */
 export function Shell() {
@@ -69,7 +60,7 @@ function Top() {
         aria-label={t("common:shell.pages")}
       >
         {PAGES.map((page) => (
-          <Tab key={page.to} {...page} />
+          <NavigationLink key={page.to} {...page} />
         ))}
       </Group>
       <SearchButton />
@@ -81,7 +72,7 @@ function Top() {
   );
 }
 
-function Tab({ to, label, needs }: (typeof PAGES)[number]) {
+function NavigationLink({ to, label, needs }: (typeof PAGES)[number]) {
   if (!useHasPermission(needs)) return null;
   return (
     <Link

@@ -6,7 +6,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Me, type Patient } from "../../lib/api/client";
 import { authStore } from "../auth/authState";
 import { SearchButton } from "./SearchButton";
-import { findPlaces, typedDay } from "./searchResults";
+import { findPages, typedDay } from "./searchResults";
 
 const YAMADA = {
   id: "p1",
@@ -109,10 +109,12 @@ it("the shortcuts are listed by keys", async () => {
 
 it("pages are found by parts of their names, within the permissions", () => {
   const names = (typed: string, ...permissions: Me["permissions"]) =>
-    findPlaces(typed, permissions).map(({ words }) => words);
+    findPages(typed, permissions).map(({ words }) => words);
   expect(names("AUD", "administer")).toEqual(["Audit trail"]);
   expect(names("aud", "read_records")).toEqual([]);
   expect(names("", "read_records")).toEqual(["Patients", "Sessions"]);
+  expect(names("clinic", "see_station")).toEqual(["Clinic"]);
+  expect(names("station settings", "commission")).toEqual(["Station settings and commissioning"]);
 });
 
 it.each([

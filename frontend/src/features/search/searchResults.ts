@@ -1,10 +1,11 @@
-import "../administration/catalogue";
 import { useDebouncedValue } from "@mantine/hooks";
 import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { PAGES, type Page } from "../../app/pages";
 import { api, type Patient } from "../../lib/api/client";
 import { midnight } from "../../lib/days";
 import { formatDay, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { ADMINISTRATION_PAGES } from "../administration/administrationPages";
 import type { Permission } from "../auth/hooks";
 
 /** Where a result leads. `search` is the address's query. */
@@ -16,33 +17,16 @@ export type ResultGroup = { title: string; results: Result[] };
 const [PATIENTS, OF_PATIENT, SESSIONS] = [6, 3, 8];
 const DEBOUNCE_MS = 150;
 
-type Place = { words: string; to: string; needs: Permission };
-
-/** Pages and actions that every user finds by their names; those without the permission are left out. */
-const PLACES: Place[] = [
-  { words: t("common:shell.home"), to: "/", needs: "see_station" },
-  { words: t("common:shell.station"), to: "/station", needs: "see_station" },
-  { words: t("common:shell.stations"), to: "/stations", needs: "see_station" },
-  { words: t("common:shell.patients"), to: "/patients", needs: "read_records" },
-  { words: t("common:shell.sessions"), to: "/sessions", needs: "read_records" },
-  { words: t("administration:accounts.title"), to: "/administration/accounts", needs: "administer" },
-  { words: t("administration:audit.title"), to: "/administration/audit", needs: "administer" },
-  {
-    words: t("administration:emergencies.title"),
-    to: "/administration/emergency-access",
-    needs: "administer",
-  },
-  { words: t("administration:backups.title"), to: "/administration/backups", needs: "administer" },
-  { words: t("administration:clinic.title"), to: "/administration/clinic", needs: "administer" },
-];
+/** The pages that every user finds by their names; those without the permission are left out. */
+const FOUND_PAGES: Page[] = [...PAGES, ...ADMINISTRATION_PAGES];
 
 /** Return the pages whose name contains every typed word; all of them if nothing is typed. */
-export function findPlaces(typed: string, permissions: readonly Permission[]): Result[] {
+export function findPages(typed: string, permissions: readonly Permission[]): Result[] {
   const wanted = typed.normalize("NFKC").toLocaleLowerCase().split(/\s+/);
-  return PLACES.filter(({ words, needs }) => {
-    const name = words.normalize("NFKC").toLocaleLowerCase();
+  return FOUND_PAGES.filter(({ label, needs }) => {
+    const name = label.normalize("NFKC").toLocaleLowerCase();
     return permissions.includes(needs) && wanted.every((word) => name.includes(word));
-  }).map(({ words, to }) => ({ id: to, words, target: { to } }));
+  }).map(({ label, to }) => ({ id: to, words: label, target: { to } }));
 }
 
 /** Return a typed day as 2026-11-05; null if it is none. */
@@ -104,7 +88,7 @@ export function useSearchResults(typed: string, permissions: readonly Permission
     { title: t("search:groups.actions"), results: best ? actionsFor(best, permissions) : [] },
     { title: t("search:groups.sessions"), results: day || best ? sessionResults : [] },
     { title: t("search:groups.recordings"), results: best ? recordingResults : [] },
-    { title: t("search:groups.pages"), results: findPlaces(words, permissions) },
+    { title: t("search:groups.pages"), results: findPages(words, permissions) },
   ];
   return {
     groups: groups.filter(({ results }) => results.length > 0),
