@@ -44,8 +44,10 @@ class RequestContext:
     station: str = ""
     address: str = ""
     """Address of the browser, from the connection or a trusted proxy."""
-    permission: str = ""
-    """Permission that the action needs. It decides whether a read request is recorded."""
+    audits_views: bool = False
+    """True if a read request is recorded in the audit trail."""
+    is_command: bool = False
+    """True for a command to the apparatus, whose answer does not wait for the audit trail."""
     account_id: UUID | None = None
     """The account of an attempted login."""
     why: str = ""

@@ -20,7 +20,7 @@ from kata.api import authorization
 from kata.audit import deduplication
 from kata.audit.tables import AuditRow
 from kata.auth.login_session import COOKIE
-from kata.auth.permissions import RULES, audit_action
+from kata.auth.permissions import RULES, UNAUDITED_VIEWS, audit_action
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
@@ -562,6 +562,16 @@ def test_undeclared_route_fails_the_walk(service: TestClient) -> None:
 def test_routes_and_rules_match_one_to_one(service: TestClient) -> None:
     app: Any = service.app
     assert _routes(app) == set(RULES)
+
+
+def test_every_view_of_a_patients_record_is_audited(service: TestClient) -> None:
+    views = {
+        operation.name: operation.path for operation in operations(_document(service)) if operation.method == "GET"
+    }
+    of_patients = {name for name, path in views.items() if any(f"{{{id_}}}" in path for id_ in OF_A_PATIENT)}
+    of_patients |= READ & views.keys()
+    assert len(of_patients) > 40
+    assert {name: RULES[name].needs for name in of_patients if RULES[name].needs in UNAUDITED_VIEWS} == {}
 
 
 def test_service_with_a_route_without_a_rule_does_not_start() -> None:

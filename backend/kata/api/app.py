@@ -26,7 +26,7 @@ from kata.api import (
 )
 from kata.api.services import attach
 from kata.api.set_up import set_up_services
-from kata.audit.router import AuditMiddleware
+from kata.audit.middleware import AuditMiddleware
 from kata.audit.router import router as audit_router
 from kata.auth import accounts_router, login_router, openid_router, own_account_router
 from kata.backups.router import router as backups_router

@@ -23,7 +23,7 @@ from kata.api import texts
 from kata.api.services import Services, services_of
 from kata.auth import login_session, secrets
 from kata.auth.login import address_of, authenticate, cookie_of
-from kata.auth.permissions import ROLE_PERMISSIONS, RULES, RouteRule, audit_action
+from kata.auth.permissions import COMMANDS, ROLE_PERMISSIONS, RULES, UNAUDITED_VIEWS, RouteRule, audit_action
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.availability import DatabaseUnavailableError
@@ -101,7 +101,12 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     setattr(connection.state, _AUTHORIZED, True)
     route = connection.scope["route"].name
     rule = RULES[route]
-    context = RequestContext(audit_action(route), permission=rule.needs, address=address_of(connection))
+    context = RequestContext(
+        audit_action(route),
+        address=address_of(connection),
+        audits_views=rule.needs not in UNAUDITED_VIEWS,
+        is_command=rule.needs in COMMANDS,
+    )
     CURRENT_ACTOR.set(None)
     REQUEST_CONTEXT.set(context)
     if rule.needs == "public":

@@ -41,7 +41,7 @@ def _record(services: Services, outcome: Outcome, refusal: Refusal | None) -> No
     of_request = context is not None and context.action == _ACTION
     if context and not of_request:
         # A WebSocket's own context is that of its opening.
-        context = replace(context, action=_ACTION, permission=_RULE.needs, audited=set())
+        context = replace(context, action=_ACTION, is_command=True, audited=set())
     token = REQUEST_CONTEXT.set(context)
     services.audit_log.record_at_once(entry(_ACTION, outcome, detail={"why": refusal.code} if refusal else None))
     REQUEST_CONTEXT.reset(token)

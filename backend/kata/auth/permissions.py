@@ -40,6 +40,13 @@ ROLE_PERMISSIONS: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType
     }
 )
 
+UNAUDITED_VIEWS: Final[frozenset[Permission]] = frozenset(
+    {"public", "own_account", "see_station", "diagnose", "see_operation"}
+)
+"""Permissions whose read requests the audit trail does not record, because no answer is a patient's record. It records those of all others."""
+COMMANDS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
+"""Permissions of commands to the apparatus, whose answers do not wait for the audit trail."""
+
 
 @dataclass(frozen=True, slots=True)
 class RouteRule:
