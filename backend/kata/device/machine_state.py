@@ -182,7 +182,7 @@ class MachineState:
         here = np.array(state.measured_deg)
         run.begin(here)
         assert run.return_to_deg is not None
-        speed_deg_s = run.approach_speed_deg_s
+        speed_deg_s = run.config.approach_speed_deg_s
         if run.zero_order_hold:
             # The paper's method moves to the start only when it plays; until then the arm is held within the patient's
             # limits.
@@ -206,7 +206,7 @@ class MachineState:
         here = np.array(self.setpoint_deg)
         run.start_path(here)
         self._movement = run.movement_along(
-            approach.MinimumJerkMove(here, run.return_to_deg, run.approach_speed_deg_s), direction=1
+            approach.MinimumJerkMove(here, run.return_to_deg, run.config.approach_speed_deg_s), direction=1
         )
         self._enter("returning")
 

@@ -1,6 +1,5 @@
 """A run: one recording from load to end, its samples, and the resistance that the patient gave."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
@@ -102,11 +101,6 @@ class Run:
             self.config.mechanism_deg, self.load.limits_deg, self.config.limit_tolerance_deg, self._gate
         )
         self._update_bounds()
-
-    @property
-    def approach_speed_deg_s(self) -> float:
-        """Highest speed of approach and return: the station's limit, or the patient's limit if that is lower."""
-        return min(self.config.approach_speed_deg_s, self.load.max_speed_deg_s or math.inf)
 
     # -- limits ---------------------------------------------------------------------------------------------------
 
