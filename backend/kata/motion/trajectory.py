@@ -202,7 +202,7 @@ class Trajectory:
         """``(5,)``: the width of that range."""
         away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
         self.departure_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
-        """``(5,)``: how each motor departure the start: :data:`RUN_UP_DEG` to the side to which it first moves that far,
+        """``(5,)``: how each motor leaves the start: :data:`RUN_UP_DEG` to the side to which it first moves that far,
         or the farthest it ever moves. Computed once: the control loop has no time to search an hour of samples.
         """
 

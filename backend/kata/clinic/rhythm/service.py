@@ -133,7 +133,7 @@ def _sound(session: Session, row: RecordingRow) -> _Sound:
 
 
 def _rhythm(stored: StoredMotion) -> ApparatusRhythm | _NoPose | None:
-    """Return the rhythm, or why there is none; None if nothing was played. An exception would not leave the worker whole."""
+    """Return the rhythm, or why there is none; None if a run played nothing. An exception would not leave the worker whole."""
     try:
         motions = _motions(stored)
         return _compared(stored, motions) if motions else None
@@ -142,7 +142,7 @@ def _rhythm(stored: StoredMotion) -> ApparatusRhythm | _NoPose | None:
 
 
 def _motions(stored: StoredMotion) -> dict[CurveOf, MotionRhythm]:
-    """Return what was played, if it is of a run, and what was taught; empty if nothing was played."""
+    """Return the taught motion of a recording; of a run the played one, too, or nothing if it played nothing."""
     taught = _taught(stored.taught, stored.side)
     if stored.played is None:
         return {"taught": taught}

@@ -733,7 +733,9 @@ export interface paths {
         };
         /**
          * Download a run's samples as CSV
-         * @description Return a run's samples as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque.
+         * @description Return a run's samples as CSV: time, phase, place and real time on the motion, and each motor's setpoint, angle and torque.
+         *
+         *     A simulated apparatus adds the column ``simulated``.
          */
         get: operations["get_run_samples"];
         put?: never;
