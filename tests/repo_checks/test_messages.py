@@ -15,6 +15,7 @@ import pytest
 import kata.api.app
 import kata.commissioning.texts  # noqa: F401 - of the command `kata commission`
 from kata import i18n
+from kata.device.faults import FAULTS
 from kata.messages import CATALOGUE, MessageKey, message, sent_key, text_of
 from tests.support.paths import ROOT
 
@@ -46,6 +47,12 @@ def test_a_translation_has_declared_parameters_only(code: str) -> None:
 def test_every_type_of_a_parameter_is_known() -> None:
     known = {"d", "g", ".0f", ".1f", ".3g", "name", "sentence", "text", "texts"}
     assert {spec for template in CATALOGUE.values() for spec in template.params.values()} <= known
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_every_fault_has_a_short_name_on_the_page(language: str) -> None:
+    catalogue = json.loads((ROOT / "frontend/src/locales" / language / "sessions.json").read_text("utf-8"))
+    assert catalogue["stops"].keys() == {fault.code for fault in FAULTS}
 
 
 def calls() -> Iterator[tuple[str, str, set[str]]]:
