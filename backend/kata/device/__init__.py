@@ -1,4 +1,4 @@
 """The device process: the control thread, the bus, supervision and the journal.
 
-It needs nothing of the service to be safe, and imports nothing of it.
+The device stays safe without the service, and this package imports nothing from the service.
 """

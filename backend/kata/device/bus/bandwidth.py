@@ -1,4 +1,4 @@
-"""How many cycles a second a bus can carry, computed from the bytes of one cycle. A higher rate is refused."""
+"""Calculates the highest cycle rate of a bus from the bytes of one cycle. The configuration refuses a higher rate."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def max_cycle_hz(config: "StationConfig") -> float:
-    """Return the cycles a second at which the bus would never be idle."""
+    """Return the cycle rate in Hz at which the bus would never be idle."""
     return 1e9 / cycle_time_ns(config)
 
 

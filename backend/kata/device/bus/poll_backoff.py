@@ -1,7 +1,7 @@
 """Poll backoff: drives that do not answer are polled last and rarely, so that they do not delay the others.
 
-On a bus where each drive answers after the one before it, a silent drive silences all drives after it, and waiting for
-its answer costs time in every cycle. Other libraries lose 35 to 104 ms a cycle to it.
+On a bus where each drive answers after the drive before it, a silent drive silences all drives after it, and waiting for its
+answer costs time in every cycle. Other libraries lose 35 to 104 ms a cycle this way.
 """
 
 import math
@@ -19,7 +19,7 @@ class PollBackoff:
 
     def __init__(self, addresses: Iterable[int], config: StationConfig) -> None:
         self._misses = dict.fromkeys(addresses, 0)
-        # A drive that is polled rarely counts as silent: the supervisor must be able to report the fault first.
+        # A rarely polled drive looks silent. The backoff therefore begins only after the supervisor can have reported the fault.
         silent_ms = max(config.silence_ms, config.inputs.max_age_cycles * 1000 / config.cycle_hz)
         self._misses_before_backoff = math.ceil(silent_ms / 1000 * config.cycle_hz) + 1
         """Consecutive misses after which a drive is polled rarely."""
@@ -30,7 +30,7 @@ class PollBackoff:
         self._cycle += 1
 
     def should_poll(self, address: int) -> bool:
-        """Return True if the drive answers, or if it is time to poll it again."""
+        """Return True if the drive is not in backoff, or if a poll of silent drives is due in this cycle."""
         return self._misses[address] < self._misses_before_backoff or self._cycle % _BACKOFF_CYCLES == 0
 
     def missed(self, address: int) -> bool:
@@ -43,8 +43,8 @@ class PollBackoff:
         return not all(self._misses.values())
 
     def poll_order(self) -> list[int]:
-        """Return the addresses for a common request: first those that answer, last at most one that does not, in
-        rotation. If none answers, the reason may be common: return all, each first in turn.
+        """Return the addresses for a common request: first those that answer, then at most one silent address, in rotation. If
+        no drive answers, the cause may be common to all: return all addresses, starting with a different one each time.
         """
         good = [address for address, misses in self._misses.items() if not misses]
         bad = [address for address, misses in self._misses.items() if misses]

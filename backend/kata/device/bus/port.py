@@ -28,17 +28,17 @@ class InputSample(Struct, frozen=True):
 
     t_ns: int
     estop_open: bool
-    """True if a contact reports the emergency stop as pressed, or its wire is broken."""
+    """True if a contact reports the emergency stop as pressed or a broken wire."""
     pedal_down: bool | None
     """None if unknown."""
     contacts_disagree: bool = False
-    """The two antivalent contacts report the same state. False if the station has one contact."""
+    """True if the two antivalent contacts report the same state. Always False on a station with one contact."""
 
 
 def input_sample(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> InputSample:
-    """Return the input sample. ``closed``: by port, True if the contact is closed.
+    """Return the input sample. ``closed``: True for each port whose contact is closed.
 
-    Either contact of the emergency stop is enough to count as pressed. Antivalent contacts must differ.
+    The emergency stop counts as pressed if either contact says so. Antivalent contacts must differ.
     """
     first_closed = closed[inputs.estop_port]
     second_closed = None if inputs.estop_second_port is None else closed[inputs.estop_second_port]
@@ -59,14 +59,14 @@ class DriveStatus(Struct, frozen=True):
     hardware_error: int
     watchdog_tripped: bool
     verified: bool = True
-    """Every configured register has its value in a read since the drive was last configured or found."""
+    """True if every configured register was read with its configured value since the drive was last configured or found."""
     mismatch: str = ""
     """Name of a configured register with another value; empty if there is none."""
 
 
 class DriveHealth(Struct, frozen=True):
-    """Supply voltage and temperature of one drive (axis 0-4), and the limits in its registers. None: unknown, or the drive
-    does not report it.
+    """Supply voltage and temperature of one drive (axis 0-4), and the limits in its registers. None if unknown or not reported
+    by the drive.
     """
 
     t_ns: int
@@ -79,25 +79,25 @@ class DriveHealth(Struct, frozen=True):
 
 
 class BusSample(Struct, frozen=True):
-    """All answers of one cycle; None for a missing answer."""
+    """All answers of one cycle. A missing answer is None."""
 
     drives: tuple[DriveSample | None, ...]
     inputs: InputSample | None
     statuses: tuple[DriveStatus, ...]
     corrupt: frozenset[int] = frozenset()
-    """Axes (0-4) with bytes that are not a valid answer."""
+    """Axes (0-4) from which bytes arrived that are not a valid answer."""
     timed_out: frozenset[int] = frozenset()
-    """Axes that were polled and sent nothing."""
+    """Axes (0-4) that were polled and sent nothing."""
     health: tuple[DriveHealth, ...] = ()
-    """Of the drives whose voltage and temperature came with this cycle's answers: each drive at least once a second. No
-    request is sent for them alone.
+    """Health of the drives whose voltage and temperature came with this cycle's answers; each drive at least once a second.
+    The driver sends no separate request for them.
     """
 
 
 class Bus(Protocol):
-    """A driver. Every call returns within a time that follows from bytes and baud rate. No call retries.
+    """A driver. Every call returns within a time that is determined by the number of bytes and the baud rate. No call retries.
 
-    The requirements are tests: `kata.testing.conformance`. docs/how-to/write-a-driver.md explains how to add
+    The conformance tests in `kata.testing.conformance` define the requirements. docs/how-to/write-a-driver.md explains how to add
     a driver.
     """
 
@@ -105,7 +105,7 @@ class Bus(Protocol):
     """Missing and damaged answers since the start."""
 
     def open(self) -> None:
-        """Open the port. Write no register and change no torque: a drive may hold an arm.
+        """Open the port. Write no register and change no torque, because a drive may be holding an arm.
 
         :raises BusError: when the port cannot be opened.
         """
@@ -113,13 +113,13 @@ class Bus(Protocol):
     def configure(self, axes: Collection[int]) -> None:
         """Write every configured register of these drives (axes 0-4) and read it back. Their torque must be off.
 
-        It takes the transmission time, up to some cycles; no cycle is due meanwhile.
+        The call takes the transmission time, which may be several cycles. The loop runs no cycle during the call.
 
         :raises BusError: naming the motor that does not answer, shares its id, is another model, or refuses a register.
         """
 
     def read(self) -> BusSample:
-        """Read the drives, their status and the inputs. No silent drive may silence the inputs of another.
+        """Read the drives, their status and the inputs. A silent drive must not suppress the inputs of another drive.
 
         :raises BusError: when the port is gone.
         """

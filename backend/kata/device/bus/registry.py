@@ -32,13 +32,13 @@ def installed_drivers() -> list[str]:
 
 @cache
 def find_driver(name: str) -> Driver:
-    """Return the driver with this name. No other package replaces a driver of this one.
+    """Return the driver with this name. Other packages cannot replace a built-in driver.
 
     :raises DriverError: when it is not installed, installed twice, or cannot be loaded.
     """
     found = [entry for entry in _BUILT_IN if entry.name == name]
     if not found:
-        # A package that is found twice on the path has equal entry points.
+        # A package that is on the path twice has two equal entry points.
         found = list({entry.value: entry for entry in entry_points(group=ENTRY_POINTS, name=name)}.values())
     if not found:
         raise DriverError(f"no driver is named {name!r}; installed are {', '.join(installed_drivers())}")
@@ -51,7 +51,7 @@ def _load(entry: EntryPoint) -> Driver:
     try:
         driver = entry.load()
     except Exception as error:
-        # A package may raise anything; the station's file is refused with the reason.
+        # A package may raise any exception. The station's file is then refused with the reason.
         log.exception("the driver %s cannot be loaded", entry.name)
         raise DriverError(
             f"the driver {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}"

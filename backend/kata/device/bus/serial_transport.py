@@ -18,7 +18,7 @@ from kata.device.bus.port import BusError
 log = logging.getLogger(__name__)
 
 _WAKE_BEFORE_NS: Final = 300_000
-"""Sleep until this long before the last byte can arrive: waking for every packet of a slow bus costs a third of a core.
+"""Sleep until this long before the last byte can arrive. Waking for every packet of a slow bus would use a third of a core.
 """
 
 
@@ -26,10 +26,10 @@ class Transport(Protocol):
     """Sends and receives bytes, with one clock for both."""
 
     def now_ns(self) -> int:
-        """Return the clock of deadlines and answers."""
+        """Return the current time of the clock used for deadlines and answers."""
 
     def send(self, data: bytes) -> None:
-        """Discard late input, then send. Never waits until the bytes are out.
+        """Discard late input, then send. Do not wait until the bytes are transmitted.
 
         :raises BusError: when the port is gone.
         """
@@ -37,7 +37,7 @@ class Transport(Protocol):
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
         """Return the received bytes. Wait for a first byte until the deadline; return nothing if none arrives.
 
-        ``earliest_ns``: when all expected bytes can have arrived; checking much earlier is unnecessary.
+        ``earliest_ns``: the earliest time at which all expected bytes can have arrived; it is unnecessary to check much earlier.
 
         :raises BusError: when the port is gone.
         """
@@ -47,7 +47,7 @@ class Transport(Protocol):
 
 
 class SerialTransport:
-    """An open port that only one process owns (``exclusive``)."""
+    """An open serial port that no other process can open (``exclusive``)."""
 
     def __init__(self, port: str, baud: int) -> None:
         """Open the port.
@@ -96,9 +96,9 @@ class SerialTransport:
     def _discard_input(self) -> None:
         """Discard the bytes in the port's buffer.
 
-        Unlike ``tcflush`` and unlike a read of nothing, it does not wait for the kernel worker that delivers further
-        bytes; on a busy computer that worker may not run for milliseconds. Bytes that it delivers later arrive too
-        early for an answer and are discarded for that.
+        Unlike ``tcflush`` and unlike an empty read, this does not wait for the kernel worker that delivers further bytes. On a
+        busy computer that worker may not run for milliseconds. Bytes that it delivers later arrive too early for an answer and
+        are therefore discarded.
         """
         count = bytearray(4)
         fcntl.ioctl(self._fd, termios.FIONREAD, count)

@@ -3,4 +3,4 @@
 from typing import Final
 
 BITS_A_BYTE: Final = 10
-"""Eight data bits, a start bit and a stop bit."""
+"""Eight data bits, one start bit and one stop bit."""

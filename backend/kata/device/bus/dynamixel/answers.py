@@ -37,7 +37,7 @@ _WATCHDOG_STEP_MS: Final = 20
 _WATCHDOG_TRIPPED: Final = 0xFF
 _DEG_S_A_UNIT: Final = 0.229 * 6
 _ARMING_LIMIT_NS: Final = 5_000_000
-"""The write that arms the watchdogs takes effect within this time; an earlier status may still show an unarmed
+"""The write that arms the watchdogs takes effect within this time. Before that, a status may still show an unarmed
 watchdog.
 """
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
@@ -51,11 +51,11 @@ class DynamixelAnswers(DynamixelConfiguration):
         super().__init__(config, open_transport)
         self._axes = {axis.id: axis for axis in config.axes}
         self._zeros = {axis.id: zero_count(axis) for axis in config.axes}
-        """By drive id: the position that the drive reports at motor angle 0, whole turns included."""
+        """Position in counts that each drive (by id) reports at motor angle 0, whole turns included."""
         self._nm_per_unit = {axis.id: nm_per_unit(axis) for axis in config.axes}
         self._registers = [configured_registers(config, axis) for axis in config.axes]
         self._ports = (self._ids.index(config.inputs.drive_id), PORTS_BLOCK)
-        """Drive and block that hold the modes of the input ports."""
+        """Index of the drive and of the block that contain the modes of the input ports."""
         self._port_modes = frozenset(port_mode(port) for port in config.inputs.ports)
         self._verification = Verification(
             len(self._ids), len(BLOCKS), config.cycle_hz, urgent=self._ports, with_status=BLOCKS_WITH_STATUS
@@ -64,10 +64,10 @@ class DynamixelAnswers(DynamixelConfiguration):
             [tuple(register for register in registers if register.address in block) for block in BLOCKS]
             for registers in self._registers
         ]
-        """By axis and block."""
+        """Configured registers by axis and block."""
         self._health_limits: list[HealthLimits | None] = [None] * len(config.axes)
         self._armed_ns: int | None = None
-        """When the bus watchdogs were armed; None while torque is off."""
+        """Time at which the bus watchdogs were armed; None while torque is off."""
 
     @property
     def _watchdog(self) -> int:
@@ -79,19 +79,19 @@ class DynamixelAnswers(DynamixelConfiguration):
 
     @property
     def _inputs_are_verified(self) -> bool:
-        """True if the ports are verified as inputs: their values mean nothing otherwise. A mismatch of another register
-        hides no pressed switch.
+        """True if the input ports are verified as inputs. Until then their values have no meaning. Only these registers are
+        checked, so that a mismatch of another register does not hide a pressed switch.
         """
         return self._verification.registers_match(*self._ports, self._port_modes)
 
     def _decode_drive(self, found: dict[int, DriveSample], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
-        """Decode an answer as soon as it arrives: the next drive's answer is still on the wire."""
+        """Decode an answer as soon as it arrives, while the next drive's answer is still on the wire."""
         if error & ~ALERT:
             return
         axis = self._axes[drive_id]
         current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
         if self._armed_ns is None:
-            # A drive that lost power may have lost whole turns. With torque on the turn stays.
+            # A drive that lost power may have lost whole turns. With torque on, the count of turns does not change.
             self._zeros[drive_id] = zero_count(axis) - nearest_turn(axis, position)
         found[drive_id] = DriveSample(
             t_ns=t_ns,
@@ -125,7 +125,7 @@ class DynamixelAnswers(DynamixelConfiguration):
             self._health_limits[axis] = health_limits(data)
 
     def _register_status(self, axis: int, t_ns: int, data: bytes) -> DriveStatus:
-        """Return the status in the status block of a drive."""
+        """Decode a drive's status block and compare its registers. Return the status."""
         watchdog = self._watchdog_mismatch(t_ns, torque=data[0] != 0, watchdog=data[_WATCHDOG_AT])
         self._compare(axis, STATUS, lambda address: data[address - TORQUE_ENABLE :], *watchdog)
         self._compare(axis, GAINS, lambda address: data[address - TORQUE_ENABLE :])
@@ -152,7 +152,7 @@ class DynamixelAnswers(DynamixelConfiguration):
         self._verification.found(axis, block, [*mismatches, *differing])
 
     def _watchdog_mismatch(self, t_ns: int, *, torque: bool, watchdog: int) -> tuple[str, ...]:
-        """Return the watchdog's name if a drive with torque has not armed it: no drive confirms the write that arms it."""
+        """Return the watchdog's name if a drive has torque and an unarmed watchdog. No drive confirms the write that arms it."""
         armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMING_LIMIT_NS
         if not armed or not torque or watchdog in (self._watchdog, _WATCHDOG_TRIPPED):
             return ()

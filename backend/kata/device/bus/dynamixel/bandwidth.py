@@ -1,4 +1,4 @@
-"""The time of one cycle with Dynamixel drives."""
+"""Calculates the time of one cycle with Dynamixel drives."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from kata.device.config import StationConfig
 
 _BYTES: Final = 39 + 19 + 5 * 22 + 14 + 51 + 14 + 18
-"""Sync Write of five goals; Sync Read of current, velocity and position; Read of the status registers and of the ports:
-11 bytes and on average 7 that distinguish its answer from others.
+"""Bytes of a cycle without the port data: Sync Write of five goals, Sync Read of current, velocity and position, Read of the
+status registers, Read of the ports. A Read has 11 bytes and on average 7 that distinguish its answer from others.
 """
 _PORT_BYTES: Final = 2
 _ANSWERS: Final = 7

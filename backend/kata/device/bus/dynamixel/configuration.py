@@ -25,7 +25,7 @@ class DynamixelConfiguration(DynamixelRequests):
             raise BusError(texts.DRIVE_HAS_TORQUE(motor=motor, drive_id=axis.id))
         self._write(motor, axis.id, BUS_WATCHDOG, b"\0")
         for register in others:
-            # EEPROM is written only where it differs: its cells wear.
+            # EEPROM cells wear, so a register is written only if its value differs.
             if register.address >= TORQUE_ENABLE or self._register(motor, axis.id, register) != register.data:
                 self._write(motor, axis.id, register.address, register.data)
             if self._register(motor, axis.id, register) != register.data:
@@ -39,7 +39,7 @@ class DynamixelConfiguration(DynamixelRequests):
 
 
 def model_problem(motor: int, axis: Axis, model: int, firmware: int) -> Text | None:
-    """Return why a drive with this model number and firmware cannot be this axis' drive; None if it can."""
+    """Return why a drive with this model number and firmware is not suitable for this axis; None if it is."""
     if model not in MODELS:
         return texts.DRIVE_UNKNOWN_MODEL(motor=motor, drive_id=axis.id, model=model, known=known_models())
     if model != axis.model:

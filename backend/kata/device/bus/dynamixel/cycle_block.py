@@ -3,8 +3,8 @@
 The configuration maps it: each Indirect Address names the register of one byte. The marker of a configured drive is among
 the bytes. A drive that has restarted has neither marker nor map, and all its bytes read 0.
 
-An answer does not identify its request. Each cycle therefore asks for another length. The last bytes are needed less often
-than in every cycle, so a longer answer is no waste.
+An answer does not identify its request. Each cycle therefore asks for a different length. The last bytes are not needed in
+every cycle, so a cycle may omit them.
 """
 
 import struct
@@ -30,7 +30,7 @@ ADDRESSES: Final = (
     *_GAINS,
     *_VOLTAGE_AND_TEMPERATURE,
 )
-"""Register of each byte: all 28 that an X-series servo has in one piece."""
+"""Register of each byte. An X-series servo has 28 consecutive Indirect Addresses; all are used."""
 PRESENT_BYTES: Final = len(_CURRENT_TO_POSITION)
 
 _VOLTAGE: Final = _VOLTAGE_AND_TEMPERATURE[0]
@@ -44,7 +44,7 @@ GAINS_LENGTH: Final = AT[_GAINS[-1]] + 1
 
 
 def lengths(other_answers: frozenset[int]) -> tuple[int, ...]:
-    """Return the lengths to ask for in turn. ``other_answers``: lengths of a drive's answers to other requests."""
+    """Return the lengths to request in turn. ``other_answers``: lengths of a drive's answers to other requests, which are excluded."""
     return tuple(n for n in range(_ESSENTIAL, len(ADDRESSES) + 1) if n not in other_answers)
 
 
@@ -53,15 +53,15 @@ class CycleBlock(Struct, frozen=True):
 
     torque_on: bool
     marked: bool
-    """The drive has the marker of a configured drive; without it no other byte counts."""
+    """True if the drive has the marker of a configured drive. Without the marker the other fields are invalid."""
     hardware_error: int
     watchdog: int
     ports: dict[int, bool]
-    """Port 1 to 3: True if its contact is closed."""
+    """True for each port (1 to 3) whose contact is closed."""
 
 
 def decode(data: bytes) -> CycleBlock:
-    """Decode what follows current, velocity and position."""
+    """Decode the bytes after current, velocity and position. ``data``: a drive's whole answer."""
     return CycleBlock(
         torque_on=data[AT[_TORQUE]] != 0,
         marked=data[AT[_MARKER]] == 1,

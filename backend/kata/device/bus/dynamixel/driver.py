@@ -1,18 +1,18 @@
 """Driver for Dynamixel Protocol 2.0 with the control table of the X series (ROBOTIS e-Manual).
 
-A cycle has one request: a Fast Sync Read of the block of Indirect Data that holds everything of every drive, the inputs
-included (:mod:`kata.device.bus.dynamixel.cycle_block`); a Sync Read if the drives do not support it. The drive of the inputs
-answers first, so that no other drive can silence it. Setpoints and torque are sent as Sync Writes, which no drive answers;
-the drives' registers show the resulting torque.
+A cycle sends one request: a Fast Sync Read of a block of Indirect Data that contains the values of every drive and the inputs
+(:mod:`kata.device.bus.dynamixel.cycle_block`). If the drives do not support it, a Sync Read replaces it. The drive with the
+inputs answers first, so that no other drive can silence it. Setpoints and torque are sent as Sync Writes, which no drive
+answers. The drives' registers show the resulting torque.
 
-Opening a port writes nothing, and a drive that has restarted has no block. Until the map of the block has been verified on
+Opening a port writes nothing, and a drive that has restarted has no mapped block. Until the map of the block has been verified on
 every drive that answers, a cycle reads the registers themselves with three requests: current, velocity and position of all
 drives, the status of one drive in turn, and the ports.
 
-Every register that the configuration determines is verified (:mod:`kata.device.bus.dynamixel.registers`). Those in the
+Every register that the configuration determines is verified (:mod:`kata.device.bus.dynamixel.registers`). Registers in the
 block are verified with each answer, the others in a slow rotation.
 
-An answer does not identify its request. The driver therefore asks for another number of bytes in each cycle. An answer
+An answer does not identify its request. The driver therefore requests a different number of bytes in each cycle. An answer
 that arrives whole cycles late then has the wrong length.
 """
 
@@ -55,8 +55,8 @@ log = logging.getLogger(__name__)
 _SYNC_READ: Final = 0x82
 _FAST_SYNC_READ: Final = 0x8A
 _PLAIN_READ_CYCLES: Final = 100
-"""After a damaged Fast Sync Read, plain Sync Reads are used for this many cycles: one damaged part invalidates all
-parts after it.
+"""Number of cycles with plain Sync Reads after a damaged Fast Sync Read, in which one damaged part invalidates all parts
+after it.
 """
 _INPUT_ANSWER_LENGTHS: Final = 14
 
@@ -64,7 +64,7 @@ _STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
 
 _DRIVE_LENGTHS: Final = (PRESENT_BYTES, PRESENT_BYTES + 1)
 _GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
-"""Address and length of the goals in a Sync Write."""
+"""Address of the goal register and length of one goal, as encoded in a Sync Write."""
 
 
 class DynamixelBus(DynamixelAnswers):
@@ -74,7 +74,7 @@ class DynamixelBus(DynamixelAnswers):
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
         super().__init__(config, open_transport)
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
-        """Id and goal of each drive."""
+        """Format of the ids and goals of all drives."""
         self._next_status = cycle(range(len(config.axes)))
         self._fast: bool | None = None
         """True if the drives support Fast Sync Read; None until it has been tried."""
@@ -82,9 +82,9 @@ class DynamixelBus(DynamixelAnswers):
         self._extra_bytes = 0
         """Extra bytes requested in this cycle: 0 or 1."""
         self._drives_turn = False
-        """True if this cycle reads the drives, when a cycle has no time for three answers."""
+        """True if this cycle reads the drives. Used when a cycle has no time for three answers."""
         self._block_lengths = cycle(LENGTHS)
-        # More lengths than the cycles in which an input is valid, and none that this drive's other answers have.
+        # More lengths than the cycles for which an input stays valid. The lengths of this drive's other answers are excluded.
         input_lengths = [
             n for n in range(self._input_bytes, self._input_bytes + _INPUT_ANSWER_LENGTHS) if n not in _DRIVE_LENGTHS
         ]
@@ -161,8 +161,8 @@ class DynamixelBus(DynamixelAnswers):
     # -- three requests ---------------------------------------------------------------------------------------------
 
     def _read_separately(self) -> BusSample:
-        """Read drives, one status and the inputs. If three answers take longer than a cycle, drives and statuses take
-        turns.
+        """Read drives, one status and the inputs. If three answers take longer than a cycle, drives and statuses are read in
+        alternate cycles.
         """
         crowded = 3 * self.latency_ns > self._slack_ns
         self._drives_turn = not (crowded and self._drives_turn)
@@ -180,7 +180,7 @@ class DynamixelBus(DynamixelAnswers):
         return BusSample(drives, self._read_inputs(), statuses, corrupt, timed_out)
 
     def _next_status_axis(self) -> int:
-        """Return the axis whose status is read next: one that has lost its marker, else each in turn."""
+        """Return the axis whose status is read next: an axis that has lost its marker if there is one, else each in turn."""
         lost = [n for n in range(len(self._ids)) if self._verification.is_unread(n, STATUS)]
         return lost[0] if lost else next(self._next_status)
 
@@ -202,14 +202,14 @@ class DynamixelBus(DynamixelAnswers):
     def _missing(
         self, asked: Sequence[int], answered: Collection[int], *, corrupt: bool
     ) -> tuple[frozenset[int], frozenset[int]]:
-        """Return the axes that were asked and sent no valid answer: first those that were corrupt, then those that timed
-        out.
+        """Return two sets of axes that were asked and sent no valid answer: those with a corrupt answer, and those that timed
+        out. One of them is empty.
         """
         missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in answered])
         return (missing, frozenset()) if corrupt else (frozenset(), missing)
 
     def _read_drives(self, asked: Sequence[int], address: int, size: int, on_reply: OnReply) -> Replies:
-        """Read the same registers of these drives."""
+        """Read ``size`` bytes from ``address`` on from each of these drives."""
         fast = bool(self._fast) and not self._plain_cycles
         self._plain_cycles = max(0, self._plain_cycles - 1)
         replies = self._sync_read(asked, address, size, on_reply, fast=fast)
@@ -229,7 +229,7 @@ class DynamixelBus(DynamixelAnswers):
         return drives
 
     def _try_fast(self) -> None:
-        """Try Fast Sync Read once after opening, when every drive answers."""
+        """Test once after opening, when every drive answers, whether the drives support Fast Sync Read."""
         self._fast = bool(self._sync_read(self._ids, PRESENT, PRESENT_BYTES, None, fast=True).of)
         if not self._fast:
             log.info("the drives do not support Fast Sync Read; using Sync Read")
@@ -270,7 +270,7 @@ class DynamixelBus(DynamixelAnswers):
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, on_reply)
 
     def _read_inputs(self) -> InputSample | None:
-        """Return the state of the contacts; None also if the ports are not verified as inputs."""
+        """Return the state of the contacts; None without a valid answer or if the ports are not verified as inputs."""
         inputs = self._config.inputs
         if not self._inputs_are_verified:
             return None
@@ -307,4 +307,4 @@ class DynamixelBus(DynamixelAnswers):
 
 
 DRIVER: Final = Driver(make_bus=DynamixelBus, cycle_time_ns=cycle_time_ns)
-"""Its ranges and rules are in :mod:`kata.device.config_rules`."""
+"""The driver's ranges and rules are in :mod:`kata.device.config_rules`."""

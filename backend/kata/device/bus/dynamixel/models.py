@@ -1,7 +1,7 @@
 """The X-series models that the driver knows, with the figures of their data sheets.
 
 Source: ROBOTIS e-Manual, page of each model, "Specifications" (stall torque and current at the recommended voltage) and
-"Control Table of EEPROM Area" (model number). All have current control and a current unit of 2.69 mA.
+"Control Table of EEPROM Area" (model number). All models have current control and a current unit of 2.69 mA.
 """
 
 from typing import Final, NamedTuple
@@ -12,7 +12,7 @@ MIN_FIRMWARE: Final = 38
 
 
 class DriveModel(NamedTuple):
-    """One model. Torque and current with the shaft blocked."""
+    """One model. ``stall_nm`` and ``stall_a`` are torque and current with the shaft blocked."""
 
     name: str
     stall_nm: float
@@ -22,12 +22,12 @@ class DriveModel(NamedTuple):
 
     @property
     def nm_per_a(self) -> float:
-        """Return the torque constant as the e-Manual calculates it: stall torque over stall current."""
+        """Return the torque constant in N m/A, as the e-Manual calculates it: stall torque divided by stall current."""
         return self.stall_nm / self.stall_a
 
 
 _VOLTS_24: Final = (21.6, 26.4)
-"""The e-Manual states 24.0 V only; the 10 % are ours."""
+"""The e-Manual states only 24.0 V. The tolerance of 10 % is our assumption."""
 
 MODELS: Final = {
     1020: DriveModel("XM430-W350", 4.1, 2.3),
@@ -39,7 +39,7 @@ MODELS: Final = {
     1140: DriveModel("XH540-V270", 9.2, 2.4, _VOLTS_24),
     1150: DriveModel("XH540-V150", 6.4, 2.4, _VOLTS_24),
 }
-"""By the number in registers 0 and 1."""
+"""Models by the model number in registers 0 and 1."""
 
 
 def known_models() -> str:

@@ -25,7 +25,7 @@ def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
 
 
 encode_cached: Final = lru_cache(maxsize=256)(encode)
-"""For read requests, which repeat."""
+"""Cached variant of :func:`encode` for read requests, which repeat."""
 
 
 class StatusParser:
@@ -34,7 +34,7 @@ class StatusParser:
     def __init__(self) -> None:
         self._buffer = bytearray()
         self.skipped = 0
-        """Bytes of noise and of packets with a wrong CRC. An echo of our own instructions is not counted."""
+        """Number of bytes of noise and of packets with a wrong CRC. An echo of our own instructions is not counted."""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
         """Yield ``(drive id, error byte, data)`` of each valid packet; drop invalid bytes."""
@@ -64,12 +64,12 @@ class StatusParser:
 
     @staticmethod
     def sizes(answers: int, length: int) -> list[int]:
-        """Return the size on the wire of each of ``answers`` answers with ``length`` bytes of data."""
+        """Return the sizes on the wire of ``answers`` answers, each with ``length`` bytes of data."""
         return [OVERHEAD + length] * answers
 
     @property
     def pending(self) -> int:
-        """Bytes that may be the beginning of a packet."""
+        """Number of received bytes that may be the beginning of a packet."""
         return len(self._buffer)
 
     def _skip(self, count: int) -> None:
@@ -78,7 +78,7 @@ class StatusParser:
 
 
 class FastParser:
-    """Parses the one packet of a Fast Sync Read: each drive adds error, id, data and a CRC of everything before."""
+    """Parses the common packet of a Fast Sync Read. Each drive adds error, id, data and a CRC of all bytes before."""
 
     def __init__(self, ids: Sequence[int], length: int) -> None:
         self._ids = ids
@@ -87,13 +87,13 @@ class FastParser:
         self._buffer = bytearray()
         self._done = 0
         self._crc = 0
-        """CRC up to the last part. Starting again for each part would take longest for the last part, when the loop
-        waits for it.
+        """CRC up to the last valid part. The CRC is continued, because restarting it would take longest for the last part, for
+        which the loop waits.
         """
         self.skipped = 0
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
-        """Yield ``(drive id, error byte, data)`` in the requested order; nothing after an invalid part."""
+        """Yield ``(drive id, error byte, data)`` in the requested order; yield nothing after an invalid part."""
         buffer = self._buffer
         buffer += data
         start = buffer.find(self._start)
@@ -121,15 +121,15 @@ class FastParser:
 
     @staticmethod
     def sizes(answers: int, length: int) -> list[int]:
-        """Return the size on the wire of each of ``answers`` parts with ``length`` bytes of data; the first includes
-        the header.
+        """Return the sizes on the wire of ``answers`` parts, each with ``length`` bytes of data. The first size includes the
+        header.
         """
         return [8 + length + 4] + [length + 4] * (answers - 1)
 
     @property
     def pending(self) -> int:
-        """Bytes that may be the beginning of the packet or of its next part. Valid parts are not counted: after them a
-        drive is silent.
+        """Number of received bytes that may be the beginning of the packet or of its next part. Valid parts are not counted,
+        because a drive may be silent after them.
         """
         if self._done == len(self._ids):
             return 0

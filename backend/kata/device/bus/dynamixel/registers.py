@@ -12,9 +12,9 @@ TORQUE_ENABLE: Final = 64
 BUS_WATCHDOG: Final = 98
 GOAL_POSITION: Final = 116
 PRESENT: Final = 126
-"""Current (2), velocity (4) and position (4)."""
+"""Address of current (2 bytes), velocity (4) and position (4)."""
 PORT_DATA: Final = 150
-"""Address of port n: this plus 2 n."""
+"""Base address: port n is at this address plus 2 n."""
 
 _MODEL: Final = 0
 FIRMWARE: Final = 6
@@ -24,20 +24,20 @@ _OPERATING_MODE: Final = 11
 _SECONDARY_ID: Final = 12
 _HOMING_OFFSET: Final = 20
 _HEALTH_LIMITS: Final = 31
-"""Temperature limit (1), maximum (2) and minimum voltage (2). They are read, and not configured."""
+"""Address of temperature limit (1 byte), maximum voltage (2) and minimum voltage (2). The driver only reads them."""
 _CURRENT_LIMIT: Final = 38
 _POSITION_LIMITS: Final = 48
-"""Maximum and minimum, four bytes each, in counts of one turn."""
+"""Address of maximum and minimum position, four bytes each, in counts of one turn."""
 _PORT_MODE: Final = 55
-"""Address of port n (1 to 3): this plus n."""
+"""Base address: the mode of port n (1 to 3) is at this address plus n."""
 _STARTUP: Final = 60
 _LED: Final = 65
 _GAINS: Final = 80
-"""D, I and P, two bytes each."""
+"""Address of the gains D, I and P, two bytes each."""
 _GOAL_CURRENT: Final = 102
 
 STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
-"""Read of one drive in turn while drives are not read as one block: torque, hardware error, gains, watchdog, goal current."""
+"""Torque, hardware error, gains, watchdog and goal current: read from one drive in turn while the mapped block is not used."""
 _FIRST_MAP: Final = 15
 _MAP_END: Final = INDIRECT_ADDRESS + 2 * len(ADDRESSES)
 BLOCKS: Final = (
@@ -48,14 +48,14 @@ BLOCKS: Final = (
     range(INDIRECT_ADDRESS, INDIRECT_ADDRESS + 2 * _FIRST_MAP),
     range(INDIRECT_ADDRESS + 2 * _FIRST_MAP, _MAP_END),
 )
-"""The verified blocks: the first two with a drive's status, the others in a slow rotation. No block is longer than the status
-block, which it may replace, and no two of the rotation are of the same length.
+"""The verified blocks: the first two are read with a drive's status, the others in a slow rotation. A read of the rotation
+may replace a status read, so no block is longer than the status block. All blocks of the rotation have different lengths.
 """
 BLOCKS_WITH_STATUS: Final = 2
 VERIFIED_BLOCKS: Final = BLOCKS[BLOCKS_WITH_STATUS:]
-"""The blocks of the rotation."""
+"""The blocks that are read in a slow rotation."""
 LENGTHS: Final = lengths(frozenset(len(block) for block in BLOCKS))
-"""Lengths to read, a different one in each cycle (:mod:`~kata.device.bus.dynamixel.cycle_block`)."""
+"""Lengths of the block to request, a different one in each cycle (:mod:`~kata.device.bus.dynamixel.cycle_block`)."""
 STATUS, GAINS, PORTS_BLOCK = 0, 1, 3
 MAP_BLOCKS: Final = (4, 5)
 
@@ -86,13 +86,14 @@ class Register(NamedTuple):
 
 
 CONFIGURED: Final = Register("configured marker (LED)", _LED, b"\1")
-"""Lit as the last step of a configuration. It is in RAM: power loss, reboot or an exchange of the drive clears it."""
+"""Set as the last step of a configuration. The register is in RAM: power loss, a reboot or an exchange of the drive clears it."""
 
 
 def configured_registers(config: StationConfig, axis: Axis) -> tuple[Register, ...]:
     """Return every register that must hold a fixed value, in the order in which they are written; the marker is last.
 
-    The bus watchdog is not among them: it is armed with the torque. The model number is, and cannot be written.
+    The bus watchdog is not among them: it is armed together with the torque. The model number is among them, but
+    is only compared, not written.
     """
     return tuple(_registers(config, axis))
 
@@ -122,7 +123,7 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
 
 
 def nm_per_unit(axis: Axis) -> float:
-    """Return the torque of one unit in the registers of currents."""
+    """Return the torque in N m of one unit of the current registers."""
     return AMPERE_PER_UNIT * MODELS[axis.model].nm_per_a
 
 
@@ -143,17 +144,17 @@ _HEALTH_FORMAT: Final = struct.Struct("<BHH")
 
 
 def health_limits(ports_block: bytes) -> HealthLimits:
-    """Return the limits in the block that also holds the modes of the ports."""
+    """Decode the limits from the block that also contains the modes of the ports."""
     at = _HEALTH_LIMITS - BLOCKS[PORTS_BLOCK].start
     temperature_c, most_tenths, least_tenths = _HEALTH_FORMAT.unpack_from(ports_block, at)
     return HealthLimits(float(temperature_c), most_tenths / 10, least_tenths / 10)
 
 
 def _position_limits(axis: Axis) -> bytes | None:
-    """Return maximum and minimum position; None for a range beyond one turn, which has no such limits.
+    """Return the encoded maximum and minimum position; None for a range beyond one turn, which these registers cannot express.
 
     The drive enforces them in its single-turn position modes, but not in the multi-turn mode with goal current that is
-    used here. They are written anyway: they count after a change of the mode.
+    used here. They are written so that they apply if the mode is changed.
     """
     ends = [zero_count(axis) + axis.direction * angle / DEG_PER_COUNT for angle in (axis.min_deg, axis.max_deg)]
     if min(ends) < 0 or max(ends) > _LAST_COUNT:
@@ -167,10 +168,11 @@ def zero_count(axis: Axis) -> int:
 
 
 def nearest_turn(axis: Axis, position: int) -> int:
-    """Return the counts, whole turns, that move a drive's position nearest to the middle of the axis' range.
+    """Return the whole turns, in counts, that shift a drive's position nearest to the middle of the axis' range.
 
-    After power-up a drive knows its position within one turn only: 185 deg reads as -175. For a range below 360 deg the
-    result is unique.
+    After power-up a drive knows its position within one turn only: 185 deg reads as -175 deg. The result is unique for a range
+    below 360 deg.
+    """
     """
     middle = zero_count(axis) + axis.direction * (axis.min_deg + axis.max_deg) / 2 / DEG_PER_COUNT
     return COUNTS_PER_TURN * round((middle - position) / COUNTS_PER_TURN)

@@ -1,4 +1,4 @@
-"""Requests to Dynamixel drives: one request, its answers, and the time limits of both."""
+"""Requests to Dynamixel drives: sends a request and collects its answers within a time limit."""
 
 import struct
 from collections.abc import Callable, Sequence
@@ -16,17 +16,17 @@ from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.config import StationConfig
 
 _MAX_SLACK_NS: Final = 8_000_000
-"""Limits the time for adapter, driver and scheduler in one cycle, in addition to the transmission time. It is what a cycle
-leaves, less the time for the rest of the loop's work:
+"""Maximum time for adapter, driver and scheduler in one cycle, in addition to the transmission time. The slack is the rest of
+the cycle after transmission, less this reserve for the rest of the loop's work:
 """
 _RESERVE_NS: Final = 1_500_000
 _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.4
-"""Share of a short cycle that the slack is at least, at most:"""
+"""The slack is at least this share of the cycle, but this minimum never exceeds the following time:"""
 _SHORT_SLACK_NS: Final = 4_000_000
 _LATENCY_MARGIN_NS: Final = 1_000_000
 _LATENCY_DECAY: Final = 64
-"""Answers after which a latency that was measured once is mostly forgotten."""
+"""Number of answers in which the influence of one measured latency falls to 1/e."""
 _EARLIEST_SHARE: Final = 0.8
 """Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 ALERT: Final = 0x80
@@ -38,7 +38,7 @@ _WRITE: Final = 0x03
 
 
 OnReply = Callable[[int, int, int, bytes], None]
-"""Receives drive id, time, error byte and data of an answer."""
+"""Callback that receives drive id, time, error byte and data of an answer."""
 
 
 @dataclass
@@ -48,7 +48,7 @@ class Replies:
     of: dict[int, tuple[int, int, bytes]] = field(default_factory=dict)
     """Time, error byte and data by drive id."""
     corrupt: bool = False
-    """Bytes arrived that are not a valid answer."""
+    """True if bytes arrived that are not a valid answer."""
 
 
 class DynamixelRequests:
@@ -66,11 +66,11 @@ class DynamixelRequests:
         self._doubtful_slack_ns = share_ns
         self._poll_slack_ns = max(share_ns // 2, min(_MAX_SLACK_NS, period_ns // 2 - 2 * _RESERVE_NS))
         self.latency_ns = 0
-        """How late answers arrive after their bytes could have passed: the longest of the last answers."""
+        """Delay of answers after the earliest time at which their bytes can have passed: a slowly decaying maximum."""
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
-        """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
-        slack at most.
+        """Slack left in this cycle. A late answer uses up the slack of the later answers. A cycle is therefore late by at most
+        one slack.
         """
         self._transport: Transport | None = None
         self._backoff = PollBackoff(self._ids, self._config)
@@ -92,10 +92,10 @@ class DynamixelRequests:
         return read[1]
 
     def _require_one_drive(self, motor: int, drive_id: int) -> None:
-        """Require exactly one drive at the id. At an id that two drives share, no other request is sent."""
+        """Require exactly one drive at the id. If two drives share the id, send no other request to it."""
         answers, damaged = self._ping(drive_id)
         if answers > 1:
-            # One answer may belong to an earlier request. Two drives answer twice again.
+            # One of the answers may belong to an earlier request. Two drives would again send two answers.
             answers, damaged = self._ping(drive_id)
         if answers > 1:
             raise BusError(texts.DRIVES_SHARE_ID(drive_id=drive_id, motor=motor))
@@ -159,10 +159,9 @@ class DynamixelRequests:
         length: int,
         on_reply: OnReply | None = None,
     ) -> Replies:
-        """Send a request and collect the answers with ``length`` bytes of data until all have arrived or the time is
-        over.
+        """Send a request and collect the answers with ``length`` bytes of data until all have arrived or the time limit passes.
 
-        ``on_reply`` gets each answer when it arrives.
+        ``on_reply`` receives each answer when it arrives.
         """
         sizes = parser.sizes(len(asked), length)
         transport = self._require_transport()
@@ -172,12 +171,12 @@ class DynamixelRequests:
         patience_ns = self.latency_ns + _LATENCY_MARGIN_NS if self.latency_ns > _MIN_SLACK_NS else _MIN_SLACK_NS
         deadline_ns = earliest_ns + max(self._slack_left_ns, patience_ns)
         answering = sum(1 for drive_id in asked if not self._backoff.missed(drive_id))
-        # A drive that did not answer last time is not worth the whole slack, unless no drive did: then the computer was late.
+        # Do not wait the whole slack for a drive that missed its last poll. If all drives missed it, the computer was late: wait.
         one_answers = self._backoff.one_answers
         doubtful_ns = earliest_ns + max(self._doubtful_slack_ns, patience_ns)
         first_ns = sent_ns + int(_EARLIEST_SHARE * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         each_ns = self._delay_ns + sizes[-1] * self._byte_ns
-        # When the first answer's bytes have passed. The clock is read after sending, so this is never too early.
+        # Time at which the first answer's bytes have passed. The clock is read after sending, so this time is never too early.
         through_ns = max(out_ns, transport.now_ns() + len(request) * self._byte_ns) + self._span_ns(sizes[:1])
         replies, late_ns = Replies(), 0
         while len(replies.of) < len(asked):
@@ -186,7 +185,7 @@ class DynamixelRequests:
             if not data:
                 break
             t_ns = transport.now_ns()
-            # Too early, or of another length: the answer to an earlier request.
+            # An answer that is too early or has another length belongs to an earlier request.
             found = [
                 reply
                 for reply in parser.feed(data)
@@ -194,15 +193,15 @@ class DynamixelRequests:
             ]
             if t_ns < first_ns:
                 continue
-            # One chunk may contain several answers. Each left the wire before the next by the length of the next. No
-            # answer left later than its bytes passed, however late the computer delivers it.
+            # One chunk may contain several answers. Each left the wire earlier than the next answer by the time of the next
+            # answer's bytes. No answer is later than its bytes could pass, however late the computer delivers it.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
                 came_ns = min(t_ns - after * each_ns, through_ns + asked.index(drive_id) * each_ns)
                 replies.of[drive_id] = (came_ns, error, payload)
                 if on_reply:
                     on_reply(drive_id, came_ns, error, payload)
             if found:
-                # Also of answers to only a part of the request: a drive that answered late is not taken for silent next time.
+                # Measured also if some drives did not answer, so that a late drive is not taken for silent next time.
                 late_ns = max(0, t_ns - earliest_ns)
         self._slack_left_ns -= max(0, transport.now_ns() - earliest_ns)
         if replies.of:

@@ -1,4 +1,4 @@
-"""The time of one cycle with Modbus drives."""
+"""Calculates the time of one cycle with Modbus drives."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -11,10 +11,10 @@ _SILENCE_BITS_A_CHARACTER: Final = 11
 """Bits in each character of the silence that ends a Modbus frame, according to the specification."""
 _INPUTS_BYTES: Final = 8 + 6
 _READ_BYTES: Final = 8 + 5
-"""Without the two bytes for each register read."""
+"""Bytes of a read request and its answer, without the two bytes for each register read."""
 _WRITE_BYTES: Final = 13 + 8
 _BOTH_BYTES: Final = 17 + 5
-"""Function 23, without the two bytes for each register read."""
+"""Bytes of function 23 and its answer, without the two bytes for each register read."""
 
 
 def cycle_time_ns(config: "StationConfig") -> float:
@@ -24,7 +24,7 @@ def cycle_time_ns(config: "StationConfig") -> float:
     drives, registers = len(config.axes), 2 * config.modbus.block_registers
     exchanges = 1 + drives if config.modbus.function_23 else 1 + 2 * drives
     both = _BOTH_BYTES if config.modbus.function_23 else _READ_BYTES + _WRITE_BYTES
-    # A silence ends the request, and another one the answer, before the next request may begin.
+    # A silence must follow the request, and another silence the answer, before the next request may begin.
     apart_ns = 2 * silence_ns(config) + delay_ns
     verified_registers = max((span.stop - span.start for span in config.modbus.verified_spans), default=0)
     verification = _READ_BYTES + 2 * verified_registers if verified_registers else 0
@@ -33,5 +33,5 @@ def cycle_time_ns(config: "StationConfig") -> float:
 
 
 def silence_ns(config: "StationConfig") -> float:
-    """Return the silence that ends a Modbus frame."""
+    """Return the duration of the silence that ends a Modbus frame."""
     return config.modbus.silence_characters * _SILENCE_BITS_A_CHARACTER * 1e9 / config.baud

@@ -1,12 +1,11 @@
 """Driver for Modbus RTU drives. Register maps differ between vendors, so the map is in the station's configuration
 (:class:`ModbusMap`).
 
-Each cycle reads one block of registers of each drive, and the inputs last, so that the emergency stop is the newest
-value. With function 23 the same request also writes the newest setpoint. It then arrives one cycle after it was
-computed, which the path's lead compensates, and the bus carries half as many cycles more. Torque off is a broadcast,
-which no drive answers; each drive's status word shows the result in the next cycle.
+Each cycle reads one block of registers of each drive, then the inputs, so that the emergency stop is the newest value. With
+function 23 the same request also writes the newest setpoint. The setpoint then arrives one cycle after it was computed. The
+path's lead compensates this delay, and the bus allows a higher cycle rate. Torque off is a broadcast,
 
-The registers that the configuration determines are read back in a slow rotation, at most one extra read a cycle. A
+The registers that the configuration determines are read back in a slow rotation, at most one extra read a cycle, because a
 drive that loses power loses them.
 """
 
@@ -42,15 +41,15 @@ class ModbusBus(ModbusRequests):
         self._spans = self._map.verified_spans
         self._verification = Verification(len(self._ids), 1 + len(self._spans), config.cycle_hz)
         self._armed_ns: int | None = None
-        """When the watchdogs were armed; None while torque is off."""
+        """Time at which the watchdogs were armed; None while torque is off."""
         self._health_limits: list[tuple[float | None, float | None, float | None]] = [(None, None, None)] * len(
             self._ids
         )
-        """By axis: lowest and highest voltage, and highest temperature, as read from the drive."""
+        """Lowest voltage, highest voltage and highest temperature of each axis, as read from the drive."""
         self._health_turn = 0
         """Axis whose voltage and temperature are decoded in this cycle."""
         self._goals: dict[int, bytes] = {}
-        """By slave: the goal that function 23 writes with the next read."""
+        """Goal that function 23 writes with the next read, by slave."""
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -178,7 +177,7 @@ class ModbusBus(ModbusRequests):
         )
 
     def _drive_health(self, axis: int, t_ns: int, data: bytes) -> tuple[DriveHealth, ...]:
-        """Return voltage and temperature, as far as the map names their registers."""
+        """Return voltage and temperature if the map names their registers, else nothing."""
         registers = self._map
         volt = self._scaled(data, registers.supply_voltage, registers.voltage_per_v)
         temperature_c = self._scaled(data, registers.temperature, registers.temperature_per_c)
@@ -190,7 +189,7 @@ class ModbusBus(ModbusRequests):
         return None if register == NO_REGISTER else self._word(data, register) / per_unit
 
     def _note_limits(self, axis: int, span: range, data: bytes) -> None:
-        """Take the drive's own limits from a span that was read back."""
+        """Decode the drive's own limits from a span that was read back."""
 
         def limit(register: int, per_unit: float) -> float:
             at = 2 * (register - span.start)
@@ -304,9 +303,9 @@ class ModbusBus(ModbusRequests):
 
 
 def _setpoint_delay_s(config: StationConfig) -> float:
-    """Return one cycle with function 23: the next cycle's request carries a setpoint."""
+    """Return the duration of one cycle with function 23, because the next cycle's request carries the setpoint; else 0."""
     return 1.0 / config.cycle_hz if config.modbus.function_23 else 0.0
 
 
 DRIVER: Final = Driver(make_bus=ModbusBus, cycle_time_ns=cycle_time_ns, setpoint_delay_s=_setpoint_delay_s)
-"""Its ranges and rules are in :mod:`kata.device.config_rules`."""
+"""The driver's ranges and rules are in :mod:`kata.device.config_rules`."""

@@ -18,7 +18,7 @@ def encode(slave: int, function: int, data: bytes) -> bytes:
 def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes | None:
     """Find a valid answer of ``size`` bytes, or a valid exception, after any noise or echo of the request.
 
-    :returns: from the function byte to the last byte before the CRC; None if there is none.
+    :returns: the answer from the function byte to the last byte before the CRC; None if there is no valid answer.
     """
     for start in range(len(received) - EXCEPTION_BYTES + 1):
         if received[start] != slave or received[start + 1] & ~EXCEPTION != function:

@@ -1,4 +1,4 @@
-"""Requests to Modbus drives: one request, its answer, and the time limits of both."""
+"""Requests to Modbus drives: sends a request and receives its answer within a time limit."""
 
 import struct
 from collections.abc import Callable
@@ -19,14 +19,14 @@ BROADCAST: Final = 0
 _MAX_SLACK_NS: Final = 4_000_000
 _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.2
-"""As for Dynamixel; this slower bus leaves a smaller share of a cycle for waiting."""
+"""See the Dynamixel driver. The share is smaller because transmission on this slower bus takes more of a cycle."""
 _EARLIEST_SHARE: Final = 0.8
 """Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModbusAnswer:
-    """One answer: its time and data, or that the bytes were corrupt."""
+    """One answer with its time. ``data`` is None without a valid answer; ``corrupt`` then says whether bytes arrived."""
 
     t_ns: int
     data: bytes | None
@@ -46,8 +46,8 @@ class ModbusRequests:
         self._delay_ns = config.return_delay_us * 1000
         self._slack_ns = min(_MAX_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._slack_left_ns = 0
-        """Slack left in this cycle. A late answer uses the slack of the later ones, so that a cycle is late by one
-        slack at most.
+        """Slack left in this cycle. A late answer uses up the slack of the later answers. A cycle is therefore late by at most
+        one slack.
         """
         self._transport: Transport | None = None
         self._free_at_ns = 0
@@ -71,7 +71,7 @@ class ModbusRequests:
         self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
 
     def _transact(self, slave: int, function: int, data: bytes, size: int) -> ModbusAnswer:
-        """Send a request and wait for an answer of ``size`` bytes, an exception, or the end of the time."""
+        """Send a request and wait for an answer of ``size`` bytes or an exception until the time limit."""
         transport = self._require_transport()
         request = encode(slave, function, data)
         self._wait_until_free()
@@ -100,11 +100,11 @@ class ModbusRequests:
         if found[0] & EXCEPTION:
             self.errors += 1
             return ModbusAnswer(now_ns, None, False, exception=found[1])
-        # The drive answered when its bytes passed, however late the computer delivers them.
+        # The answer's time is when its bytes passed, however late the computer delivers them.
         return ModbusAnswer(min(now_ns, earliest_ns), found[1:], False)
 
     def _wait_until_free(self) -> None:
-        """Wait for the silence that ends a frame."""
+        """Wait until the silence after the last frame is over."""
         transport = self._require_transport()
         while transport.now_ns() < self._free_at_ns:
             transport.receive(self._free_at_ns, self._free_at_ns)
