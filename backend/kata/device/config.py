@@ -1,4 +1,4 @@
-"""A station's configuration: one TOML file, read once and checked before anything moves.
+"""Reads a station's configuration: one TOML file, which is read once and checked before any motor moves.
 
 The defaults describe the apparatus of Sun et al. (2025) with drives that speak Dynamixel Protocol 2.0. The accepted
 values are in :mod:`kata.device.config_rules`; docs/reference/configuration.md lists them.
@@ -21,14 +21,14 @@ from kata.motion.reach import check_poses_of, reachable_set
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 REFERENCE_SHARE: Final = 0.5
-"""Share of the highest acceleration that a reference may use; the rest is for the feed-forward."""
+"""Share of the acceleration limit that a reference may use. The rest is reserved for the feed-forward."""
 SHORTEST_REFERENCE_S: Final = 0.2
-"""Starting and stopping take this long at full speed. In a shorter recording the checked speed and acceleration are not
-defined.
+"""Minimum duration of a reference. Starting and stopping take this long at full speed. In a shorter recording the checked
+speed and acceleration are not defined.
 """
 
 _WRONG_TYPE: Final = re.compile(r"(?P<why>.*) - at `\$\.(?P<field>.*)`", re.DOTALL)
-"""How msgspec reports a value of the wrong type."""
+"""Matches msgspec's message about a value of the wrong type."""
 
 
 class ConfigError(ValueError):
@@ -36,12 +36,12 @@ class ConfigError(ValueError):
 
 
 class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One motor: its address on the bus, how its encoder is mounted, and what it may do."""
+    """One motor: its address on the bus, the mounting of its encoder, its limits and its identified model."""
 
     id: int
     model: int = 1120
-    """Model number that a Dynamixel drive reports in registers 0 and 1 (1120: XM540-W270). Another model is refused:
-    torque constant and gains belong to the model (:mod:`kata.device.bus.dynamixel.models`).
+    """Model number that a Dynamixel drive reports in registers 0 and 1 (1120: XM540-W270). Another model is refused, because
+    torque constant and gains depend on the model (:mod:`kata.device.bus.dynamixel.models`).
     """
     zero_count: int | None = None
     """Position that the drive reports at motor angle 0, in its own counts. Default: 2048 for Dynamixel (4096 a turn), 0
@@ -51,42 +51,44 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """+1 or -1: the sign from encoder to motor angle, on the canonical side."""
     min_deg: float
     max_deg: float
-    """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus.
+    """``min_deg`` and ``max_deg`` are the mechanism's range of motor angle. A command or measurement outside the range (plus a
+    tolerance) stops the apparatus.
     """
     max_speed_deg_s: float = 100.0
-    """The fastest recorded motion has 60 deg/s, and 90 deg/s at 150 % speed; 10 % more are for noise. A measured speed
-    of 1.5 times this limit is a fault. A doctor can allow a patient less. See decision 0022.
+    """Speed limit. The fastest recorded motion has 60 deg/s, and 90 deg/s at 150 % speed; 10 % are added for noise. A measured
+    speed above 1.5 times this limit is a fault. A doctor can set a lower limit for a patient. See decision 0022.
     """
     max_acceleration_deg_s2: float = 4_000.0
-    """2.6 times the 1,505 deg/s2 that the drives reach for longer than 30 ms with the paper's method at 150 % speed. A
-    reference may use half of it, 2,000; the sharpest recorded motion uses 600, and 1,163 at 150 %. See decision 0022.
+    """Acceleration limit: 2.6 times the 1,505 deg/s2 that the drives reach for more than 30 ms with the paper's method at 150 % speed.
+    A reference may use half of the limit (2,000 deg/s2). The sharpest recorded motion uses 600, and 1,163 at 150 % speed. See
+    decision 0022.
     """
     max_torque_nm: float = 4.0
-    """Rated torque. The drive gets it as its goal current and yields above it."""
+    """Rated torque. The drive receives it as its goal current and yields to a higher load."""
     lag_s: float = 0.0
-    """Lag of the drive behind its setpoint: a1 of 1 / (1 + a1 s + a2 s^2). 0 until it has been identified."""
+    """Lag of the drive behind its setpoint: a1 of 1 / (1 + a1 s + a2 s^2). 0 means not identified."""
     lag2_s2: float = 0.0
-    """a2 of the same model, in s^2: the effect of inertia."""
+    """a2 of the same model, in s^2. It describes the effect of inertia."""
     friction_deg: float = 0.0
-    """How far the setpoint must be ahead before the drive moves."""
+    """Distance that the setpoint must lead before the drive moves, because of friction."""
     integral_s: float = 0.0
-    """Time constant with which the drive's integral takes up its lag; 0: it does not."""
+    """Time constant with which the drive's integral gain removes the lag; 0 if it does not."""
     droop_deg_nm: float = 0.0
-    """Lag for each Nm of weight until the integral has taken it up."""
+    """Lag for each Nm of weight before the integral gain has removed it."""
     damping_nm_s_deg: float = 0.0
-    """Torque for each deg/s."""
+    """Damping: torque for each deg/s of speed."""
     inertia_nm_s2_deg: float = 0.0
-    """Torque for each deg/s2."""
+    """Inertia: torque for each deg/s2 of acceleration."""
     coulomb_nm: float = 0.0
     """Torque of friction against any movement."""
     weight_nm: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Weight and springs by posture, as identified on the canonical side (:mod:`kata.motion.weight`). Only zeros: they have not been
-    identified, and no motion is refused for its torque.
+    """Factors of weight and springs by posture, as identified on the canonical side (:mod:`kata.motion.weight`). If all are 0,
+    they have not been identified, and no motion is refused because of its torque.
     """
     position_p_gain: int = 1600
     position_i_gain: int = 800
     position_d_gain: int = 720
-    """In the drive's own units. Modbus drives keep their own gains."""
+    """The three position gains are in the drive's own units. Modbus drives use the gains stored in the drive."""
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -94,43 +96,43 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     Dynamixel: external ports, read with the drive's pull-up. A closed contact pulls the port to ground (0); an open
     contact or a broken wire reads 1. The emergency stop is normally closed, so 1 means pressed. The pedal is normally
-    open, so 0 means down. A broken wire therefore stops the apparatus, and never records. Modbus: discrete inputs, 1
-    where the contact is closed.
+    open, so 0 means down. A broken wire therefore stops the apparatus and cannot start a recording. Modbus: discrete inputs, 1
+    if the contact is closed.
     """
 
     drive_id: int = 1
     estop_port: int = 1
     """The normally closed contact."""
     estop_second_port: int | None = None
-    """A normally open contact of the same switch. The two must always differ (antivalent contacts): this detects a lost
-    port mode, a short circuit or a welded contact. Recommended; None: the switch has one contact.
+    """A normally open contact of the same switch. The two contacts must always differ (antivalent contacts). This detects a lost
+    port mode, a short circuit or a welded contact. A second contact is recommended. None: the switch has one contact.
     """
     contacts_disagree_ms: int = 100
-    """Both contacts may report the same state for this long while the switch moves."""
+    """Time for which both contacts may report the same state while the switch moves."""
     pedal_port: int = 2
     max_age_cycles: int = 2
-    """An input is valid for this many cycles. After that the emergency stop counts as pressed, the pedal as up."""
+    """An input is valid for this many cycles. After that the emergency stop counts as pressed and the pedal as up."""
     usb_pedal: str | None = None
-    """A pedal that the computer sees as a keyboard, such as the RI-PF1BK: /dev/input/by-id/...-event-kbd.
+    """Path of a USB pedal that the computer sees as a keyboard, such as the RI-PF1BK: /dev/input/by-id/...-event-kbd.
     ``pedal_port`` is then ignored.
     """
 
     @property
     def ports(self) -> frozenset[int]:
-        """Every port that has a contact."""
+        """Numbers of all ports with a contact."""
         second = () if self.estop_second_port is None else (self.estop_second_port,)
         return frozenset((self.estop_port, self.pedal_port, *second))
 
 
 _CLOSE_REGISTERS: Final = 16
-"""Registers this close together are read in one request, which is cheaper than one request each."""
+"""Registers within a span of this length are read in one request, which takes less time than one request each."""
 
 
 class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Registers of Modbus RTU drives: addresses of holding registers, counted from 0; 32-bit values high word first.
 
-    -1 (NO_REGISTER) where the drive has none of clear, watchdog, limits, delay, voltage or temperature. ``status`` to ``torque``,
-    voltage and temperature are read as one block.
+    -1 (NO_REGISTER) means that the drive has no such register (clear, watchdog, limits, delay, voltage, temperature).
+    ``status`` to ``torque``, voltage and temperature are read together as one block.
     """
 
     function_23: bool = True
@@ -144,25 +146,25 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     watchdog_ms: int = 0x0002
     torque_limit: int = 0x0003
     position_limits: int = 0x0004
-    """Lowest and highest position, two registers each."""
+    """First register of the lowest and highest position, two registers each."""
     response_delay_us: int = 0x0008
     goal_position: int = 0x0010
-    """Two registers."""
+    """First of two registers."""
     status: int = 0x0020
     status_torque_bit: int = 0
     status_watchdog_bit: int = 1
     error: int = 0x0021
     position: int = 0x0022
-    """Two registers."""
+    """First of two registers."""
     speed: int = 0x0024
     torque: int = 0x0025
     supply_voltage: int = NO_REGISTER
     temperature: int = NO_REGISTER
-    """Of the drive."""
+    """Temperature of the drive."""
     voltage_limits: int = NO_REGISTER
-    """Lowest and highest supply voltage at which the drive works, one register each."""
+    """First register of the lowest and highest supply voltage at which the drive works, one register each."""
     temperature_limit: int = NO_REGISTER
-    """Above it the drive switches its torque off."""
+    """Temperature above which the drive switches its torque off."""
     voltage_per_v: float = 10.0
     temperature_per_c: float = 1.0
     position_per_deg: float = 100.0
@@ -171,7 +173,7 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     @property
     def verified_spans(self) -> tuple[range, ...]:
-        """Registers that are read back in a rotation: one span if they are close together, else one for each."""
+        """Spans of registers that are read back in rotation: one span for all registers if they are close together, else one for each."""
         singles = (self.watchdog_ms, self.torque_limit, self.response_delay_us)
         spans = [range(first, first + 1) for first in singles if first != NO_REGISTER]
         if self.position_limits != NO_REGISTER:
@@ -192,7 +194,7 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     @property
     def block_registers(self) -> int:
-        """Number of registers in that block."""
+        """Number of registers in the block that is read every cycle."""
         return max(*self._block, self.position + 1) - self.block_start + 1
 
     @property
@@ -207,7 +209,7 @@ _MOTOR_5: Final[dict[str, Any]] = {
     "position_i_gain": 120,
     "position_d_gain": 150,
 }
-"""Motor 5 is weaker, and its pinion has too much play for a stiff control."""
+"""Motor 5 is weaker than the others, and its pinion has too much play for stiff control."""
 
 
 def _default_axes() -> tuple[Axis, ...]:
@@ -218,61 +220,61 @@ def _default_axes() -> tuple[Axis, ...]:
 
 
 class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One station. The loop reads and supervises at ``cycle_hz``; samples and setpoints have the rate ``rate_hz``."""
+    """One station. The loop reads and supervises at ``cycle_hz``. Samples are recorded and setpoints sent at ``rate_hz``."""
 
     name: str = "Station 1"
     side: Side = CANONICAL_SIDE
     """The shoulder for which the apparatus is set up. For the other shoulder it is turned by 180 deg about X (Section
-    2.2). The person who turns it confirms this, and the service stores it; until then motions of the other side are
+    2.2). The person who turns it confirms this, and the service stores the side. Until then motions of the other side are
     neither taught nor played.
     """
     port: str = "/dev/ttyUSB0"
-    """Prefer /dev/serial/by-id/...: ttyUSB0 becomes ttyUSB1 when an adapter is replugged."""
+    """Prefer a path of /dev/serial/by-id, because ttyUSB0 may become ttyUSB1 when an adapter is plugged in again."""
     protocol: str = "dynamixel"
     """Name of the driver: ``dynamixel``, ``modbus``, or an entry point of another package
     (:mod:`kata.device.bus.registry`).
     """
     baud: int = 1_000_000
     return_delay_us: int = 0
-    """Delay before a drive answers; written to the drive (Dynamixel: register 9, steps of 2 us)."""
+    """Delay before a drive answers. The driver writes it to the drive (Dynamixel: register 9, steps of 2 us)."""
     rate_hz: int = 100
     """Samples recorded and setpoints sent per second: 10 as in the paper, 100 by default."""
     cycle_hz: int = 100
-    """Bus cycles per second; a multiple of ``rate_hz``. It limits how late the emergency stop is detected."""
+    """Bus cycles per second; a multiple of ``rate_hz``. The rate determines how soon the emergency stop is detected."""
     axes: tuple[Axis, ...] = msgspec.field(default_factory=_default_axes)
     inputs: Inputs = Inputs()
     modbus: ModbusMap = ModbusMap()
     driver: dict[str, Any] = {}
-    """Settings of a driver of another package."""
+    """Settings of an installed driver of another package."""
     limit_tolerance_deg: float = 4.0
-    """How far beyond an axis' range a measured angle may be before it is a fault."""
+    """Distance beyond an axis' range from which a measured angle is a fault."""
     approach_speed_deg_s: float = 15.0
     following_error_deg: float = 20.0
-    """Limits the difference between an axis and its setpoint. The setpoint is ahead of the axis by its lag: 6 deg at 60
-    deg/s and 0.1 s. The rest is the margin for a held arm.
+    """Maximum difference between an axis and its setpoint. The setpoint leads the axis by the lag: 6 deg at 60 deg/s and a lag
+    of 0.1 s. The rest is the margin for an arm that is held.
     """
     following_error_ms: int = 250
     silence_ms: int = 100
-    """A drive that has not answered for this long is a fault. An input is a fault after two cycles."""
+    """Time without an answer after which a drive is a fault. For inputs see ``inputs.max_age_cycles``."""
     reversal_s: float = 2.0
-    """How far back along the path the arm is taken when it meets resistance, in the recording's own time."""
+    """Distance that the arm moves back along the path when it meets resistance, in the recording's own time."""
     service_silence_ms: int = 500
     bus_watchdog_ms: int = 160
-    """Written to the drives (register 98, steps of 20 ms): they stop when the bus falls silent.
+    """Watchdog time of the drives (register 98, steps of 20 ms). They stop when the bus is silent for this long.
 
-    The arm must be at rest 200 ms after this process has died. A drive may notice one step late, and then needs some 25
-    ms to come to rest.
+    The arm must be at rest 200 ms after this process has died. A drive may notice the silence one step late, and then needs
+    some 25 ms to come to rest.
     """
 
     @property
     def mechanism_deg(self) -> tuple[tuple[float, float], ...]:
-        """Limits of each axis' setpoints: its range, and half of the tolerance of measured angles."""
+        """Limits of each axis' setpoints: its range, extended by half of the tolerance of measured angles."""
         tolerance = self.limit_tolerance_deg / 2
         return tuple((axis.min_deg - tolerance, axis.max_deg + tolerance) for axis in self.axes)
 
     @property
     def with_side_directions(self) -> "StationConfig":
-        """The configuration with the drive directions of the present side: motors 3 to 5 turn with the apparatus."""
+        """The configuration with the drive directions of the present side. Turning the apparatus changes the sign of motors 3 to 5."""
         signs = (1, 1, *APPARATUS_SIGNS[self.side][2:])
         axes = (
             msgspec.structs.replace(axis, direction=axis.direction * sign)
@@ -282,7 +284,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
     @property
     def servo_model(self) -> ServoModel:
-        """The identified lag of the drives behind their setpoints, and their load."""
+        """The identified model of the drives: their lag behind their setpoints and their load."""
         first_s, second_s2, friction_deg, integral_s, droop_deg_nm, damping, inertia, coulomb = np.array(
             [
                 (
@@ -302,7 +304,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         return ServoModel(first_s, second_s2, friction_deg, integral_s, droop_deg_nm, load)
 
     def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
-        """Return this configuration with no axis, and no approach, faster than ``max_speed_deg_s``; None: as it is."""
+        """Return a copy whose axes and approach are at most as fast as ``max_speed_deg_s``; if that is None, return ``self``."""
         if max_speed_deg_s is None:
             return self
         axes = tuple(
@@ -313,10 +315,10 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         return msgspec.structs.replace(self, axes=axes, approach_speed_deg_s=approach_deg_s)
 
     def check_reference(self, method: Method, reference: Trajectory, side: Side) -> None:
-        """Refuse what this station may not play. Used for a recording before it is loaded, and before a recording is
-        derived from another.
+        """Refuse a reference that this station must not play. Used for a recording before it is loaded, and before a recording is
+        derived from another recording.
 
-        :param side: the shoulder that is moved: it decides which pose motors 1 and 2 make.
+        :param side: the shoulder that is moved. It determines which pose motors 1 and 2 produce.
         :raises TrajectoryError: naming motor, time, value and limit.
         """
         if reference.duration_s < SHORTEST_REFERENCE_S:
@@ -331,13 +333,13 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
             AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s, share * axis.max_acceleration_deg_s2)
             for axis in self.axes
         ]
-        # Half of the tolerance of a measured angle: a motion taught at the end of the range must be playable.
+        # Allow half of the tolerance of a measured angle, so that a motion taught at the end of the range is playable.
         reference.check(limits, self.pose_tolerance_deg)
         check_poses_of(reference, lambda motors_deg: reachable_set(motors_deg, side), self.pose_tolerance_deg)
 
     @property
     def pose_tolerance_deg(self) -> float:
-        """How far references and setpoints may leave the reachable set: as far as an axis' range."""
+        """Distance by which references and setpoints may leave the reachable set. It equals the tolerance of an axis' range."""
         return self.limit_tolerance_deg / 2
 
     @property
@@ -361,10 +363,9 @@ them.
 
 
 def simulated(port: str) -> StationConfig:
-    """Return the configuration of the simulated apparatus, with identified drives. It is the default without a station
-    file.
+    """Return the configuration of the simulated apparatus, with identified drives. A service without a station file uses it.
 
-    An ordinary kernel worker delivers the bytes of a pseudo-terminal, and a busy computer delays it for some cycles.
+    A kernel worker delivers the bytes of a pseudo-terminal, and a busy computer delays this worker for several cycles.
     Inputs and drives may therefore be older than on a real bus before they count as unknown and silent.
     """
     axes = tuple(
@@ -374,9 +375,9 @@ def simulated(port: str) -> StationConfig:
 
 
 def at_rate(config: StationConfig, rate_hz: int) -> StationConfig:
-    """Return the same station at another rate, with the same bus cycles a second or the next multiple of the rate.
+    """Return the station at another rate. ``cycle_hz`` stays the same or is raised to the next multiple of the rate.
 
-    :raises ConfigError: when the bus cannot carry that.
+    :raises ConfigError: when the bus cannot carry that cycle rate.
     """
     cycle_hz = -(-config.cycle_hz // rate_hz) * rate_hz if rate_hz > 0 else config.cycle_hz
     return msgspec.structs.replace(config, rate_hz=rate_hz, cycle_hz=cycle_hz)
@@ -396,7 +397,7 @@ def read(path: Path) -> StationConfig:
 
 
 def decode(toml: bytes) -> StationConfig:
-    """Return the configuration of a TOML text, checked.
+    """Decode and check the configuration in a TOML text.
 
     :raises ConfigError: when it is not TOML, or a value is out of range.
     """
@@ -407,8 +408,8 @@ def decode(toml: bytes) -> StationConfig:
 
 
 def _field_first(message: str) -> str:
-    """Put the field before the message, with axes counted from 1: ``Expected `int` - at `$.axes[0].id``` is about
-    ``axes[1].id``.
+    """Put the field before the message and count axes from 1: ``Expected `int` - at `$.axes[0].id``` becomes
+    ``axes[1].id: Expected `int```.
     """
     wrong = _WRONG_TYPE.fullmatch(message)
     if wrong is None:

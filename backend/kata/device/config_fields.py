@@ -1,4 +1,4 @@
-"""The fields of a station's configuration one by one, with their units, and the differences of two configurations."""
+"""Lists the fields of a station's configuration with their units, and the differences between two configurations."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from kata.device.config_rules import RANGES, Range
 
 _AXES: Final = "axes"
 _AXIS_UNITS: Final = {"weight_nm": "Nm"}
-"""Of fields that have no range of their own."""
+"""Units of axis fields that have no range of their own."""
 
 
 @dataclass(frozen=True)
 class ConfigField:
-    """One field. ``name``: as in messages, with axes counted from 1. ``accepted``: the accepted values; None for a text."""
+    """One field. ``name`` is written as in messages, with axes counted from 1. ``accepted`` is None for a text."""
 
     name: str
     value: str
@@ -26,7 +26,7 @@ class ConfigField:
 
 @dataclass(frozen=True)
 class FieldChange:
-    """A field that differs. ``before`` or ``after`` is empty where only the other configuration has the field."""
+    """A field that differs. ``before`` or ``after`` is empty if only the other configuration has the field."""
 
     name: str
     unit: str
@@ -35,7 +35,7 @@ class FieldChange:
 
 
 def fields_of(config: StationConfig) -> list[ConfigField]:
-    """Return every field. Registers of Modbus drives are left out where the station has other drives."""
+    """Return every field. Registers of Modbus drives are omitted if the station has other drives."""
     fields = []
     for name, value in _flat(msgspec.to_builtins(config)):
         if name.startswith("modbus.") and config.protocol != "modbus":
@@ -71,7 +71,7 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _range_of(name: str, protocol: str) -> Range | None:
-    """Return the range of a field; that of one axis before that of all axes."""
+    """Return the range of a field, or None. A range for this axis takes precedence over a range for all axes."""
     holder, _, field = name.rpartition(".")
     general = f"{_AXES}.{field}" if holder.startswith(_AXES) else name
     ranges = [accepted for accepted in RANGES if accepted.protocol in (None, protocol)]

@@ -1,4 +1,4 @@
-"""The reference of a station's file, written from the tables in :mod:`kata.device.config_rules`."""
+"""Generates the reference of a station's file from the tables in :mod:`kata.device.config_rules`."""
 
 from typing import Any, Final
 

@@ -1,7 +1,7 @@
-"""What a station's configuration may say: the range of every number, and the rules between fields.
+"""Defines the accepted configurations of a station: the range of every number, and the rules between fields.
 
-The check (:func:`problems`) and the reference page (:mod:`kata.device.config_page`) come from the same tables. Each accepted
-configuration keeps the supervisor effective: ``tests/device/test_config_effective.py`` states within which time and distance.
+The check (:func:`problems`) and the reference page (:mod:`kata.device.config_page`) use the same tables. Each accepted
+configuration keeps the supervisor effective: ``tests/device/test_config_effective.py`` states the times and distances.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,10 +21,10 @@ NO_REGISTER: Final = -1
 """The address of a register that a Modbus drive does not have."""
 
 MOTOR_RANGES_DEG: Final = ((-19.0, 43.0), (88.0, 129.0), *POSE_RANGE_DEG[2:])
-"""Of the paper's apparatus (Table 2). Motors 1 and 2: the image of the scapula's +-20 deg square under the linkage, rounded outwards
-(a test compares them)."""
+"""Motor ranges of the paper's apparatus (Table 2). Motors 1 and 2: the image of the scapula's +-20 deg square under the linkage, rounded
+outwards (a test compares them)."""
 _MECHANISM_MARGIN_DEG: Final = 10.0
-"""How far a station's range may exceed :data:`MOTOR_RANGES_DEG`. The links are known to close up to 4 deg beyond; the rest is for the
+"""Distance by which a station's range may exceed :data:`MOTOR_RANGES_DEG`. The linkage closes up to 4 deg beyond; the rest is for the
 mounting."""
 
 LARGEST_LAG_S: Final = 0.3
@@ -36,29 +36,29 @@ LARGEST_DAMPING_NM_S_DEG: Final = 0.1
 LARGEST_INERTIA_NM_S2_DEG: Final = 0.05
 LARGEST_COULOMB_NM: Final = 4.0
 LARGEST_WEIGHT_NM: Final = 40.0
-"""An arm of 8 kg at half a metre."""
+"""Corresponds to an arm of 8 kg at half a metre."""
 
 _LOST_CYCLES: Final = 2
-"""One lost answer is noise. Two in a row are what a timeout measures, so no timeout may be shorter."""
+"""Minimum length of a timeout in cycles. One lost answer is noise, so a timeout must last at least two cycles."""
 _LATE_REPLY_MS: Final = 4.0
-"""How long the drivers wait beyond the time of the bytes, in one cycle at most."""
+"""Longest time in one cycle that the drivers wait in addition to the transmission time."""
 _LONGEST_INPUT_AGE_MS: Final = 300.0
-"""What a pseudo-terminal on a busy computer needs (decision 0006). An emergency stop that is unknown for longer stops the arm."""
+"""A pseudo-terminal on a busy computer needs this long (decision 0006). An emergency stop that is unknown for longer stops the arm."""
 TURN_S: Final = 0.08
 """Time in which a movement that met resistance comes to rest from its highest speed."""
 RAMP_SHARE: Final = 0.35
-"""Of the highest acceleration: a change of pace at an axis' highest speed takes this much. With the reference's own half there is room for
-the third by which a speed that is judged over a tenth of a second may be higher in between."""
+"""Share of the acceleration limit that a change of pace at an axis' highest speed uses. The reference itself uses half. The rest
+is the margin for speeds that are checked as averages over 0.1 s and may be higher by a third within that time."""
 OVERSPEED: Final = 1.5
 """A measured speed is a fault above this multiple of the limit."""
 OVERTORQUE: Final = 1.1
-"""A measured torque is a fault above this multiple of the limit: what a drive reports may overshoot its own limit a little."""
+"""A measured torque is a fault above this multiple of the limit. The torque that a drive reports may slightly exceed its own limit."""
 _LARGEST_WORD: Final = 32_767
-"""Of a signed Modbus register."""
+"""Largest value of a signed Modbus register."""
 _MODBUS_BLOCK: Final = 125
-"""Registers that one Modbus request can read."""
+"""Maximum number of registers in one Modbus read request."""
 _INPUTS_BYTE: Final = 8
-"""Inputs in one byte of a Modbus answer: the cycle's length is calculated with one."""
+"""Number of inputs in one byte of a Modbus answer. The cycle time is calculated with one byte of inputs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,15 +72,15 @@ class Range:
     unit: str = ""
     reason: str
     protocol: str | None = None
-    """Name of the driver that it belongs to; None: with every driver."""
+    """Name of the driver to which the range applies; None: all drivers."""
     step: int | None = None
     choices: tuple[float, ...] = ()
-    """Where only some values are possible."""
+    """The accepted values if only some values are possible, else empty."""
     or_none: bool = False
-    """NO_REGISTER is accepted too."""
+    """True if NO_REGISTER is accepted too."""
 
     def accepts(self, value: float) -> bool:
-        """True if the value is finite, within the range, and a possible one."""
+        """Return True if the value is finite, within the range, and one of the choices or steps."""
         if self.or_none and value == NO_REGISTER:
             return True
         if self.choices:
@@ -89,7 +89,7 @@ class Range:
 
     @property
     def none(self) -> int | None:
-        """The value that stands for none, if it is accepted."""
+        """NO_REGISTER if it is accepted, else None."""
         return NO_REGISTER if self.or_none else None
 
     @property
@@ -476,17 +476,17 @@ RANGES: Final[tuple[Range, ...]] = (
         reason="coarser than 2 degC hides the margin of the warning; no sensor is finer than 0.01 degC",
     ),
 )
-"""Every number of a configuration. A test compares it with the fields of :mod:`kata.device.config`."""
+"""Ranges of every number of a configuration. A test compares them with the fields of :mod:`kata.device.config`."""
 
 
 @dataclass(frozen=True, slots=True)
 class FieldRule:
-    """What must hold between fields."""
+    """A rule between fields."""
 
     text: str
     reason: str
     broken: Callable[["StationConfig"], Iterator[str]]
-    """Yields one message for each place where it does not hold. Called only when every number is within its range."""
+    """Yields one message for each violation of the rule. Called only when every number is within its range."""
 
 
 def _five_axes(config: "StationConfig") -> Iterator[str]:
@@ -720,13 +720,13 @@ RULES: Final[tuple[FieldRule, ...]] = (
 )
 
 _LONGEST_NAME: Final = 100
-"""Characters, as in the database."""
+"""Maximum length of a name in characters, as in the database."""
 
 
 def problems(config: "StationConfig") -> list[str]:
-    """Return the errors of a configuration as texts: field, value, range, reason. Empty: it is accepted."""
+    """Return the errors of a configuration as texts with field, value, range and reason; empty if it is accepted."""
     found = [*_driver(config)] or [*_texts(config), *_outside(config)]
-    # Rules may divide by any number, so they are asked only when all numbers are in range.
+    # Rules may divide by any number. They are therefore checked only if all numbers are in range.
     return found or [message for rule in rules_of(config.protocol) for message in rule.broken(config)]
 
 
@@ -776,7 +776,7 @@ def _outside(config: "StationConfig") -> Iterator[str]:
 
 
 def _values(config: "StationConfig", field: str) -> Iterator[tuple[str, float | None]]:
-    """Yield each place that a row of the table speaks of, and the value there."""
+    """Yield name and value of each field to which a row of the table applies."""
     holder, _, name = field.rpartition(".")
     if holder == "driver":
         yield field, getattr(driver_settings(config), name)

@@ -11,11 +11,11 @@ from kata.device.config_rules import OVERTORQUE
 from kata.device.messages import TorqueState
 
 _TORQUE_SETTLING_NS: Final = 50_000_000
-"""A drive's torque report counts only if it is at least this much later than the last torque command."""
+"""A drive's torque report counts only if it arrives at least this long after the last torque command."""
 _MAX_TORQUE_REPORT_AGE_MS: Final = 1000.0
-"""Limits the age of a drive's torque report. Each drive's status is read every few cycles."""
+"""Maximum age of a drive's torque report. Each drive's status is read every few cycles."""
 _PEDAL_DEBOUNCE_NS: Final = 20_000_000
-"""A pedal contact that bounces for less than this has not changed."""
+"""Minimum time for which a changed pedal contact must be stable before the change counts."""
 _NO_SAMPLE: Final = BusSample(drives=(), inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
@@ -24,25 +24,25 @@ Limits = tuple[tuple[float, float], ...]
 
 
 class LoopContext(Struct, frozen=True):
-    """The part of the state that comes from the loop, not from the bus."""
+    """The part of the state that the loop provides. The rest comes from the bus."""
 
     late_ms: float
     service_age_ms: float
     run_id_mismatches: int
-    """Number of consecutive heartbeats in which the service named another run than the active one."""
+    """Number of consecutive heartbeats in which the service named a run other than the active run."""
     journal_ok: bool
     limits_deg: Limits
     """The tightest of the mechanism's and the run's limits."""
     rate_hz: int
     """Setpoints a second: the run's rate, or the station's rate without a run."""
     torque_inherited: bool = False
-    """True after the port was opened, until torque is commanded on or off: a drive may still hold an arm."""
+    """True from opening the port until torque is commanded on or off. During this time a drive may still be holding an arm."""
 
 
 class CycleState(Struct, frozen=True):
     """The state at the beginning of a cycle. Tuples have five entries, in axis order.
 
-    Durations count from the first bad cycle. One good cycle resets them.
+    A duration starts in the first cycle in which its condition holds. One cycle without the condition resets it.
     """
 
     t_ns: int
@@ -54,7 +54,7 @@ class CycleState(Struct, frozen=True):
     """
     estop: Contact
     contacts_disagree_ms: float
-    """How long the two antivalent contacts of the emergency stop have reported the same state."""
+    """Time for which the two antivalent contacts of the emergency stop have reported the same state."""
     pedal_down: bool | None
     """None if unknown."""
     measured_deg: tuple[float, ...]
@@ -62,47 +62,47 @@ class CycleState(Struct, frozen=True):
     speed_deg_s: tuple[float, ...]
     torque_nm: tuple[float, ...]
     drive_age_ms: tuple[float, ...]
-    """inf for a drive that has never answered."""
+    """Age of each drive's last answer; inf for a drive that has never answered."""
     status_age_ms: tuple[float, ...]
     """Age of the last status. Without a status: time since the port was opened. Without a port: inf."""
     corrupt: tuple[bool, ...]
-    """True if, since the drive's last valid answer, corrupt answers came at least as often as time-outs. One corrupt
-    answer is not enough: data that a busy computer delivers late also looks corrupt, and a drive that is switched off
-    must not be reported as corrupt.
+    """True if, since the drive's last valid answer, at least as many answers were corrupt as timed out. One corrupt answer is
+    not enough, because data that a busy computer delivers late also looks corrupt, and a drive that is switched off must
+    not be reported as corrupt.
     """
     measured_t_ns: int | None
-    """When this cycle's angles arrived; None unless all five arrived."""
+    """Time at which this cycle's angles arrived; None unless all five arrived."""
     hardware_error: tuple[int, ...]
-    """From the newest status, or 1 if the newest answer has the alert bit; 0 for no error."""
+    """Error code of the newest status, or 1 if only the newest answer has the alert bit; 0 for no error."""
     watchdog_tripped: tuple[bool, ...]
     torque_reported: tuple[bool | None, ...]
     """The last torque report of each drive; None if it may be older than the last torque command."""
     torque: tuple[TorqueState, ...]
-    """The known torque state of each drive. It is never more optimistic than the drive's own report."""
+    """The torque state of each drive. It is "off" only if the drive itself has reported that."""
     verified: tuple[bool, ...]
-    """True if every configured register of the drive has its value, according to its newest status on this connection.
+    """True if, according to the drive's newest status on this connection, every configured register has its value.
     """
     mismatch: tuple[str, ...]
     """Name of a register with a wrong value; empty if none is known."""
     reset: tuple[bool, ...]
-    """True from when a register had a wrong value until the drive is verified again."""
+    """True from the detection of a wrong register value until the drive is verified again."""
     torque_on: bool
-    """The last torque command."""
+    """True if the last torque command was "on"."""
     setpoint_deg: tuple[float, ...]
     setpoint_cycles: int
-    """Cycles since the setpoint was computed, not since it was sent. It counts cycles because time that the loop loses
-    is a fault of its own (overrun).
+    """Number of cycles since the setpoint was computed, not since it was sent. Cycles are counted, not time, because time
+    that the loop loses is a separate fault (overrun).
     """
     following_ms: tuple[float, ...]
-    """How long each axis has been further from its setpoint than allowed."""
+    """Time for which each axis has exceeded the allowed distance from its setpoint."""
     overtorque_ms: tuple[float, ...]
-    """How long each drive has exceeded its rated torque."""
+    """Time for which each drive has exceeded its torque limit by more than 10 %."""
     accelerating_ms: tuple[float, ...]
-    """How long each axis has exceeded its acceleration limit."""
+    """Time for which each axis has exceeded its acceleration limit."""
     jump_deg: tuple[float, ...]
-    """By how much the apparent movement between the last two answers exceeds the possible movement."""
+    """Amount by which the movement between the last two answers exceeds the possible movement."""
     frozen_deg: tuple[float, ...]
-    """How far the setpoint has moved while the drive reported exactly the same position."""
+    """Distance that the setpoint has moved while the drive reported exactly the same position."""
 
 
 class _Duration:
@@ -112,7 +112,7 @@ class _Duration:
         self._since_ns: list[int | None] = [None] * axes
 
     def ms(self, axis: int, t_ns: int, holds: bool) -> float:
-        """Return the milliseconds up to ``t_ns``; 0 in the first cycle and when the condition does not hold."""
+        """Return the duration in ms up to ``t_ns``. It is 0 in the first cycle and if the condition does not hold."""
         since_ns = self._since_ns[axis]
         if not holds:
             self._since_ns[axis] = None
@@ -141,7 +141,7 @@ class CycleStateBuilder:
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._opened = False
         self._opened_ns = -math.inf
-        """When the port was opened; -inf without a port."""
+        """Time at which the port was opened; -inf without a port."""
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
@@ -151,7 +151,7 @@ class CycleStateBuilder:
         self._setpoint_cycles = 0
 
     def record_command(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...], setpoint_t_ns: int) -> None:
-        """Record the commands sent in this cycle and when the setpoint was computed."""
+        """Record the commands sent in this cycle and the time at which the setpoint was computed."""
         if torque_on != self._torque_on:
             self._torque_on = torque_on
             self._torque_switched_ns = t_ns
@@ -159,8 +159,8 @@ class CycleStateBuilder:
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
 
     def poll_estop(self, inputs: InputSample) -> None:
-        """Record the inputs read between two cycles. If the switch was open, it counts as open in the next cycle too:
-        torque was cut.
+        """Record the inputs read between two cycles. If the switch was open, torque was cut, so the switch counts as open in the
+        next cycle too.
         """
         self._inputs = inputs
         if inputs.estop_open:
@@ -223,7 +223,7 @@ class CycleStateBuilder:
                 self._timeouts[n] += n in received.timed_out
                 self._corrupt[n] += n in received.corrupt
         if not bus_ok:
-            # A drive that comes back may have lost power: its last status no longer counts.
+            # A drive that answers again may have lost power, so its last status is discarded.
             self._status = [None] * len(self._status)
             self._opened_ns = -math.inf
         elif self._opened_ns == -math.inf:
@@ -262,8 +262,8 @@ class CycleStateBuilder:
         return status.torque_on
 
     def _update_torque(self, t_ns: int, *, bus_ok: bool) -> None:
-        """Update the torque states. A drive has torque from the command until it reports none; without a recent report
-        it is unknown.
+        """Update the torque states. A drive counts as "on" from the command until it reports no torque. Without a recent report
+        its state is "unknown".
         """
         for n, status in enumerate(self._status):
             reported = self._torque_reported(status)
@@ -319,7 +319,7 @@ class CycleStateBuilder:
 
 
 def _age_ms(t_ns: int, then_ns: float) -> float:
-    """Return the age in milliseconds. A cycle's time is its deadline; answers that arrive within the cycle are later
-    and have age 0.
+    """Return the age in milliseconds. A cycle's time is its deadline. Answers that arrive within the cycle are later than the
+    deadline and have age 0.
     """
     return max(0, t_ns - then_ns) / 1e6

@@ -1,6 +1,6 @@
-"""Supply voltage and temperature of the drives: the newest values, and warnings before a drive's own limits.
+"""Monitors supply voltage and temperature of the drives, and warns before a drive's own limits are reached.
 
-A warning is not a stop. At the limit itself the drive switches its torque off, which is the fault ``drive_error``.
+A warning does not stop the apparatus. At the limit itself the drive switches its torque off, which is the fault ``drive_error``.
 """
 
 from collections.abc import Callable, Iterable
@@ -13,16 +13,15 @@ from kata.device.messages import DriveWarning
 from kata.messages import Template, Text, key_of
 
 TEMPERATURE_MARGIN_C: Final = 10.0
-"""A drive warns from this much below the temperature at which it switches off.
-"""
+"""A warning begins this far below the temperature at which the drive switches its torque off."""
 VOLTAGE_MARGIN_V: Final = 0.5
-"""A drive warns from this much within its lowest and highest supply voltage."""
+"""A warning begins this far above the drive's lowest and below its highest supply voltage."""
 WARNING_HOLD_S: Final = 10.0
-"""A warning remains for this long after its condition was last seen, so that a voltage that sags with each motion is one
-warning.
+"""Time for which a warning remains after its condition was last observed, so that a voltage that sags with each motion
+causes one warning.
 """
 _MAX_AGE_NS: Final = 10_000_000_000
-"""Older values are unknown."""
+"""Values older than this count as unknown."""
 
 
 _Params = dict[str, float]
@@ -51,7 +50,7 @@ def _high(health: DriveHealth) -> _Params | None:
 
 @dataclass(frozen=True, slots=True)
 class WarningKind:
-    """One kind of warning. ``found`` returns the parameters of its message, beside the motor, if its condition holds."""
+    """One kind of warning. ``found`` returns the message's parameters except ``motor``, or None if the condition does not hold."""
 
     message: Template
     next_step: Template
@@ -66,15 +65,15 @@ WARNING_KINDS: Final = (
 
 
 class HealthMonitor:
-    """Keeps the newest values of each drive, and the present warnings."""
+    """Stores the newest values of each drive and the present warnings."""
 
     def __init__(self, axes: int) -> None:
         self._newest: list[DriveHealth | None] = [None] * axes
         self._warnings: dict[tuple[int, int], tuple[int, Text]] = {}
-        """By axis and kind: when its condition was last seen, and its text."""
+        """Time at which the condition was last observed, and the text, by axis and kind."""
 
     def take(self, health: Iterable[DriveHealth]) -> list[Text]:
-        """Store what drives reported. Return the texts of the warnings that begin."""
+        """Store the reported values. Return the texts of the warnings that begin."""
         begun = []
         for one in health:
             self._newest[one.axis] = one
@@ -94,7 +93,7 @@ class HealthMonitor:
         return health if health and t_ns - health.t_ns <= _MAX_AGE_NS else None
 
     def warnings(self, t_ns: int) -> tuple[DriveWarning, ...]:
-        """Return the warnings at ``t_ns``, in axis order. Forget those that have ended."""
+        """Return the warnings at ``t_ns`` in axis order. Discard warnings that have ended."""
         hold_ns = int(WARNING_HOLD_S * 1e9)
         self._warnings = {key: seen for key, seen in self._warnings.items() if t_ns - seen[0] <= hold_ns}
         return tuple(

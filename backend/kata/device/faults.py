@@ -1,7 +1,7 @@
-"""The fault table and its evaluation: one row for each fault, evaluated every cycle from that cycle's state alone.
+"""Defines and evaluates the fault table. Each row is one fault and is evaluated every cycle from that cycle's state alone.
 
-A fault is latched when its condition first holds, and is cleared when the condition no longer holds. Each row states
-how to stop, because torque off can itself do harm (the arm drops). Category 0 cuts torque in the same cycle. Category 1
+A fault is latched when its condition first holds, and is cleared after the condition no longer holds. Each row states
+how to stop, because switching torque off can also do harm: the arm drops. Category 0 cuts torque in the same cycle. Category 1
 ramps down, then cuts torque. Category 2 ramps down and holds the arm until the operator acknowledges.
 """
 
@@ -16,14 +16,13 @@ from kata.device.cycle_state import CycleState
 from kata.messages import Template
 
 MAX_OVERRUN_MS: Final = 250.0
-"""Limits how late a setpoint may be. After this time the arm has stopped, and the present setpoint is no longer near
-it.
+"""Maximum delay of a setpoint. After this time the arm has stopped, and the present setpoint is no longer near the arm.
 """
 _MAX_OVERTORQUE_MS: Final = 100.0
 _MAX_OVERACCELERATION_MS: Final = 30.0
 _MAX_JUMP_DEG: Final = 5.0
 MAX_FROZEN_SETPOINT_DEG: Final = 8.0
-"""Limits how far a setpoint may move before the drive reports a change of at least one encoder count."""
+"""Maximum distance that a setpoint may move without any change in the drive's reported position."""
 _MAX_SETPOINT_PERIODS: Final = 3
 _MAX_STATUS_AGE_MS: Final = 1000.0
 _MAX_RUN_ID_MISMATCHES: Final = 3
@@ -32,14 +31,14 @@ Key = tuple[str, int | None]
 """Fault code, and axis (0-4) or None."""
 
 Condition = Callable[[CycleState, StationConfig], Iterable[int | None]]
-"""Returns the axes (0-4) for which the fault holds; a single None for a fault without an axis; nothing if it does not
-hold.
+"""Returns the axes (0-4) for which the fault holds. A fault without an axis returns a single None. If the fault does not
+hold, the result is empty.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row of the table. The code of ``message`` is the fault's code. If the message has a parameter, it is the
+    """One row of the table. The code of ``message`` is the fault's code. The only parameter that the message may have is the
     motor number.
     """
 
@@ -113,7 +112,7 @@ def _contacts_disagree(state: CycleState, config: StationConfig) -> Iterable[Non
 def _position_limit(state: CycleState, config: StationConfig) -> Iterable[int]:
     if not state.torque_on:
         return ()
-    # The commanded limits already contain half of the tolerance.
+    # The commanded limits already include half of the tolerance.
     tolerance = config.limit_tolerance_deg / 2
     measured = zip(state.context.limits_deg, state.measured_deg, strict=True)
     return (n for n, ((low, high), angle) in enumerate(measured) if not low - tolerance <= angle <= high + tolerance)
@@ -173,7 +172,7 @@ def _journal_fault(state: CycleState, config: StationConfig) -> Iterable[None]:
 
 
 def _raised_by_an_act(state: CycleState, config: StationConfig) -> Iterable[None]:
-    """Return nothing: code raises this fault itself, by a command or before it sends a setpoint. It is cleared at once."""
+    """Return no axis, because the code raises this fault directly, for a command or before sending a setpoint."""
     return ()
 
 

@@ -1,8 +1,8 @@
-"""The link between control thread and service: commands in, telemetry and journals out.
+"""Connects control thread and service: receives commands, sends telemetry and reports finished journals.
 
 The control thread's methods never wait. The I/O thread moves small messages between the queues and the service's socket
-and does no long work: a Stop waits for nothing. Other threads write the journals (:mod:`kata.device.journal_set`) and
-wait for recordings to be checked (:mod:`kata.device.loader`).
+and does no long work, so that a Stop is processed at once. Other threads write the journals
+(:mod:`kata.device.journal_set`) and wait for recordings to be checked (:mod:`kata.device.loader`).
 """
 
 import logging
@@ -55,12 +55,12 @@ log = logging.getLogger(__name__)
 
 _POLL_S: Final = 0.01
 _RECEIVE_BYTES: Final = 1 << 18
-"""Limits how much is received before the other sources are served again."""
+"""Maximum number of bytes received before the other sources are served again."""
 _LARGE_READ_BYTES: Final = 1 << 16
 """A read of this size is part of a Load."""
 _PAUSE_AFTER_LARGE_READ_S: Final = 0.001
-"""Pause after a large read. It limits the processor time that a Load takes: the kernel thread that delivers the bus's
-bytes has no priority, and this thread has one. A Stop may wait for this pause.
+"""Pause after a large read. It limits the processor time of a Load, because this thread has real-time priority and the
+kernel thread that delivers the bus's bytes has none. A Stop may wait for this pause.
 """
 _MAX_QUEUED_SNAPSHOTS: Final = 20
 _MAX_QUEUED_COMMANDS: Final = 100
@@ -74,12 +74,12 @@ _ALREADY_LOADING: Final = Refusal.of(
 
 @dataclass(frozen=True)
 class QueuedCommand:
-    """A command for the state machine. Everything that can be checked outside the control thread has been checked."""
+    """A command for the state machine. All checks that can run outside the control thread have been made."""
 
     id: int
     command: Command
     trajectory: Trajectory | None = None
-    """Trajectory and correction belong to a Load."""
+    """Only a Load has a trajectory and a correction."""
     refusal: Refusal | None = None
     correction: Correction | None = None
     stop_requests: int = 0
@@ -87,12 +87,12 @@ class QueuedCommand:
 
 
 class Heartbeats(NamedTuple):
-    """What the heartbeats of the service have reported."""
+    """Number and content of the service's heartbeats."""
 
     received: int
     """Heartbeats received since the start."""
     expected_run_id: str | None
-    """The run or teaching that the last heartbeat named; "" for none, None if it did not say."""
+    """The run or teaching that the last heartbeat named. "" means none; None if the heartbeat had no such field."""
 
 
 @dataclass
@@ -103,13 +103,13 @@ class _Loading:
     stop_requests: int
     bytes_left: int = LONGEST_LOAD_BYTES
     complete: bool = False
-    """The loader has all parts and will return a result."""
+    """True if the loader has all parts and will return a result."""
     discarded: bool = False
-    """The Load has been answered; its result is ignored."""
+    """True if the Load has been answered already. The loader's result is then ignored."""
 
 
 class Loader(Protocol):
-    """Takes Loads and returns references: :class:`kata.device.loader.ReferenceLoader`."""
+    """Receives Loads and returns references: :class:`kata.device.loader.ReferenceLoader`."""
 
     def send(self, message: Request | LoadPart) -> None:
         """Pass on a Load or a part of it; never waits."""
@@ -123,8 +123,8 @@ class ServiceLink(Protocol):
 
     @property
     def stop_requests(self) -> int:
-        """Number of Stop commands received; it only grows. A Stop that :meth:`take_stop` has not returned yet is
-        counted already.
+        """Number of Stop commands received; it never decreases. It includes Stops that :meth:`take_stop` has not returned
+        yet.
         """
 
     @property
@@ -133,7 +133,7 @@ class ServiceLink(Protocol):
 
     @property
     def heartbeats(self) -> Heartbeats:
-        """Number of heartbeats received, and the run that the last one named."""
+        """Number of heartbeats received, and the run that the last heartbeat named."""
 
     @property
     def dropped(self) -> int:
@@ -141,18 +141,18 @@ class ServiceLink(Protocol):
 
     @property
     def journal_ok(self) -> bool:
-        """False if a journal could not be written."""
+        """False if a journal cannot be written."""
 
     def take_stop(self) -> StopCode | None:
-        """Return why to stop if a Stop arrived since the last cycle. It is a flag of its own: no command can be ahead
-        of it.
+        """Return the reason to stop if a Stop arrived since the last cycle, else None. A Stop does not use the command queue,
+        so no command is ahead of it.
         """
 
     def take_command(self) -> QueuedCommand | None:
-        """Return at most one command in each cycle."""
+        """Return the next command, or None. The loop calls this once in each cycle."""
 
     def service_age_ms(self, t_ns: int) -> float:
-        """Return the milliseconds since the last message of the service; infinite when it is gone."""
+        """Return the milliseconds since the last message of the service; infinity if the service is gone."""
 
     def reply(self, reply: Reply) -> None:
         """Answer a command."""
@@ -161,20 +161,20 @@ class ServiceLink(Protocol):
         """Send an event."""
 
     def publish_snapshot(self, snapshot: Snapshot) -> None:
-        """Send the present state. An unsent snapshot may be dropped for it."""
+        """Send the present state. If too many snapshots wait, the oldest is dropped."""
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        """Open a journal. It is written until it is finished."""
+        """Open a journal. The journal threads write it until it is finished."""
 
     def wake(self) -> None:
-        """Wake the other threads at the end of a cycle to send and write what the cycle has left."""
+        """Wake the other threads at the end of a cycle to send the cycle's messages and write its samples."""
 
 
 class SocketServiceLink:
     """The :class:`ServiceLink` of a device process: the queues and the threads that serve them."""
 
     def __init__(self, config: StationConfig, connection: socket.socket, journals: JournalSet, loader: Loader) -> None:
-        """``loader``: started by the caller, which makes it call :meth:`notify`."""
+        """Prepare the threads. ``loader``: the caller starts it and makes it call :meth:`notify`."""
         self._config = config
         self._socket = connection
         self._journal_set = journals
@@ -188,18 +188,18 @@ class SocketServiceLink:
         self._snapshots: deque[Snapshot] = deque()
         self._latest_snapshot: Snapshot | None = None
         self._replies: list[Reply] = []
-        """Replies of this cycle."""
+        """Replies of this cycle, which :meth:`wake` sends."""
         self._outbound_messages: deque[Reply | Event | JournalClosed] = deque()
         self._finished = threading.Event()
         self._woken = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
         self._receive_buffer = memoryview(bytearray(_RECEIVE_BYTES))
-        """Allocated once: with locked memory, a new buffer would be 64 pages that the kernel clears at once."""
+        """Allocated once. With locked memory the kernel would have to clear 64 pages at once for each new buffer."""
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
-        """The service is gone, or asked this process to end."""
+        """True if the service is gone or asked this process to end."""
         self.heartbeats: Heartbeats = Heartbeats(0, None)
-        """Number of heartbeats received, and the run that the last one named."""
+        """Number of heartbeats received, and the run that the last heartbeat named."""
         self.dropped = 0
         """Number of snapshots dropped because the service was slow."""
         self.stop_requests = 0
@@ -231,11 +231,11 @@ class SocketServiceLink:
     def take_command(self) -> QueuedCommand | None:
         """See :class:`ServiceLink`.
 
-        A Stop may arrive at any moment. The I/O thread first counts it, then queues it for :meth:`take_stop`, then
+        A Stop may arrive at any moment. The I/O thread first counts the Stop, then queues it for :meth:`take_stop`, then
         discards the queued commands. Later commands carry the new count. A command with an old count therefore arrived
-        before the Stop: this method discards it if it took the command just before the I/O thread could. A command with
-        the new count, while the Stop still waits, arrived after the Stop and must not run before it: it waits for the
-        next cycle, which takes the Stop first.
+        before the Stop, and this method took it just before the I/O thread could discard it: this method refuses it. A
+        command with the new count arrived after the Stop and must not run before it. While the Stop is still queued, this
+        method therefore leaves the command for the next cycle, which takes the Stop first.
         """
         try:
             taken = self._commands.popleft()
@@ -281,7 +281,8 @@ class SocketServiceLink:
     def wake(self) -> None:
         """See :class:`ServiceLink`.
 
-        Replies are sent now: after a reply the service may send a Load, which is checked against this cycle's snapshot.
+        Replies are sent only now, after the snapshot. After a reply the service may send a Load, which is checked
+        against this cycle's snapshot.
         """
         self._outbound_messages.extend(self._replies)
         self._replies.clear()
@@ -291,7 +292,7 @@ class SocketServiceLink:
     # -- called by the other threads ------------------------------------------------------------------------------
 
     def notify(self) -> None:
-        """Wake the I/O thread: the loader has a result."""
+        """Wake the I/O thread, because the loader has a result."""
         self._wake_io()
 
     def _wake_io(self) -> None:
@@ -301,7 +302,7 @@ class SocketServiceLink:
         self._outbound_messages.append(JournalClosed(path=str(journal)))
 
     def _close(self) -> None:
-        """End the control thread too: it must not run without this thread."""
+        """Tell the control thread to end, because it must not run without the other threads."""
         self.closing = True
 
     def _serve(self) -> None:
@@ -383,11 +384,11 @@ class SocketServiceLink:
             self._commands.append(QueuedCommand(request.id, request.command, stop_requests=self.stop_requests))
 
     def _stop(self, request_id: int, because: StopCode) -> None:
-        """Count, queue, discard, in this order: see :meth:`take_command`."""
+        """Count the Stop, queue it and discard the queued commands, in this order. :meth:`take_command` explains the order."""
         self.stop_requests += 1
         self._stops.append(because)
         while self._commands:
-            # The control thread may have just taken the last one.
+            # The control thread may have just taken the last command.
             with suppress(IndexError):
                 self._refuse(self._commands.popleft().id, STOPPED_MEANWHILE)
         self._discard_load(STOPPED_MEANWHILE)
@@ -399,7 +400,7 @@ class SocketServiceLink:
     # -- loading --------------------------------------------------------------------------------------------------
 
     def _begin_load(self, request: Request, load: Load) -> None:
-        """Refuse at once what can be refused at once. The control thread decides when the recording has been checked."""
+        """Refuse the Load if that is possible before the check, else send it to the loader. The control thread decides after the check."""
         refusal_in_mode = self._latest_snapshot.refusals.get("load") if self._latest_snapshot else None
         refusal = (
             refusal_in_mode or other_side(load.side, self._config.side) or (_ALREADY_LOADING if self._loading else None)
@@ -427,7 +428,7 @@ class SocketServiceLink:
             return
         self._refuse(loading.request.id, refusal)
         if loading.complete:
-            # The loader works on it until its result comes.
+            # The loader works on this Load until it returns a result.
             loading.discarded = True
         else:
             self._loading = None

@@ -1,8 +1,8 @@
-"""The open journals and the threads that move their records from the control thread's ring to the disk.
+"""Writes the open journals: two threads move their records from the control thread's ring to the disk.
 
-Two threads write and sync. Written data outlives the process, so writing must happen at once. A sync takes as long as
-the disk needs, and no write may wait for it. A disk may also delay a write: neither thread does anything else, and a
-Stop from the service uses neither.
+One thread writes, the other syncs. Written data survives the end of the process, so writing must happen at once. A sync takes
+as long as the disk needs, and no write may wait for it. A disk may also delay a write. The two threads therefore do nothing
+else, and a Stop from the service uses neither.
 """
 
 import logging
@@ -21,9 +21,7 @@ _SYNC_NS: Final = 50_000_000
 
 
 def next_sync_ns(began_ns: int, now_ns: int) -> int:
-    """Return when to sync next. A disk that takes up to 50 ms for a sync loses at most 100 ms of samples in a power
-    cut.
-    """
+    """Return the time of the next sync. If each sync takes up to 50 ms, a power cut loses at most 100 ms of samples."""
     return max(began_ns + _SYNC_NS, now_ns)
 
 
@@ -31,13 +29,13 @@ class JournalSet:
     """The open journals of one folder."""
 
     def __init__(self, folder: Path, files: JournalDisk | None = None) -> None:
-        """``files``: replaces the computer's disk."""
+        """Create the set without journals. ``files``: replaces the computer's disk in tests."""
         self._folder = folder
         self._files = files or JournalDisk()
         self._open: list[JournalWriter] = []
 
     def open(self, header: JournalHeader) -> JournalWriter:
-        """Open a journal until it is finished. The control thread calls this; it touches no file."""
+        """Open a journal until it is finished. The control thread calls this method, which touches no file."""
         writer = JournalWriter(self._folder, header, self._files)
         self._open.append(writer)
         return writer
@@ -48,7 +46,7 @@ class JournalSet:
         return not any(writer.failed for writer in self._open)
 
     def write(self) -> None:
-        """Write what the control thread has queued."""
+        """Write the records that the control thread has queued."""
         for writer in list(self._open):
             try:
                 writer.write()
@@ -81,7 +79,7 @@ class JournalThreads:
         """Prepare both threads.
 
         :param on_closed: called with each journal that is finished and on the disk.
-        :param on_end: called when a thread ends, for any reason.
+        :param on_end: called when either thread ends, for any reason.
         """
         self._journal_set = journal_set
         self._on_closed = on_closed

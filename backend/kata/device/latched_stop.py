@@ -1,4 +1,4 @@
-"""The latched stop: its causes, from the first until it is acknowledged."""
+"""Defines the latched stop and its causes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -9,14 +9,14 @@ from kata.device.messages import StopCause, StopState
 
 @dataclass
 class LatchedStop:
-    """A stop from its first cause until it is acknowledged. The first cause stays first; later causes are appended."""
+    """A stop from its first cause until it is acknowledged. The causes are in the order in which they occurred."""
 
     at_ns: int
     keys: list[Key] = field(default_factory=list)
     holding: frozenset[Key] = frozenset()
 
     def update(self, holding: Iterable[Key], raised: Iterable[Key]) -> list[StopCause]:
-        """Add the faults that hold now and the faults that code raised itself. Return the new causes."""
+        """Add the faults that hold now and the faults that the code raised directly. Return the new causes."""
         self.holding = frozenset(holding)
         new = [key for key in (*holding, *raised) if key not in self.keys]
         self.keys += new

@@ -1,20 +1,22 @@
-"""Histogram of how late cycles begin. Its bins widen with the latency, so it has a few hundred numbers for any load."""
+"""Histogram of the latency with which cycles begin. Its bins widen with the latency, so a few hundred bins are enough."""
 
 from bisect import bisect_left
 from itertools import accumulate
 from typing import Final
 
 _SHARES: Final = 32
-"""Bins in each octave: each is 3 % wide."""
+"""Number of bins in each octave. A bin's width is at most 3 % of its latency."""
 _UNIT_BITS: Final = 10
-"""Below 32 units of 1,024 ns a bin is one unit wide."""
+"""A unit has 2^10 ns. Below 32 units a bin is one unit wide."""
 _OCTAVES: Final = 16
-"""Covers up to two seconds. Later cycles are counted in the last bin; the maximum is recorded separately."""
+"""Number of octaves. They cover latencies up to two seconds. Larger ones are counted in the last bin.
+The maximum is recorded separately.
+"""
 _LAST: Final = (_OCTAVES + 1) * _SHARES - 1
 
 
 class LatencyHistogram:
-    """Adding takes a fraction of a microsecond, percentiles take some ten."""
+    """Counts latencies. Adding one takes less than 1 us, calculating the percentiles some 10 us."""
 
     def __init__(self) -> None:
         self._counts = [0] * (_LAST + 1)
@@ -30,8 +32,8 @@ class LatencyHistogram:
         self._counts[min(place, _LAST)] += 1
 
     def percentiles_ms(self, *percents: float) -> tuple[float, ...]:
-        """Return for each percentage the latency that this share of the cycles did not exceed, rounded up to the end of
-        a bin.
+        """Return for each percentage the latency that this share of the cycles did not exceed. The value is rounded up to the
+        end of a bin.
         """
         sums = list(accumulate(self._counts))
         return tuple(self._end_ns(bisect_left(sums, sums[-1] * percent / 100)) / 1e6 for percent in percents)

@@ -1,4 +1,4 @@
-"""Limits of one run for setpoints and measured angles; wider for an arm that starts outside them."""
+"""Limits setpoints and measured angles of one run. The limits are wider while an arm that starts outside approaches."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -8,27 +8,27 @@ from kata.motion.pose_gate import PoseGate
 from kata.motion.reach import POSE_ROUNDING_DEG
 
 SETTLE_S: Final = 1.0
-"""Time for the arm to come within the patient's limits after the approach's path has ended. After that the limits count
-in any case, and an arm outside them is a fault.
+"""Time that the arm has to come within the patient's limits after the approach's path has ended. Then the limits apply in any
+case, and an arm outside them is a fault.
 """
 _INSIDE_SHARE: Final = 0.25
-"""Share of the limit tolerance within which an arm counts as inside. It is half of the distance that is a fault, so
-that a drive's lag and noise are not a fault when the limits tighten.
+"""Share of the limit tolerance within which an arm counts as inside. It is half of the distance that is a fault, so that
+lag and noise of a drive do not cause a fault when the limits tighten.
 """
 
 
 class RunLimits:
-    """The tighter of mechanism and patient, for each motor and for the pose of the arm. During the approach they extend
-    to the arm and then only move inwards.
+    """The intersection of the mechanism's and the patient's limits, for each motor and for the pose of the arm. At the start of
+    the approach the limits are extended to include the arm. During the approach they only move inwards.
     """
 
     def __init__(self, mechanism_deg: Limits, patients_deg: Limits, tolerance_deg: float, gate: PoseGate) -> None:
-        """``patients_deg``: empty for none. ``tolerance_deg``: how far beyond the mechanism's range a measured angle
-        may be.
+        """Start with the tight limits. ``patients_deg``: empty for none. ``tolerance_deg``: distance beyond the mechanism's
+        range that a measured angle may have.
         """
         self._gate = gate
         self.beyond_deg = 0.0
-        """How far a setpoint may be beyond the limits of the pose: above 0 only while the limits are widened."""
+        """Distance that a setpoint may be beyond the limits of the pose. It is above 0 only while the limits are widened."""
         self.tight_deg = mechanism_deg
         if patients_deg:
             self.tight_deg = tuple(
@@ -41,7 +41,7 @@ class RunLimits:
 
     @property
     def widened(self) -> bool:
-        """True during the approach."""
+        """True while the limits are wider than the tight limits (during the approach)."""
         return self.now_deg is not self.tight_deg
 
     def widen(self, here_deg: Sequence[float]) -> None:
@@ -52,8 +52,8 @@ class RunLimits:
         self.beyond_deg = max(0.0, self._gate.beyond_deg(here_deg))
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
-        """Move widened limits inwards, to the setpoint or the measured angle, whichever is further out. They never
-        widen again.
+        """Move widened limits inwards: to the setpoint or the measured angle, whichever is farther outside. They never move
+        outwards.
         """
         places = zip(self.now_deg, self.tight_deg, setpoint_deg, measured_deg, strict=True)
         self.now_deg = tuple(
@@ -65,9 +65,9 @@ class RunLimits:
             self.beyond_deg = max(0.0, min(self.beyond_deg, further_deg))
 
     def settle(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float], dt_s: float) -> bool:
-        """Let ``dt_s`` pass at the end of the approach. Return True once the tight limits count.
+        """Advance the time after the approach by ``dt_s``. Return True once the tight limits apply.
 
-        They count when the setpoint is inside them, and the arm is inside or has had :data:`SETTLE_S`.
+        They apply when the setpoint is inside them and either the arm is inside or :data:`SETTLE_S` has passed.
         """
         self._settling_s += dt_s
         settled = self._settling_s >= SETTLE_S or self._inside(measured_deg, self._near_deg)

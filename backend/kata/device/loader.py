@@ -1,6 +1,6 @@
-"""Sends a Load to the reference builder and returns the result, in a thread that only waits.
+"""Sends a Load to the reference builder and returns the result. A separate thread waits for the builder.
 
-The I/O thread adds messages and takes results. It never waits for either.
+The I/O thread adds messages and takes results without waiting.
 """
 
 import logging
@@ -24,7 +24,7 @@ from kata.device.references import LARGEST_MESSAGE, Packed, Reference, unpack
 log = logging.getLogger(__name__)
 
 LIMIT_S: Final = 30.0
-"""Limits a builder that hangs. For 3.8 hours at 100 Hz it needs 6 s on two cores of a server."""
+"""Longest time that the builder may take for an answer. For 3.8 hours at 100 Hz it needs 6 s on two cores of a server."""
 _BUILDER: Final = (sys.executable, "-m", "kata.device.reference_builder")
 _ANSWER: Final = msgspec.msgpack.Decoder(Packed | Refusal)
 
@@ -38,7 +38,7 @@ Result = Reference | Refusal
 
 
 class ReferenceLoader:
-    """One builder process, restarted after the reference builder has ended, and the thread that talks to it. It handles one Load at a
+    """Owns one builder process, which it restarts if it has ended, and the thread that talks to it. It handles one Load at a
     time.
     """
 
@@ -46,19 +46,19 @@ class ReferenceLoader:
         """Start the builder. Call this before the process requests real-time scheduling.
 
         :param command: starts a builder; the descriptor of its socket is appended.
-        :param limit_s: limits how long the builder may take for an answer.
+        :param limit_s: longest time that the builder may take for an answer.
         """
         self._config = config
         self._command = command
         self._limit_s = limit_s
         self._builder: _Builder | None = _Builder(config, command, limit_s)
         self._loading: int | None = None
-        """Id of the Load whose parts go to the builder."""
+        """Id of the Load whose parts are sent to the builder."""
         self._messages: SimpleQueue[Request | LoadPart | None] = SimpleQueue()
         self._results: deque[tuple[int, Result]] = deque()
         self._newest: Result | None = None
-        """Holds a reference to the last result: the control thread must never be the one that frees the memory of an
-        hour of samples.
+        """Keeps a reference to the last result, so that the control thread is never the thread that frees the memory of an hour
+        of samples.
         """
         self._ending = False
         self._thread = threading.Thread(target=self._serve, name="loader", daemon=True)
@@ -70,7 +70,7 @@ class ReferenceLoader:
         self._thread.start()
 
     def finish(self) -> None:
-        """End thread and builder, whatever they are doing."""
+        """End the thread and kill the builder, even while they handle a Load."""
         self._ending = True
         self._messages.put(None)
         if builder := self._builder:
@@ -82,11 +82,11 @@ class ReferenceLoader:
     # -- called by the I/O thread ---------------------------------------------------------------------------------
 
     def send(self, message: Request | LoadPart) -> None:
-        """Pass on a Request with a Load, or a part of it; never waits. The last part leads to a result."""
+        """Pass on a Request with a Load, or a part of a Load; never waits. The last part produces a result."""
         self._messages.put(message)
 
     def results(self) -> Iterator[tuple[int, Result]]:
-        """Return the new results: request ids, each with its reference or refusal."""
+        """Yield each new result: the request id with its reference or refusal."""
         while self._results:
             yield self._results.popleft()
 
@@ -112,7 +112,7 @@ class ReferenceLoader:
             self._notify()
 
     def _pass_on(self, message: Request | LoadPart) -> Result | None:
-        """Send one message to the builder, and wait for the answer to the last part.
+        """Send one message to the builder. After the last part, wait for the answer and return it.
 
         :raises OSError: when the builder has ended or takes too long.
         """
@@ -130,7 +130,7 @@ class ReferenceLoader:
 
 
 class _Builder:
-    """A builder process and the socket to it."""
+    """A builder process and the socket that connects to it."""
 
     def __init__(self, config: StationConfig, command: Sequence[str], limit_s: float) -> None:
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)

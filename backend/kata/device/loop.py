@@ -1,5 +1,5 @@
-"""The control loop: wait for the deadline, read, evaluate faults, step, write, publish; poll the emergency stop halfway
-to the next cycle.
+"""Runs the control loop: wait for the deadline, read, evaluate faults, step, write, publish. Halfway to the next cycle it
+polls the emergency stop.
 
 Deadlines are absolute. A missed deadline is skipped and counted. The loop waits for no other thread: journal, commands
 and telemetry pass through queues to the I/O thread (:mod:`kata.device.ipc`).
@@ -48,7 +48,7 @@ class ControlLoop(LoopTelemetry):
         now_ns: Callable[[], int],
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """``now_ns`` and ``sleep`` are the clock, real or simulated. ``granted``: shown in the snapshots."""
+        """Prepare the loop. ``now_ns`` and ``sleep``: the clock, real or simulated. ``granted``: privileges shown in the snapshots."""
         super().__init__(config, bus, link, granted, first_stops=now_ns() // 1_000_000)
         self._now_ns = now_ns
         self._sleep = sleep
@@ -60,7 +60,8 @@ class ControlLoop(LoopTelemetry):
         self._try_configure_at_ns = 0
         self._deadline_ns = now_ns()
         self._deadline_void = False
-        """True after the port was opened or drives were configured. Both take many cycles; torque was not commanded on.
+        """True after the port was opened or drives were configured, until the next deadline is set from the clock. Both
+        actions take many cycles and happen only without commanded torque.
         """
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._polls_estop = max_cycle_hz(config) >= 2 * config.cycle_hz
@@ -68,7 +69,7 @@ class ControlLoop(LoopTelemetry):
         self._heartbeats_seen = 0
         self._run_id_mismatches = 0
         self._sent_deg: list[tuple[float, ...]] = []
-        """The last one or two setpoints since torque was switched on."""
+        """The last one or two checked setpoints since torque was switched on."""
 
     def run(self) -> None:
         """Run until the service is gone and every run and teaching has ended. Torque is off on return."""
@@ -80,8 +81,8 @@ class ControlLoop(LoopTelemetry):
             self._torque_off_on_exit()
 
     def tick(self) -> bool:
-        """Run one cycle at its deadline, poll the emergency stop halfway, and sleep until the next deadline. Returns as
-        :meth:`cycle`.
+        """Run one cycle at its deadline, poll the emergency stop halfway, and sleep until the next deadline. Return the same
+        value as :meth:`cycle`.
         """
         if not self._connected:
             self._open()
@@ -127,7 +128,7 @@ class ControlLoop(LoopTelemetry):
     def poll_estop(self) -> None:
         """Read the emergency stop halfway between two cycles. If it is open, switch torque off at once.
 
-        The next cycle latches the stop, as for every other fault.
+        The next cycle latches the stop, as it does for every fault.
         """
         if not (self._connected and self._machine.torque_on):
             return
@@ -141,7 +142,7 @@ class ControlLoop(LoopTelemetry):
             self._connection_lost(error)
 
     def _sleep_until(self, t_ns: int) -> bool:
-        """Return True if there was time left to sleep."""
+        """Sleep until ``t_ns``. Return True if there was time left to sleep."""
         left_ns = t_ns - self._now_ns()
         self._sleep(max(0, left_ns) / 1e9)
         return left_ns > 0
@@ -163,7 +164,7 @@ class ControlLoop(LoopTelemetry):
         )
 
     def _gate_setpoint(self, state: CycleState) -> None:
-        """Check every setpoint before it is sent, whichever mode computed it."""
+        """Check every setpoint before it is sent, regardless of the mode that computed it."""
         machine = self._machine
         if not machine.torque_on:
             self._sent_deg.clear()
@@ -183,7 +184,7 @@ class ControlLoop(LoopTelemetry):
         if self._now_ns() < self._try_open_at_ns:
             return
         self._deadline_void = True
-        # Automatic garbage collection is off (see :mod:`kata.system.realtime`); no cycle is due now.
+        # Automatic garbage collection is off (see :mod:`kata.system.realtime`). Collect now, while no cycle is due.
         gc.collect()
         try:
             self._bus.open()
@@ -195,7 +196,7 @@ class ControlLoop(LoopTelemetry):
         log.info("connected to %s", self._config.port)
 
     def _configure(self, state: CycleState) -> None:
-        """Configure the drives that have lost their settings, if every drive that answers reports no torque."""
+        """Configure the drives that have lost their settings, but only if every drive that answers reports no torque."""
         machine = self._machine
         answering = [n for n, age_ms in enumerate(state.drive_age_ms) if age_ms <= self._config.silence_ms]
         wanted = [n for n in answering if state.mismatch[n]]
@@ -218,7 +219,7 @@ class ControlLoop(LoopTelemetry):
         self._try_configure_at_ns = self._now_ns() + _RETRY_NS
 
     def _update_verified_since(self, state: CycleState) -> None:
-        """Update since when the connection and all settings have been unbroken."""
+        """Update the time since which the connection is unbroken and all settings are verified."""
         if not state.bus_ok or any(state.reset):
             self._verified_since_ns = None
         elif self._verified_since_ns is None and all(state.verified):
@@ -262,7 +263,7 @@ class ControlLoop(LoopTelemetry):
             if not machine.torque_on:
                 if machine.torque_inherited:
                     return
-                # Torque off is sent until each drive itself reports no torque.
+                # Send torque off until each drive itself reports no torque.
                 if torque_was_on or any(reported is not False for reported in state.torque_reported):
                     self._bus.torque_off()
             elif not torque_was_on:
@@ -290,8 +291,8 @@ class ControlLoop(LoopTelemetry):
             return
         refusal = taken.refusal
         if refusal is None and isinstance(taken.command, Guarded):
-            # The I/O thread counts a Stop before it queues a later command. A command whose sender did not know the
-            # newest Stop carries an older count.
+            # The I/O thread counts a Stop before it queues a later command. A command therefore has an older count if its
+            # sender did not know the newest Stop.
             refusal = out_of_date(taken.command, self._stops, state.t_ns)
         refusal = refusal or self._machine.command(taken.command, taken.trajectory, state, taken.correction)
         self._link.reply(Reply(id=taken.id, refusal=refusal))

@@ -1,4 +1,4 @@
-"""The telemetry of the control loop: its snapshots, and the counters in them."""
+"""Publishes the control loop's telemetry: its snapshots and the counters in them."""
 
 import math
 from typing import Final
@@ -18,12 +18,12 @@ SNAPSHOT_HZ: Final = 10
 
 
 class LoopTelemetry:
-    """Counts what the loop does, and publishes its snapshots to the service."""
+    """Counts cycles and errors of the loop, and publishes its snapshots to the service."""
 
     def __init__(
         self, config: StationConfig, bus: Bus, link: ServiceLink, granted: Granted, *, first_stops: int
     ) -> None:
-        """``first_stops``: start value of the stop counter."""
+        """Create the state machine and the counters. ``first_stops``: start value of the stop counter."""
         self._config = config
         self._bus = bus
         self._link = link
@@ -48,7 +48,7 @@ class LoopTelemetry:
         return self._first_stops + self._link.stop_requests + self._machine.stops_latched
 
     def _publish(self, state: CycleState) -> None:
-        """Publish ten snapshots a second, and one at once when an important value has changed."""
+        """Publish ten snapshots a second, and another one at once when an important value has changed."""
         machine = self._machine
         estop = self._estop(state)
         summary = (

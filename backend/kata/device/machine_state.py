@@ -1,4 +1,4 @@
-"""What the state machine controls: mode, torque, run and teaching of one apparatus, and the events about them."""
+"""Holds the state of the state machine: mode, torque, run and teaching of one apparatus. Emits the events about them."""
 
 import logging
 from collections.abc import Callable
@@ -60,17 +60,19 @@ _PHASES: Final[dict[Mode, int]] = {
 
 
 _POSE_TOLERANCE_DEG: Final = 0.1
-"""A setpoint that is held inside of the pose's limits may be so far beyond: where several of them meet."""
+"""Tolerance of the last pose check. A setpoint that is limited to the pose's limits may exceed them by this much where
+several limits meet.
+"""
 _MOTOR_4: Final = 3
-"""The axis that a fault of the pose names."""
+"""The axis that a fault about the pose reports."""
 
 
 class IllegalTransitionError(Exception):
-    """A defect: a step tried a transition that is not in the table."""
+    """A step tried a transition that is not in the table. This is a defect of the program."""
 
 
 class MachineState:
-    """Mode, torque, stop, run and teaching of one apparatus; :class:`kata.device.modes.StateMachine` changes them."""
+    """Mode, torque, stop, run and teaching of one apparatus. :class:`kata.device.modes.StateMachine` changes them."""
 
     def __init__(
         self,
@@ -91,24 +93,24 @@ class MachineState:
         self.stop: LatchedStop | None = None
         self.torque_on = False
         self.torque_inherited = True
-        """True while torque is neither commanded on nor off: a drive may have held an arm since before the port was
+        """True until torque is commanded on or off. During this time a drive may be holding an arm since before the port was
         opened.
         """
         self.drive_problem = ""
-        """Why a drive cannot be configured; empty if no problem is known."""
+        """The reason why a drive cannot be configured; empty if no problem is known."""
         self.stops_latched = 0
         """Number of latched stops."""
         self.setpoint_deg: tuple[float, ...]
-        """Without torque: the measured angles."""
+        """The setpoint of each axis. Without torque it equals the measured angles."""
         self.setpoint_t_ns: int
-        """When the setpoint was computed."""
+        """Time at which the setpoint was computed."""
         self._pending_faults: list[Key] = []
-        """Faults that a step detected itself; the next cycle latches them."""
+        """Faults that a step detected. The next cycle latches them."""
         self._period_s = 1.0 / config.cycle_hz
         self._cycles_on_path: int
-        """Cycles since torque was switched on, or since play began with the zero-order hold."""
+        """Cycles since torque was switched on. With the zero-order hold: cycles since play began."""
         self._mechanism_deg = config.mechanism_deg
-        # The gate's polynomials are made before the loop runs.
+        # Compute the gate's polynomials before the loop runs; they are cached.
         PoseGate(config.side, None, config.pose_tolerance_deg).beyond_deg((0.0,) * len(config.axes))
 
     def pedal(self, state: CycleState) -> PedalState:
@@ -141,13 +143,13 @@ class MachineState:
         return self._run.limits_deg if self._run else self._mechanism_deg
 
     def refused_pose(self) -> list[Key]:
-        """Return the fault if the setpoint's pose is beyond the run's limits: the last check before it is sent."""
+        """Return the fault if the setpoint's pose is beyond the run's limits. This is the last check before the setpoint is sent."""
         beyond_deg = self._run.pose_beyond_deg(self.setpoint_deg) if self._run else 0.0
         return [] if beyond_deg <= _POSE_TOLERANCE_DEG else [("setpoint_limit", _MOTOR_4)]
 
     @property
     def config(self) -> StationConfig:
-        """The station's configuration; during a run with the patient's speed limit."""
+        """The station's configuration. During a run it includes the patient's speed limit."""
         return self._run.config if self._run else self._config
 
     @property
@@ -158,7 +160,7 @@ class MachineState:
 
     @property
     def rate_hz(self) -> int:
-        """Setpoints a second."""
+        """Number of setpoints a second."""
         return self._run.rate_hz if self._run else self._config.rate_hz
 
     @property
@@ -168,7 +170,7 @@ class MachineState:
         return not any(writer.lost for writer in open_now if writer)
 
     def emit(self, code: str, message: str) -> None:
-        """Emit an event of the loop, numbered with all others."""
+        """Emit an event of the loop. Its number is in the same sequence as all other events."""
         self._emit(code, message)
 
     def _latch(self, state: CycleState) -> LatchedStop:
@@ -184,8 +186,8 @@ class MachineState:
         assert run.return_to_deg is not None
         speed_deg_s = run.config.approach_speed_deg_s
         if run.zero_order_hold:
-            # The paper's method moves to the start only when it plays; until then the arm is held within the patient's
-            # limits.
+            # The paper's method moves to the start only when it plays. Until then the approach holds the arm within the
+            # patient's limits.
             self._movement = run.movement_along(
                 approach.MinimumJerkMove(here, run.return_to_deg, speed_deg_s), direction=1
             )
@@ -211,7 +213,7 @@ class MachineState:
         self._enter("returning")
 
     def _phase(self, run: Run) -> int:
-        """Return the journal phase of a sample. Samples with a reduced range or while taken back have their own phases."""
+        """Return the journal phase of a sample. Playing with a reduced range and moving back from resistance have their own phases."""
         if self.mode == "playing" and run.resisting_axis is not None:
             return journal.PHASE_REVERSING
         if self.mode == "playing" and not run.range_override.is_full:

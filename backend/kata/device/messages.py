@@ -3,7 +3,8 @@
 To the device: a :class:`Request` with one command, answered by a :class:`Reply`; and heartbeats. From the device:
 :class:`Snapshot` (the newest complete state, may be skipped), :class:`Event` (numbered, never skipped) and
 :class:`JournalClosed`. A frame on the socket is a 4-byte little-endian length followed by MessagePack. All frames are
-small: the samples of a Load follow its Request as :class:`LoadPart`, and a Stop or a Heartbeat may go between them.
+small, so that a Stop or a Heartbeat can be sent between the frames of a Load: its samples follow its Request as
+:class:`LoadPart`.
 """
 
 import struct
@@ -18,26 +19,26 @@ from kata.motion.method import Method
 from kata.motion.reach import ArmLimits
 
 Mode = Literal["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"]
-"""offline: no bus, or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records. ready:
-a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque holds the
-arm on the path (also after the approach, at its start). playing. returning: slowly back to where the approach began;
-then torque off, the run has ended and the apparatus is idle. stopped: latched, torque off once the stop's ramp has
-ended.
+"""offline: no bus, or a drive is missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records. ready: a
+recording is loaded and checked, torque off. approaching: the arm moves slowly to the recording's start. paused: torque holds
+the arm on the path, also at its start after the approach. playing: the arm moves along the path. returning: the arm moves
+slowly to the place where the approach began; then torque is switched off, the run ends and the mode is idle. stopped: a stop
+is latched; torque is off once the stop's ramp has ended.
 """
 
 EstopState = Literal["closed", "pressed", "released", "unknown"]
-"""closed: contact closed, may move. pressed: contact open. released: closed again but not acknowledged. unknown: no
-reply from the input for longer than allowed, or none yet; counts as pressed.
+"""closed: the contact is closed, the arm may move. pressed: the contact is open. released: the contact is closed again, but
+the stop is not acknowledged. unknown: no reply from the input yet, or none for longer than allowed; this counts as pressed.
 """
 
 TorqueState = Literal["on", "off", "unknown"]
-"""The known torque state of a drive. off: the drive itself has reported it since torque was last switched and the port
-was opened. unknown: no recent report; the drive may hold the arm. For all drives together: on if one has torque, else
-unknown if one may have.
+"""The known torque state of a drive. off: the drive itself has reported no torque since torque was last switched and the port
+was opened. unknown: no recent report; the drive may be holding the arm. For all drives together: "on" if one drive has
+torque, else "unknown" if one drive may have torque.
 """
 
 PedalState = Literal["up", "down", "stuck", "unknown"]
-"""stuck: was down when teaching began and has not been up since; records nothing."""
+"""stuck: the pedal was down when teaching began and has not been up since, so nothing is recorded."""
 
 CommandName = Literal[
     "teach",
@@ -82,7 +83,7 @@ class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
     message: str
     next_step: str
     message_key: MessageKey | None = None
-    """Code and parameters of the sentence; None if it has no code."""
+    """Code and parameters of ``message``; None if it has no code."""
     next_step_key: MessageKey | None = None
 
     @classmethod
@@ -101,14 +102,14 @@ class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
 
 
 class _Guarded(_Message, frozen=True, kw_only=True):
-    """Base of every command that can start motion, release an arm or reset a stop. A Stop or the expiry voids it.
+    """Base of every command that can start motion, release an arm or reset a stop. A Stop or the expiry makes it invalid.
 
-    The defaults are refused: a sender without the stop counter can start nothing.
+    The defaults are refused, so that a sender that does not know the stop counter cannot start motion.
     """
 
     stops: int = -1
-    """:attr:`Snapshot.stops` as the sender last saw it. Another value is refused, because a stop has happened in
-    between.
+    """Value of :attr:`Snapshot.stops` in the newest snapshot that the sender has. The device refuses another value, because
+    a stop has happened since that snapshot.
     """
     expires_ns: int = 0
     """``time.monotonic_ns`` after which the command is refused. Service and device process read the same clock."""
@@ -119,19 +120,19 @@ class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
 
     teaching_id: str
     side: Side = CANONICAL_SIDE
-    """The patient's side: refused unless the apparatus is set up for it."""
+    """The patient's side. The command is refused unless the apparatus is set up for this side."""
 
 
 class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching"):
-    """End teaching; the journal is finished and handed over."""
+    """End teaching. The journal is finished and handed over to the service."""
 
 
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Check a recording against the limits and load it as a new run. From idle.
 
     ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. A Stop, Teach or
-    Unload that arrives during the check refuses the Load with ``stopped_meanwhile``; another Load during the check is
-    refused with ``busy``.
+    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. If a Stop, Teach or Unload
+    arrives during the check, the Load is refused with ``stopped_meanwhile``. A second Load during the check is itself
     """
 
     run_id: str
@@ -139,33 +140,33 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     times_s: bytes
     angles_deg: bytes
     side: Side = CANONICAL_SIDE
-    """The recording's side: refused unless the apparatus is set up for it."""
+    """The recording's side. The command is refused unless the apparatus is set up for this side."""
     load_level: int = LOAD_LEVELS
-    """The patient's level: from 1 (the lightest touch takes the arm back) to 25 (the motors' rated torque)."""
+    """The patient's level from 1 (light resistance makes the arm move back) to 25 (the motors' rated torque)."""
     limits_deg: tuple[tuple[float, float], ...] = ()
-    """Limits of the patient and the session: lowest and highest angle of each axis, or empty."""
+    """Limits of the patient and the session: lowest and highest angle of each axis. Empty: no limits."""
     arm_limits: ArmLimits | None = None
-    """A doctor's limits that belong to the pose and not to one motor; every setpoint is checked against them."""
+    """A doctor's limits for the pose of the arm, not for single motors. Every setpoint is checked against them."""
     method: Method = "smooth"
-    """How the recording is played. Setpoints and samples have the station's ``rate_hz``; 10 Hz with ``paper``."""
+    """The playback method. Setpoints and samples have the station's ``rate_hz``, but 10 Hz with ``paper``."""
     correction_deg: bytes = b""
-    """The correction learned for this recording on this station, for ``learned`` only: ``(m, 5)``, little-endian
-    float64 in C order, one row every ``correction_step_s`` from start to end. Empty: no correction yet, which plays as
+    """The correction learned for this recording on this station; only for ``learned``. ``(m, 5)``, little-endian float64 in C
+    order, one row every ``correction_step_s`` from start to end. Empty: no correction yet; the recording is played as with
     ``smooth``.
     """
     correction_step_s: float = 0.0
     repetition_s: float = 0.0
-    """Time on the recording after which the motion repeats; 0 if it is played once."""
+    """Period of the motion in the recording; 0 if the motion does not repeat."""
     max_speed_deg_s: float | None = None
-    """The patient's speed limit for every axis, also for approach and return; None: the station's limits alone."""
+    """The patient's speed limit for every axis, also for approach and return. None: only the station's limits apply."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
-    """Unload the recording: the run ends unplayed. From ready."""
+    """Unload the recording. The run ends without being played. From ready."""
 
 
 class Approach(_Guarded, frozen=True, kw_only=True, tag="approach"):
-    """Torque on, slowly to the recording's start, hold there (paused at 0 s). From ready."""
+    """Switch torque on, move slowly to the recording's start and hold there (paused at 0 s). From ready."""
 
 
 class Play(_Guarded, frozen=True, kw_only=True, tag="play"):
@@ -177,13 +178,13 @@ class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
 
 
 class Less(_Message, frozen=True, kw_only=True, tag="less"):
-    """Reduce the range by one step, towards rest; it recovers slowly. From playing, and from paused for the next
+    """Reduce the range by one step, towards rest. The range recovers slowly. From playing; from paused it applies to the next
     play.
     """
 
 
 class Return(_Guarded, frozen=True, kw_only=True, tag="return"):
-    """Return slowly to where the approach began, then torque off: the run ends. From paused."""
+    """Move slowly to the place where the approach began, then switch torque off and end the run. From paused."""
 
 
 StopCode = Literal["operator_stop", "browser_lost"]
@@ -191,17 +192,17 @@ StopCode = Literal["operator_stop", "browser_lost"]
 
 
 class Stop(_Message, frozen=True, kw_only=True, tag="stop"):
-    """Controlled stop: ramp down, torque off, latch. Always accepted; overtakes every queue."""
+    """Controlled stop: ramp down, switch torque off, latch. It is always accepted and overtakes every queued command."""
 
     because: StopCode = "operator_stop"
 
 
 class ReleaseTorque(_Guarded, frozen=True, kw_only=True, tag="release_torque"):
-    """Switch off the torque that the drives had when the port was opened; the operator supports the arm. From stopped."""
+    """Switch off the torque that the drives had when the port was opened. The operator must support the arm. From stopped."""
 
 
 class Acknowledge(_Guarded, frozen=True, kw_only=True, tag="acknowledge"):
-    """Reset a stop, after its causes have cleared. Never starts motion."""
+    """Reset a stop after its causes have cleared. This never starts motion."""
 
 
 Guarded = Approach | Play | Return | ReleaseTorque | Acknowledge
@@ -224,7 +225,7 @@ Command = (
 
 
 def stamped(command: Command, stops: int, expires_ns: int) -> Command:
-    """Return a guarded command with its sender's stop counter and its expiry; other commands unchanged."""
+    """Return a guarded command with the sender's stop counter and an expiry. Return other commands unchanged."""
     if isinstance(command, Guarded):
         return msgspec.structs.replace(command, stops=stops, expires_ns=expires_ns)
     return command
@@ -239,13 +240,11 @@ class Request(_Message, frozen=True, kw_only=True, tag="request"):
 
 SampleField = Literal["times_s", "angles_deg", "correction_deg"]
 SAMPLE_FIELDS: Final[tuple[SampleField, ...]] = get_args(SampleField)
-"""The fields of a Load that are empty in its Request on the socket; parts carry their data."""
+"""The fields of a Load that are empty in its Request on the socket. :class:`LoadPart` messages carry their data."""
 
 
 class LoadPart(_Message, frozen=True, kw_only=True, tag="load_part"):
-    """A piece of one of the :data:`SAMPLE_FIELDS` of the Load with this request id; the pieces of a field arrive in
-    order.
-    """
+    """A piece of one of the :data:`SAMPLE_FIELDS` of the Load with this request id. The pieces of a field arrive in order."""
 
     id: int
     field: SampleField
@@ -255,24 +254,24 @@ class LoadPart(_Message, frozen=True, kw_only=True, tag="load_part"):
 
 
 class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
-    """The service is alive. Sent at least every 50 ms."""
+    """Shows that the service is alive. The service sends one at least every 50 ms."""
 
     run_id: str | None = None
-    """The run or teaching that the service expects, "" for none; None says nothing."""
+    """The run or teaching that the service expects. "" means none; None means no statement."""
 
 
 # -- telemetry ----------------------------------------------------------------------------------------------------
 
 
 class Reply(_Message, frozen=True, kw_only=True, tag="reply"):
-    """Accepted, or refused."""
+    """The answer to a command. ``refusal`` is None if the command was accepted."""
 
     id: int
     refusal: Refusal | None = None
 
 
 class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
-    """One axis. ``setpoint_deg`` equals the measured angle until torque is on; None while the drive never answered."""
+    """One axis. ``setpoint_deg`` equals the measured angle until torque is on; None if the drive has never answered."""
 
     motor: int
     setpoint_deg: float | None
@@ -281,15 +280,15 @@ class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
     torque_nm: float
     torque: TorqueState
     age_ms: float | None
-    """Time since the drive last answered; None if it never has."""
+    """Time since the drive last answered; None if it has never answered."""
     voltage_v: float | None = None
-    """Supply voltage; None: unknown, or not reported."""
+    """Supply voltage; None if unknown or not reported."""
     temperature_c: float | None = None
-    """Of the drive, in degrees Celsius; None: unknown, or not reported."""
+    """Temperature of the drive in degrees Celsius; None if unknown or not reported."""
 
 
 class DriveWarning(_Message, frozen=True, kw_only=True, tag="drive_warning"):
-    """A drive is near one of its own limits. It is not a stop."""
+    """A drive is near one of its own limits. The warning does not stop the apparatus."""
 
     code: str
     motor: int
@@ -308,17 +307,17 @@ class StopCause(_Message, frozen=True, kw_only=True, tag="cause"):
     next_step: str
     axis: int | None = None
     cleared: bool
-    """The condition no longer holds; a stop can be acknowledged when every cause is cleared."""
+    """True if the condition no longer holds. A stop can be acknowledged when every cause is cleared."""
     message_key: MessageKey | None = None
     next_step_key: MessageKey | None = None
 
 
 class StopState(_Message, frozen=True, kw_only=True, tag="stop_state"):
-    """The latched stop: the first cause stays first, later ones are appended."""
+    """The latched stop. Its causes are in the order in which they occurred."""
 
     causes: tuple[StopCause, ...]
     at_ns: int
-    """time.monotonic_ns of the device when the stop began."""
+    """``time.monotonic_ns`` of the device at the beginning of the stop."""
 
 
 class RunState(_Message, frozen=True, kw_only=True, tag="run"):
@@ -329,15 +328,15 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     position_s: float
     duration_s: float
     left_s: float
-    """Time left of the present movement: of the approach while approaching, of the path otherwise."""
+    """Remaining time of the present movement: of the approach while approaching, else of the path."""
     at_start: bool
     load_level: int
     reversals: int
-    """Number of times that the arm met resistance and was taken back."""
+    """Number of times that the arm met resistance and moved back."""
     reversing: bool
-    """True while the arm is taken back or waits there."""
+    """True while the arm moves back from resistance or waits there."""
     range_percent: float
-    """Share of the range that is played: below 100 after a request to reduce the range."""
+    """Share of the range that is played. It is below 100 after a request to reduce the range."""
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
@@ -358,20 +357,20 @@ class LoopState(_Message, frozen=True, kw_only=True, tag="loop"):
     rate_hz: int
     cycles: int
     overruns: int
-    """Cycles that were skipped because the one before ended late."""
+    """Number of cycles that were skipped because the cycle before ended late."""
     lateness_p50_ms: float
-    """Percentile of how late cycles began."""
+    """Percentiles and maximum of the latency with which cycles began."""
     lateness_p99_ms: float
     lateness_p999_ms: float
     lateness_max_ms: float
     bus_errors: int
     drive_errors: tuple[int, ...]
-    """For each axis: cycles in which its drive was polled and sent no valid answer."""
+    """Number of cycles, for each axis, in which its drive was polled and sent no valid answer."""
     telemetry_dropped: int
     real_time: bool
-    """SCHED_FIFO was granted."""
+    """True if SCHED_FIFO was granted."""
     memory_locked: bool
-    """No page of the process can be moved to a disk."""
+    """True if no page of the process can be swapped to a disk."""
 
 
 class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
@@ -380,12 +379,12 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
     t_ns: int
     mode: Mode
     torque: TorqueState
-    """Of all drives together."""
+    """Torque state of all drives together."""
     stops: int
-    """Number of stops: each Stop command and each latched stop counts one. Guarded commands carry it."""
+    """Number of stops. Each Stop command and each latched stop adds one. Guarded commands carry this number."""
     verified_since_ns: int | None
-    """``time.monotonic_ns`` since which the port has been open and every drive has had its configuration without a
-    break; None otherwise. An emergency stop test from before no longer counts.
+    """``time.monotonic_ns`` since which the port has been open and every drive has had its verified configuration, without
+    interruption; else None. An emergency stop test from before this time does not count.
     """
     estop: EstopState
     pedal: PedalState
@@ -394,14 +393,14 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
     run: RunState | None
     teaching: TeachingState | None
     refusals: dict[CommandName, Refusal]
-    """The reason for each command that is refused now; a command that is absent is allowed."""
+    """The refusal of each command that is refused now. Absent commands are allowed."""
     loop: LoopState
     warnings: tuple[DriveWarning, ...] = ()
-    """In axis order."""
+    """Present warnings, in axis order."""
 
 
 class Event(_Message, frozen=True, kw_only=True, tag="event"):
-    """Something that happened; numbered without gaps from 1 since the device process started."""
+    """An event. Events are numbered from 1 without gaps since the device process started."""
 
     number: int
     t_ns: int
@@ -425,11 +424,11 @@ FromDevice = Reply | Snapshot | Event | JournalClosed
 
 _LENGTH: Final = struct.Struct("<I")
 _LONGEST: Final = 1024 * 1024
-"""Limits how long a damaged length makes the receiver wait. The longest message is a part of a Load."""
+"""Maximum frame length. It limits how long the receiver waits after a damaged length. The longest message is a part of a Load."""
 _PART_BYTES: Final = 64 * 1024
-"""Limits how long a Stop waits behind a part of a Load: well under a millisecond."""
+"""Maximum size of a part of a Load. It limits the time that a Stop waits for such a part to less than 1 ms."""
 LONGEST_LOAD_BYTES: Final = 64 * 1024 * 1024
-"""Limits the memory that one Load takes: 3.8 hours at 100 Hz (48 bytes a sample)."""
+"""Maximum size of one Load, to limit its memory: 3.8 hours at 100 Hz (48 bytes a sample)."""
 
 
 def frame(message: ToDevice | FromDevice) -> bytes:
@@ -438,7 +437,7 @@ def frame(message: ToDevice | FromDevice) -> bytes:
 
 
 def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
-    """Yield a message as small frames. Only a Load has more than one; other messages may be sent between them."""
+    """Yield a message as small frames. Only a Load has more than one frame. Other messages may be sent between its frames."""
     if isinstance(message, Request) and isinstance(message.command, Load):
         yield from map(_framed, parts_of(message.id, message.command))
     else:
@@ -446,7 +445,7 @@ def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
 
 
 def parts_of(number: int, load: Load) -> Iterator[Request | LoadPart]:
-    """Split a Load: yield its Request without samples, then the parts. ``number``: the request's id."""
+    """Split a Load: yield its Request without samples, then its parts. ``number``: the request's id."""
     yield Request(id=number, command=msgspec.structs.replace(load, **dict.fromkeys(SAMPLE_FIELDS, b"")))
     for field in SAMPLE_FIELDS:
         data = getattr(load, field)
@@ -456,7 +455,7 @@ def parts_of(number: int, load: Load) -> Iterator[Request | LoadPart]:
 
 
 def frames(incoming: bytearray) -> Iterator[bytes]:
-    """Yield the complete messages and remove them from the received bytes.
+    """Yield each complete message in ``incoming`` and remove it from there.
 
     :raises ValueError: when the bytes cannot be a message.
     """

@@ -1,4 +1,4 @@
-"""Tracks which blocks of configured registers have been verified on each drive, and selects the next block to read."""
+"""Records which blocks of configured registers have been verified on each drive, and selects the next block to read."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 from typing import Final
 
 _MISSES_BEFORE_REREAD: Final = 3
-"""A busy computer loses an answer now and then; no drive is exchanged or restarted within two cycles."""
+"""Consecutive misses after which a drive is read again. A busy computer may lose one or two answers, and a drive cannot be
+exchanged or restarted within two cycles.
+"""
 _READ_ATTEMPTS: Final = 3
-"""Limits the attempts to read a block whose answer is missing. A round has a fifth of its time to spare for them."""
+"""Maximum number of attempts to read a block whose answer is missing. A round reserves a fifth of its time for repeats."""
 ROUND_S: Final = 2.0
-"""Every configured register of every drive is read at least this often."""
+"""Longest time between two reads of the same register: each round reads every configured register of every drive."""
 
 
 @dataclass
@@ -18,22 +20,22 @@ class _Drive:
     """The verification state of one drive."""
 
     unread: set[int]
-    """Blocks that have not been read since the drive was configured or reappeared."""
+    """Blocks not yet read since the drive was configured or answered again."""
     misses: int = 0
     """Consecutive missing answers."""
     mismatches: dict[int, Sequence[str]] = field(default_factory=dict)
-    """By block: the names of the registers with another value."""
+    """Names of the registers with an unexpected value, by block."""
 
 
 def cycles_between_reads(reads: int, cycle_hz: int) -> int:
-    """Return the cycles from one read of the rotation to the next: a little fewer than the round allows, because missing
-    answers are requested again. ``reads``: of a whole round.
+    """Return the number of cycles between two reads of the rotation, for ``reads`` reads in a round. The reads use only 80 % of
+    the round, because missing answers are requested again.
     """
     return max(1, math.floor(0.8 * ROUND_S * cycle_hz / max(reads, 1)))
 
 
 class Verification:
-    """Tracks ``drives`` times ``blocks`` reads. The first blocks come with a drive's status, the others in a rotation."""
+    """Schedules and records the reads of each drive's blocks. The first blocks are read with a drive's status, the others in rotation."""
 
     def __init__(
         self,
@@ -46,9 +48,9 @@ class Verification:
     ) -> None:
         """Prepare the rotation.
 
-        :param blocks: those with the status included.
-        :param cycle_hz: how often :meth:`next_read` is called a second, at most.
-        :param urgent: drive and block that are read first while unread; the others take turns with them.
+        :param blocks: number of blocks of each drive, including those that come with a status.
+        :param cycle_hz: maximum number of calls of :meth:`next_read` a second.
+        :param urgent: drive and block that are read in every second read while they are unread.
         :param with_status: number of blocks that come with a status.
         """
         self._urgent = urgent
@@ -65,20 +67,20 @@ class Verification:
         self._next = 0
         """Index in the rotation of the next read."""
         self._tries = 0
-        """Attempts at that read."""
+        """Attempts made so far at the next read of the rotation."""
         self._unread_next = 0
 
     def forget(self, drive: int) -> None:
-        """Read the whole drive again: it may be another drive, or it has been configured."""
+        """Mark all blocks of a drive as unread, because the drive may have been exchanged or was configured."""
         known = self._drives[drive]
         known.unread = set(range(self._blocks))
         known.mismatches.clear()
 
     def heard(self, drive: int, *, answered: bool) -> None:
-        """Record whether the drive answered in this cycle. After some misses it may come back with other settings: read
-        it all again.
+        """Record whether the drive answered in this cycle. After several misses mark all its blocks as unread, because the drive
+        may return with other settings.
 
-        A known mismatch stays until the block is read.
+        A known mismatch remains until the block is read.
         """
         known = self._drives[drive]
         known.misses = 0 if answered else known.misses + 1
@@ -86,11 +88,11 @@ class Verification:
             known.unread = set(range(self._blocks))
 
     def next_read(self, *, replaces_status: bool = True) -> tuple[int, int] | None:
-        """Return drive and block to read in this cycle; None for a status, at least every other cycle if the read
-        replaces one.
+        """Return drive and block to read in this cycle, or None. If the read replaces a status read, at least every other call
+        returns None.
 
-        Unread blocks are read in turn: a block that is never answered does not delay the others. The rotation continues
-        meanwhile and repeats a read that was not answered.
+        Unread blocks are read in turn, so that a block without an answer does not delay the others. Meanwhile the rotation
+        continues. It repeats a read that was not answered.
         """
         self._cycle += 1
         due = None
@@ -127,7 +129,7 @@ class Verification:
         return None
 
     def found(self, drive: int, block: int, mismatches: Sequence[str]) -> None:
-        """Record a block that was read. ``mismatches``: names of the registers in it with another value than configured."""
+        """Record that a block was read. ``mismatches``: names of its registers whose value differs from the configuration."""
         known = self._drives[drive]
         known.unread.discard(block)
         if self._rotation and (drive, block) == self._rotation[self._next]:
@@ -138,15 +140,15 @@ class Verification:
             known.mismatches.pop(block, None)
 
     def mismatch(self, drive: int) -> str:
-        """Return the name of a register with another value than configured; empty if none is known."""
+        """Return the name of a register whose value differs from the configuration; empty if none is known."""
         return next((names[0] for names in self._drives[drive].mismatches.values()), "")
 
     def registers_match(self, drive: int, block: int, names: Collection[str]) -> bool:
-        """Return True if the block has been read and the named registers in it have their values. Others may differ."""
+        """Return True if the block has been read and its named registers have their configured values. Other registers may differ."""
         known = self._drives[drive]
         return block not in known.unread and not any(name in names for name in known.mismatches.get(block, ()))
 
     def verified(self, drive: int) -> bool:
-        """Return True if every block has been read and every register has its value."""
+        """Return True if every block has been read and every register has its configured value."""
         known = self._drives[drive]
         return not known.unread and not known.mismatches

@@ -1,4 +1,4 @@
-"""The lock on a folder of journals."""
+"""Locks a folder of journals."""
 
 import fcntl
 import os
@@ -17,9 +17,9 @@ class FolderInUseError(Exception):
 
 @contextmanager
 def claimed(folder: Path, within_s: float) -> Iterator[None]:
-    """Lock the folder: a journal is imported only when no process writes it, and only one device process may run.
+    """Lock the folder, so that only one device process runs and a journal is imported only when no process writes it.
 
-    The lock ends with the process. A device process that has lost its service holds it until its last journal is
+    The lock ends with the process. A device process that has lost its service holds the lock until its last journal is
     complete.
 
     :raises FolderInUseError: when another process still holds the lock after ``within_s``.

@@ -1,9 +1,9 @@
-"""The journal of a teaching or a run: its samples, on disk before any other program has them.
+"""Defines the file format of a journal: the samples of a teaching or a run, on disk before any other program has them.
 
-Each journal is one file: a header line of JSON, then records of type, length, payload and CRC-32. The file is valid at
-any length: every record before the first cut or damaged one is good. The CRC includes the header, so a disk block of an
-older journal that reappears after a power cut is detected as damaged. The control thread appends to a ring in memory;
-other threads write and sync (:mod:`kata.device.journal_set`). The service reads finished files into the database.
+Each journal is one file: a header line of JSON, then records of type, length, payload and CRC-32. A file that was cut or
+damaged is valid up to its first bad record. The CRC includes the header, so that a disk block of an older journal that
+reappears after a power cut is detected as damaged. The control thread appends to a ring in memory. Other threads write and
+sync (:mod:`kata.device.journal_set`). The service reads finished files into the database.
 """
 
 import struct
@@ -67,21 +67,21 @@ class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format
 
     kind: Literal["teaching", "run"]
     id: str
-    """teaching_id or run_id."""
+    """The teaching_id or the run_id."""
     recording_id: str | None
     station: str
     rate_hz: int
     started_at: datetime
-    """UTC, from the station's wall clock."""
+    """Start time in UTC, from the station's wall clock."""
     started_ns: int
     """The same moment on the monotonic clock that the samples use."""
 
 
 class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
-    """Last record: why the journal ended. A journal without it ended with its process."""
+    """Last record: the reason why the journal ended. If it is missing, the process ended before the journal."""
 
     reason: Literal["finished", "completed", "returned", "stopped", "unloaded"]
     cause_code: str | None = None
     cause_message: str | None = None
     cause_key: MessageKey | None = None
-    """Code and parameters of the message."""
+    """Code and parameters of ``cause_message``."""

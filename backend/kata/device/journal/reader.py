@@ -27,8 +27,8 @@ from kata.motion.measured import Repetition
 
 @dataclass(frozen=True)
 class Journal:
-    """One journal as read from disk, with ``n`` samples. A teaching has samples while the pedal was down, a run while
-    torque was on.
+    """One journal as read from disk, with ``n`` samples. A teaching has samples from the times when the pedal was down; a
+    run has samples from the times when torque was on.
     """
 
     kind: Literal["teaching", "run"]
@@ -39,17 +39,17 @@ class Journal:
     started_at: datetime
     started_ns: int
     t_ns: NDArray[np.int64]
-    """(n,) when the drives answered, on the device's monotonic clock."""
+    """(n,) time at which the drives answered, on the device's monotonic clock."""
     take: NDArray[np.uint32]
-    """(n,) number of the take, from 1: from a press of the pedal to its release."""
+    """(n,) number of the take, from 1. A take lasts from a press of the pedal to its release."""
     phase: NDArray[np.uint8]
     """(n,) PHASE_*; 0 in teaching."""
     path_s: NDArray[np.float64]
-    """(n,) place on the recording's clock; NaN where there is none."""
+    """(n,) place on the recording's clock; NaN if the sample has no such place."""
     setpoint_deg: NDArray[np.float32]
     measured_deg: NDArray[np.float32]
     torque_nm: NDArray[np.float32]
-    """(n, 5) each, axis order."""
+    """Setpoint, measured angle and torque: each (n, 5) in axis order."""
     end: JournalEnd | None
     truncated: bool
     """True if cut or damaged data followed the last good record."""
@@ -68,7 +68,7 @@ class Journal:
 def read(path: Path) -> Journal:
     """Read a journal up to the first cut or damaged record.
 
-    :raises JournalError: when its header is not a journal header.
+    :raises JournalError: when the file does not begin with a journal header.
     :raises OSError: when the file cannot be read.
     """
     return parse(path.read_bytes(), path.name)
@@ -77,7 +77,7 @@ def read(path: Path) -> Journal:
 def parse(data: bytes, name: str) -> Journal:
     """Parse a journal's bytes; see :func:`read`.
 
-    :raises JournalError: when its header is not a journal header.
+    :raises JournalError: when the bytes do not begin with a journal header.
     """
     line, newline, body = data.partition(b"\n")
     if not newline:
@@ -125,9 +125,9 @@ def synthetic_journal(
     torque_nm: NDArray[np.floating],
     end: JournalEnd,
 ) -> Journal:
-    """Return a journal of a known motion without a device: one take, or one run that only plays.
+    """Return a journal of a known motion, made without a device. It is one take or one run that only plays.
 
-    ``times_s``: (n,), from 0, and also the place on the recording's clock; the other arrays are (n, 5), axis order.
+    ``times_s``: (n,) from 0; it is used as the place on the recording's clock too. The other arrays are (n, 5) in axis order.
     """
     count = len(times_s)
     return Journal(

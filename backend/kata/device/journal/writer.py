@@ -23,18 +23,18 @@ from kata.device.journal.format import (
 from kata.system.sync import sync_folder
 
 _RING_RECORDS: Final = 6000
-"""A minute at 100 Hz: longer than any disk may delay a write."""
+"""Capacity of the ring in records: a minute at 100 Hz, which is longer than a disk should delay a write."""
 
 
 class JournalDisk:
     """File operations of a journal. Tests replace them with a disk whose power they can cut after any call."""
 
     def create(self, path: Path) -> int:
-        """Create a file and open it for appending."""
+        """Create a file and open it for appending. Return its descriptor."""
         return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
 
     def write(self, file: int, data: bytearray) -> int:
-        """Append as much of the data as fits. Return the number of bytes written."""
+        """Append the data, or a part of it. Return the number of bytes written."""
         return os.write(file, data)
 
     def sync(self, file: int) -> None:
@@ -42,7 +42,7 @@ class JournalDisk:
         os.fdatasync(file)
 
     def sync_folder(self, folder: Path) -> None:
-        """Wait until the names in the folder survive a power cut."""
+        """Wait until the file names in the folder survive a power cut."""
         sync_folder(folder)
 
     def close(self, file: int) -> None:
@@ -51,10 +51,10 @@ class JournalDisk:
 
 
 class JournalWriter:
-    """Appends to one journal. Three threads use it, each calls one or two methods, and none waits for another.
+    """Appends to one journal. Three threads use it; each calls one or two methods, and none waits for another.
 
-    ``append_sample`` and ``finish`` touch no file. ``write`` fills the page cache, which outlives the process. ``sync``
-    waits for the disk, which outlives a power cut.
+    ``append_sample`` and ``finish`` touch no file. ``write`` writes to the page cache, which survives the end of the process.
+    ``sync`` waits until the data is on the disk, where it survives a power cut.
     """
 
     def __init__(self, folder: Path, header: JournalHeader, files: JournalDisk) -> None:
@@ -63,7 +63,7 @@ class JournalWriter:
         self.lost = 0
         """Samples lost because the ring was full. A lost sample is a fault."""
         self.failed = False
-        """True if the disk has ever refused an operation. The kernel reports a failed sync only once."""
+        """True if the disk has ever refused an operation. It stays True, because the kernel reports a failed sync only once."""
         line = msgspec.json.encode(header) + b"\n"
         self._seed = zlib.crc32(line)
         self._ring: deque[bytes] = deque([line])

@@ -173,6 +173,5 @@ def nearest_turn(axis: Axis, position: int) -> int:
     After power-up a drive knows its position within one turn only: 185 deg reads as -175 deg. The result is unique for a range
     below 360 deg.
     """
-    """
     middle = zero_count(axis) + axis.direction * (axis.min_deg + axis.max_deg) / 2 / DEG_PER_COUNT
     return COUNTS_PER_TURN * round((middle - position) / COUNTS_PER_TURN)
