@@ -1,7 +1,7 @@
-"""The modes of the apparatus: which commands each mode allows, and one step for each mode.
+"""Implements the modes of the apparatus: the refusals in each mode, the execution of commands, and one step for each mode.
 
-The state machine knows neither bus nor clock. Each cycle it gets the state, the faults that hold and at most one
-command, and sets what the drives must do.
+The state machine uses neither bus nor clock. In each cycle it receives the state, the faults that hold and at most one
+command, and sets the commands for the drives.
 """
 
 import logging
@@ -69,10 +69,10 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
 }
 
 _SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
-"""These may hold when the apparatus is switched on; everything else is known then."""
+"""Faults that may hold when the apparatus leaves the mode offline. No other fault may hold then."""
 
 _MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
-"""Limits the ramp of a category 1 stop. After this time the torque is cut even if the arm still moves."""
+"""Longest ramp of a category 1 stop. After this time torque is cut even if the arm still moves."""
 
 
 class StateMachine(MachineState):
@@ -84,7 +84,7 @@ class StateMachine(MachineState):
     # -- one cycle ------------------------------------------------------------------------------------------------
 
     def step(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
-        """Run one cycle: first the faults, then the step of the mode."""
+        """Run one cycle: evaluate the faults, then run the step of the mode."""
         self._t_ns = state.t_ns
         self._update_torque_inherited(state)
         if not self.torque_on:
@@ -96,8 +96,8 @@ class StateMachine(MachineState):
         self._STEPS[self.mode](self, state)
 
     def _update_torque_inherited(self, state: CycleState) -> None:
-        """After a loss of the port, leave torque as it is until every drive reports no torque or the emergency stop is
-        pressed.
+        """Update whether torque is inherited. After a loss of the port, torque is left unchanged until every drive reports no
+        torque or the emergency stop is pressed.
         """
         if not state.bus_ok:
             self.torque_inherited = True
@@ -105,11 +105,11 @@ class StateMachine(MachineState):
             self.torque_inherited = False
 
     def _leave_offline(self, state: CycleState, holding: list[Key]) -> None:
-        """Enter idle when everything has been read and is good (the emergency stop may be pressed, it stops at once),
-        or when a drive holds an arm.
+        """Enter idle when everything has been read and no fault holds, or when a drive holds an arm. The emergency stop may be
+        pressed or its contacts may disagree: these faults cause a stop in the same cycle.
         """
-        # Wait until each drive that answers has reported its torque: the stop must name every drive that holds the arm,
-        # and no drive that was only not read yet.
+        # Wait until each drive that answers has reported its torque. The stop must name every drive that holds the arm, but
+        # no drive that has only not been read yet.
         answers = zip(state.drive_age_ms, state.torque_reported, strict=True)
         asked = all(age_ms > self._config.silence_ms or reported is not None for age_ms, reported in answers)
         arm_held = self.torque_inherited and asked and any(state.torque_reported)
@@ -117,7 +117,7 @@ class StateMachine(MachineState):
             self._enter("idle")
 
     def _supervise(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
-        """Latch the faults that hold. A Stop counts if there is something to stop."""
+        """Latch the faults that hold. A Stop is latched if torque is on or a stop, a teaching or a run exists."""
         raised, self._pending_faults = self._pending_faults if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
             raised.append((stop_requested, None))
@@ -186,8 +186,8 @@ class StateMachine(MachineState):
             self._enter("paused")
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
-        """React to resistance above the patient's level: while playing, take the arm back along the path; otherwise
-        stop and hold the arm.
+        """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes stop
+        and hold the arm.
         """
         axis = run.detect_resistance(state)
         if axis is None:
@@ -201,8 +201,8 @@ class StateMachine(MachineState):
         self._pending_faults.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
 
     def _yield(self, run: Run, movement: Movement, state: CycleState) -> None:
-        """Let the setpoint yield where it would push against the patient: while held after resistance, or while taken
-        back from it.
+        """Let the setpoint yield to a push of the patient. This applies while the arm is held by a category 2 stop and while it
+        moves back from resistance.
         """
         if self.mode == "stopped" and self.stop and self.stop.category == 2:
             run.yield_to_push(state)
@@ -210,7 +210,7 @@ class StateMachine(MachineState):
             run.yield_to_push(state, only_to_reversal=True)
 
     def _step_without_torque(self, state: CycleState) -> None:
-        """Do nothing: torque is off."""
+        """Do nothing, because torque is off."""
 
     _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
         "offline": _step_without_torque,
@@ -227,7 +227,7 @@ class StateMachine(MachineState):
     # -- commands -------------------------------------------------------------------------------------------------
 
     def refusal(self, name: CommandName, state: CycleState) -> Refusal | None:
-        """Return why the command would be refused now; None if it would be accepted."""
+        """Return the refusal that the command would get now; None if it would be accepted."""
         refusal = not_in_this_mode(name, self.mode)
         if refusal:
             return refusal
@@ -258,7 +258,7 @@ class StateMachine(MachineState):
     def command(
         self, command: Command, trajectory: Trajectory | None, state: CycleState, correction: Correction | None = None
     ) -> Refusal | None:
-        """Execute a command other than Stop, or refuse it. ``trajectory`` and ``correction`` belong to Load."""
+        """Execute a command other than Stop, or refuse it. Only a Load has ``trajectory`` and ``correction``."""
         refusal = self.refusal(_COMMAND_OF[type(command)], state)
         if refusal is None and isinstance(command, Teach | Load):
             refusal = other_side(command.side, self._config.side)
@@ -290,7 +290,7 @@ class StateMachine(MachineState):
                 self._run.resisting_axis = None
                 self._movement.direction, self._movement.ramp_s = 1, RAMP_S
                 if self._run.zero_order_hold:
-                    # The first sample goes out with the next cycle, the others every 0.1 s.
+                    # The first sample is sent in the next cycle, the others every 0.1 s.
                     self._movement.speed_override, self._cycles_on_path = 1.0, -1
                 self._enter("playing")
             case Pause():
@@ -305,7 +305,7 @@ class StateMachine(MachineState):
             case ReleaseTorque():
                 self.torque_inherited = False
                 self._emit("torque", texts.TORQUE_RELEASED_BY_HAND())
-            case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
+            case Acknowledge():  # pragma: no branch - the last case: _COMMAND_OF contains no other command
                 self._cut_torque()
                 self._end_stopped_run()
                 self.stop = None
@@ -313,7 +313,7 @@ class StateMachine(MachineState):
         return None
 
     def close(self) -> bool:
-        """End the teaching or run if torque is off, because the service is gone. Return True when nothing is left."""
+        """End the teaching and the run if torque is off, because the service is gone. Return False if torque is still on."""
         if self.torque_on:
             return False
         self._end_teaching()
@@ -322,7 +322,7 @@ class StateMachine(MachineState):
         return True
 
     def abort(self, state: CycleState, causes: list[Key]) -> None:
-        """Cut torque at once because of an internal error, within a cycle that :meth:`step` has begun."""
+        """Cut torque at once because of an internal error, within a cycle in which :meth:`step` was called."""
         stop = self.stop or self._latch(state)
         for cause in stop.update(stop.holding, causes):
             self._emit("fault", _fault_event_text(cause))

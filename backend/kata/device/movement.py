@@ -9,16 +9,16 @@ from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
 
 RAMP_S: Final = 0.2
-"""Time from rest to the path's own speed and back: start, pause, reversal and category 1 stop."""
+"""Time from rest to the path's own speed, and from that speed to rest. It applies to start, pause and category 1 stop."""
 CREEP: Final = 0.1
-"""The speed override at which a path's end is reached: slowing down must not stop just before the end."""
+"""The speed override at which a path's end is reached. It is above 0 so that the movement does not stop just before the end."""
 
 
 def longest_step(left: Floats | float, second_difference: Floats | float) -> Floats:
-    """Return the longest step towards the rest of the way from which the arm can still slow down. Each step is shorter
-    than the one before by ``second_difference`` at most.
+    """Return the longest step towards the goal from which the movement can still stop at the goal, if each step may be
+    shorter than the one before by at most ``second_difference``.
 
-    Both parameters have the same unit and any shape.
+    ``left``: remaining distance. Both parameters have the same unit and any shape.
     """
     step: Floats = np.sqrt(second_difference * (second_difference / 4 + 2 * left)) - second_difference / 2
     return step
@@ -29,7 +29,7 @@ class Path(Protocol):
 
     @property
     def duration_s(self) -> float:
-        """Time at the end of the path."""
+        """Duration of the path."""
 
     def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration at a time on the path's own clock."""
@@ -45,18 +45,18 @@ class Movement:
     direction: Literal[-1, 0, 1] = 1
     """Target direction: 1 forwards, -1 backwards, 0 slow down to rest."""
     reverse_to_s: float = 0.0
-    """Where a backward movement ends."""
+    """Place on the path at which a backward movement ends."""
     ramp_s: float = RAMP_S
-    """Time from rest to full speed and back."""
+    """Time from rest to full speed, and from full speed to rest."""
     shortest_ramp_s: float = 0.0
-    """Lower limit of :attr:`ramp_s` that the axes' acceleration allows."""
+    """Shortest ramp that the axes' acceleration limits allow. It replaces a shorter :attr:`ramp_s`."""
     creep: float = CREEP
     """The speed override at which the path's end is reached."""
     override_rate: float = 0.0
     """Present change of the speed override, in 1/s."""
 
     def advance(self, dt_s: float) -> None:
-        """Let ``dt_s`` pass. Slow down in time for the path's end: a recording may end in full motion."""
+        """Advance by ``dt_s``. Slow down before the path's end, because a recording may end in full motion."""
         change = dt_s / max(self.ramp_s, self.shortest_ramp_s)
         wanted = 0.0
         if self.direction:
@@ -72,7 +72,7 @@ class Movement:
         return self.position_s + self.speed_override * lead_s
 
     def motion(self, lead_s: float) -> PathPoint:
-        """Return where the arm should be ``lead_s`` from now, with speed and acceleration in real time."""
+        """Return angles, speed and acceleration that the arm should have ``lead_s`` from now, in real time."""
         angles, speed, acceleration = self.path.motion_at(self.place_s(lead_s))
         return PathPoint(
             angles, self.speed_override * speed, self.speed_override**2 * acceleration + self.override_rate * speed
@@ -80,7 +80,7 @@ class Movement:
 
     @property
     def ended(self) -> bool:
-        """True if the end in the present direction is reached."""
+        """True if the end of the path in the present direction is reached."""
         return self.direction != 0 and self._left_s <= 0.0
 
     @property

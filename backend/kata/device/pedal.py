@@ -1,7 +1,7 @@
-"""A pedal that the computer sees as a keyboard, such as the RI-PF1BK (Section 2.1 of the paper), read through the
+"""Reads a pedal that the computer sees as a keyboard, such as the RI-PF1BK (Section 2.1 of the paper), through the
 kernel's evdev interface.
 
-The kernel reports changes and disconnection only. The state of a missing pedal is unknown, which counts as up.
+The kernel reports only changes and disconnection. The state of a missing pedal is unknown, which counts as up.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from typing import Final
 log = logging.getLogger(__name__)
 
 _EVENT: Final = struct.Struct("@llHHi")
-"""struct input_event: seconds, microseconds, type, code, value."""
+"""Format of struct input_event: seconds, microseconds, type, code, value."""
 _EV_SYN: Final = 0
 _EV_KEY: Final = 1
 _SYN_DROPPED: Final = 3
@@ -31,7 +31,7 @@ class UsbPedal:
     """Reads the pedal once a cycle; never waits."""
 
     def __init__(self, path: Path, now_ns: Callable[[], int]) -> None:
-        """``path``: /dev/input/by-id/...-event-kbd. The device is opened when it appears, also after a disconnection."""
+        """Prepare the pedal. It is opened when ``path`` (/dev/input/by-id/...-event-kbd) appears, also after a disconnection."""
         self._path = path
         self._now_ns = now_ns
         self._file: int | None = None

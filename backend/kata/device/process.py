@@ -1,4 +1,4 @@
-"""The device process: requests real-time scheduling, runs the control loop, and ends with torque off."""
+"""Runs the device process: requests real-time scheduling, runs the control loop, and ends with torque off."""
 
 import argparse
 import logging
@@ -22,7 +22,7 @@ from kata.system import realtime
 log = logging.getLogger(__name__)
 
 _CLAIM_LIMIT_S: Final = 10.0
-"""Limits how long to wait for the previous device process to end."""
+"""Longest wait for the previous device process to end."""
 
 
 def main() -> int:
@@ -45,7 +45,7 @@ def main() -> int:
         return 2
     try:
         with claimed(arguments.journal, _CLAIM_LIMIT_S):
-            # The builder starts first, so it does not inherit the real-time settings.
+            # Start the builder first, so that it does not inherit the real-time settings.
             loader = ReferenceLoader(config)
             connection = socket.socket(fileno=arguments.socket)
             link = SocketServiceLink(config, connection, JournalSet(arguments.journal), loader)
@@ -62,7 +62,7 @@ def _run(config: StationConfig, link: SocketServiceLink, loader: ReferenceLoader
         link.closing = True
 
     signal.signal(signal.SIGTERM, end)
-    # Ctrl-C in a terminal reaches the whole process group; the service decides when this process ends.
+    # Ctrl-C in a terminal signals the whole process group. Ignore it here: the service decides when this process ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     realtime.prepare_interpreter()
     memory_locked = wants_real_time and realtime.lock_memory()

@@ -12,38 +12,38 @@ from kata.motion.path import PathPoint
 from kata.motion.trajectory import Trajectory
 
 REDUCTION_STEP: Final = 0.1
-"""Share of the range that one request removes."""
+"""Share of the full range that one request removes."""
 MIN_SHARE: Final = 0.2
 RECOVERY_DEG: Final = 2.5
-"""The range that comes back in each repetition, measured at the motor with the largest range: the same step as in a
+"""Increase of the range in each repetition, measured at the motor with the largest range. It is the same step as in a
 warm-up.
 """
 _MAX_RATE_S: Final = 0.25
-"""Limits the change of range, in shares a second. One step takes under 1 s; at 60 deg from rest this is 15 deg/s."""
+"""Highest rate of change of the share, in 1/s. One step takes less than 1 s. At 60 deg from rest the rate is 15 deg/s."""
 _MAX_RATE_DEG_S: Final = 15.0
-"""Limits what the change of range adds to a motor's speed: that of an approach."""
+"""Highest speed that the change of range adds to a motor's own speed. It equals the speed of an approach."""
 _MAX_ACCELERATION_S2: Final = 1.0
-"""Limits the acceleration of the range, in shares a second squared. At 60 deg from rest this is 60 deg/s^2."""
+"""Highest acceleration of the share, in 1/s^2. At 60 deg from rest this is 60 deg/s^2."""
 
 
 @dataclass
 class RangeOverride:
     """The share of a recording's range that is played, counted from the recording's rest posture.
 
-    A smaller share brings every motor nearer to that posture and none further from it: pressed near rest, it does not
-    raise the arm. The far end, which hurts, is reduced most.
+    A smaller share moves every motor nearer to that posture and none farther from it. If the range is reduced near rest, the
+    arm is not raised. The end far from rest, where the patient feels pain, is reduced most.
 
-    The share changes with the movement along the path: an arm that is held stays where it is. The range recovers after
-    a whole repetition without another request, and only during forward movement.
+    The share changes only while the arm moves along the path, so an arm that is held does not move. The range recovers after a
+    whole repetition without another request, and only during forward movement.
     """
 
     trajectory: Trajectory
     repetition_s: float
-    """Time on the path after which the motion repeats."""
+    """Period of the motion on the path."""
     max_speed_deg_s: Floats
-    """``(5,)``: a motor at its speed limit does not become faster through the override."""
+    """``(5,)`` speed limits. A change of the share never makes a motor exceed its limit."""
     share: float = 1.0
-    """1 is the range of the load."""
+    """The present share. 1 is the range of the loaded recording."""
 
     def __post_init__(self) -> None:
         self._wanted = self.share
@@ -61,7 +61,7 @@ class RangeOverride:
 
     @property
     def is_full(self) -> bool:
-        """True if the whole range of the load is played."""
+        """True if the whole range of the loaded recording is played."""
         return self.share == 1.0
 
     def reduce(self) -> None:
@@ -72,10 +72,10 @@ class RangeOverride:
         self._since_s = 0.0
 
     def apply(self, motion: PathPoint, speed_override: float, dt_s: float) -> PathPoint:
-        """Let ``dt_s`` pass and return the path's motion with the present range.
+        """Advance by ``dt_s`` and return the path's motion with the present range.
 
-        :param motion: of the path itself, in real time.
-        :param speed_override: below 0 while the arm is taken back.
+        :param motion: motion of the path itself, in real time.
+        :param speed_override: below 0 while the arm moves backwards.
         """
         passed_s = abs(speed_override) * dt_s
         forward_s = max(speed_override, 0.0) * dt_s
@@ -97,7 +97,7 @@ class RangeOverride:
         )
 
     def _approach(self, passed_s: float, fastest_s: float) -> None:
-        """Move the share towards its target, at a rate from which it can still be slowed down."""
+        """Move the share towards its target. Limit the rate so that the share can still stop at the target."""
         if passed_s == 0.0:
             return
         second_difference = _MAX_ACCELERATION_S2 * passed_s**2
@@ -109,7 +109,7 @@ class RangeOverride:
         self._rate_s = change / passed_s
 
     def _max_rate_s(self, motion: PathPoint, from_rest_deg: Floats) -> float:
-        """Return how fast the range may change without any motor exceeding its speed limit."""
+        """Return the highest rate of the share (1/s) at which no motor exceeds its speed limit."""
         room = np.clip(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0, _MAX_RATE_DEG_S)
         away = np.abs(from_rest_deg)
         fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_S), where=away > 0)

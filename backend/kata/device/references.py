@@ -1,4 +1,4 @@
-"""References for runs: a checked trajectory with its correction, and how both cross to another process.
+"""Builds references for runs (a checked trajectory with its correction) and transfers them between processes.
 
 The reference builder builds and packs them (:func:`serve`, :mod:`kata.device.reference_builder`). The device process
 unpacks them (:mod:`kata.device.loader`).
@@ -32,18 +32,18 @@ from kata.motion.trajectory import AxisLimits, OverloadError, Trajectory, Trajec
 log = logging.getLogger(__name__)
 
 LARGEST_MESSAGE: Final = 1 << 18
-"""Limits a message between device process and builder, in bytes: more than a part of a Load or a station's
-configuration needs.
+"""Maximum size in bytes of a message between device process and builder. A part of a Load and a station's configuration are
+smaller.
 """
 _TORQUE_STEP_S: Final = 0.02
 _CARRIED_SHARE: Final = 0.95
-"""Share of the torque that counts as resistance which a motion may need; the rest is for muscle tone and what the model leaves out."""
+"""A motion may need this share of the torque that counts as resistance. The rest is for muscle tone and for model errors."""
 _CORRECTION: Final = "correction"
 """Name of the correction among the trajectory's arrays."""
 _READ_ONLY, _SHARED = 1, 1
-"""PROT_READ and MAP_SHARED."""
+"""Values of PROT_READ and MAP_SHARED."""
 _FAILED: Final = ctypes.c_void_p(-1).value
-"""MAP_FAILED."""
+"""Value of MAP_FAILED."""
 
 _libc = ctypes.CDLL(None, use_errno=True)
 _libc.mmap.restype = ctypes.c_void_p
@@ -69,7 +69,7 @@ class _UnusableError(ValueError):
 def build(load: Load, config: StationConfig) -> Reference | Refusal:
     """Build the reference of a Load and check it against the station's and the patient's limits.
 
-    An hour at 100 Hz takes 1.4 s. Values at the end of the float range may raise any arithmetic error.
+    A recording of an hour at 100 Hz takes 1.4 s. Extreme float values may raise any arithmetic error.
     """
     try:
         trajectory = _trajectory(load, config)
@@ -143,7 +143,7 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
 def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> None:
     """Refuse a motion that the identified drives and load cannot carry at the patient's level.
 
-    The torque is averaged over the time for which resistance must last. Without an identified load nothing is refused.
+    The torque is averaged over the time for which resistance must last. Without an identified load no motion is refused.
 
     :raises OverloadError: naming the motor with the largest excess, time, torque and limit.
     """
@@ -181,7 +181,7 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
         raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_CUT())
     angles = np.frombuffer(load.correction_deg, dtype="<f8").reshape(-1, N_AXES)
     step_s = load.correction_step_s
-    # The last row lies within one step of the recording's end. NaN fails every limit.
+    # The last row must be within one step of the recording's end. NaN fails every comparison.
     lasts_s = trajectory.duration_s
     if not (0 < step_s <= lasts_s and len(angles) >= 2 and abs((len(angles) - 1) * step_s - lasts_s) <= step_s):
         raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LENGTH())
@@ -194,7 +194,7 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
 
 
 class Packed(msgspec.Struct, frozen=True, tag_field="type", tag="packed"):
-    """A reference whose numbers are in shared memory: float64 arrays, one after the other."""
+    """Describes a reference whose numbers are in shared memory: float64 arrays, one after the other."""
 
     kind: Literal["trajectory", "zero_order_hold"]
     shapes: dict[str, tuple[int, ...]]
@@ -203,8 +203,8 @@ class Packed(msgspec.Struct, frozen=True, tag_field="type", tag="packed"):
 
 
 def pack(found: Reference) -> tuple[Packed, int]:
-    """Write a reference's numbers into shared memory. Return their layout and the file descriptor; the caller closes
-    it.
+    """Write a reference's numbers into shared memory. Return their layout and the file descriptor, which the caller must
+    close.
 
     :raises OSError: when there is not enough memory.
     """
@@ -223,9 +223,9 @@ def pack(found: Reference) -> tuple[Packed, int]:
 
 
 def unpack(packed: Packed, memory: int) -> Reference:
-    """Map a packed reference into this process, without computing or copying. ``memory`` stays the caller's to close.
+    """Map a packed reference into this process, without computing or copying. The caller closes ``memory``.
 
-    :raises OSError: when it cannot be mapped.
+    :raises OSError: when the memory cannot be mapped.
     """
     numbers = _mapped(memory)
     arrays: dict[str, Floats] = {}
@@ -242,26 +242,26 @@ def unpack(packed: Packed, memory: int) -> Reference:
 
 
 def _mapped(memory: int) -> Floats:
-    """Shared memory as numbers to be read; unmapped with the last array made of it.
+    """Map shared memory and return it as read-only float64 numbers. It is unmapped when the last array that uses it is freed.
 
-    With locked memory the kernel maps every page at once: 7 ms for an hour at 100 Hz. A call through ctypes lets the control
-    thread have the interpreter meanwhile; Python's own mmap does not.
+    With locked memory the kernel maps every page at once: 7 ms for an hour at 100 Hz. A call through ctypes releases the
+    interpreter lock, so the control thread can run meanwhile. Python's own mmap does not release it.
     """
     size = os.fstat(memory).st_size
     address = _libc.mmap(None, size, _READ_ONLY, _SHARED, memory, 0)
     if address == _FAILED:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
     pages = (ctypes.c_char * size).from_address(address)
-    # Not at the interpreter's exit: other threads may still read.
+    # Do not unmap at the interpreter's exit, because other threads may still read.
     weakref.finalize(pages, _libc.munmap, address, size).atexit = False
     return np.frombuffer(memoryview(pages).toreadonly(), dtype=np.float64)
 
 
 def serve(connection: socket.socket) -> None:
-    """Answer every Load that comes, until the other end is closed.
+    """Answer every Load until the other end closes the socket.
 
-    Comes in: the station's configuration, then Requests with a Load, each followed by its parts. Goes out: a Refusal, or a
-    :class:`Packed` and the descriptor of its memory.
+    Receives the station's configuration, then Requests with a Load, each followed by its parts. Sends a Refusal, or a
+    :class:`Packed` with the descriptor of its memory.
     """
     config = msgspec.msgpack.decode(connection.recv(LARGEST_MESSAGE), type=StationConfig)
     decoder = msgspec.msgpack.Decoder(Request | LoadPart)
@@ -271,7 +271,7 @@ def serve(connection: socket.socket) -> None:
         message = decoder.decode(data)
         if isinstance(message, Request):
             assert isinstance(message.command, Load)
-            # Of a Load before it that was discarded the rest never came.
+            # If the Load before was discarded, its remaining parts never arrive. Start again with empty samples.
             load, samples = message.command, {field: bytearray() for field in SAMPLE_FIELDS}
             continue
         samples[message.field] += message.data
@@ -281,7 +281,7 @@ def serve(connection: socket.socket) -> None:
 
 
 def _answer(connection: socket.socket, load: Load, samples: dict[str, bytearray], config: StationConfig) -> None:
-    """Build, and send what came of it. Whatever fails, the Load is refused and the next one answered."""
+    """Build the reference and send the result. After any failure refuse the Load, so that the builder can answer the next one."""
     try:
         built = build(msgspec.structs.replace(load, **{name: bytes(data) for name, data in samples.items()}), config)
         answer, memory = (built, None) if isinstance(built, Refusal) else pack(built)

@@ -1,4 +1,4 @@
-"""The rules that refuse commands, and their messages."""
+"""Defines the rules that refuse commands, and their refusals."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -27,7 +27,7 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "release_torque": ("stopped",),
     "acknowledge": ("stopped",),
 }
-"""Stop is allowed in every mode."""
+"""The modes in which each command is allowed. Stop is allowed in every mode."""
 
 _MODES: Final[tuple[tuple[Mode, Text, Text], ...]] = (
     ("offline", texts.IS_OFFLINE(), texts.SWITCH_ON_AND_CHECK_ADAPTER()),
@@ -49,7 +49,7 @@ STOPPED_MEANWHILE: Final = Refusal.of(
     message=texts.STOPPED_MEANWHILE(),
     next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
 )
-"""The sender of the command did not know the newest stop."""
+"""Refusal of a command whose sender did not know the newest stop."""
 
 _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
     "acknowledge": Refusal.of(code="not_stopped", message=texts.NOT_STOPPED(), next_step=texts.NOTHING_TO_DO()),
@@ -67,7 +67,7 @@ def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
 
 
 def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | None:
-    """Refuse to acknowledge a stop before it has ended (a held arm counts as ended) and all of its causes have cleared."""
+    """Refuse to acknowledge a stop before its ramp has ended (a held arm counts as ended) and all its causes have cleared."""
     if still_stopping:
         return Refusal.of(code="still_stopping", message=texts.STILL_STOPPING(), next_step=texts.WAIT_A_MOMENT())
     for cause in stop.causes():
@@ -96,7 +96,7 @@ def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
 
 
 def not_verified(state: CycleState, problem: str) -> Refusal | None:
-    """Refuse to acknowledge a stop before every drive's settings are verified. ``problem``: why a drive cannot be
+    """Refuse to acknowledge a stop before every drive's settings are verified. ``problem``: the reason why a drive cannot be
     configured.
     """
     if all(state.verified):
@@ -109,7 +109,7 @@ def not_verified(state: CycleState, problem: str) -> Refusal | None:
 
 
 def no_torque_found(state: CycleState) -> Refusal | None:
-    """Refuse to release torque unless a reachable drive holds the arm from before the connection."""
+    """Refuse to release torque unless the port is open and a drive may have had torque since before the connection."""
     if not state.bus_ok:
         return _IN_MODE["offline"]
     if state.context.torque_inherited and any(state != "off" for state in state.torque):
@@ -118,8 +118,8 @@ def no_torque_found(state: CycleState) -> Refusal | None:
 
 
 def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
-    """Refuse a motion of the other shoulder: motors 3 and 4 turn the other way there, so a lift would become a pull
-    downwards.
+    """Refuse a motion of the other shoulder. Motors 3 and 4 turn in the opposite direction there, so the motion would pull the
+    arm down instead of lifting it.
     """
     if wanted == stands_for:
         return None
@@ -142,7 +142,7 @@ def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
 
 
 def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
-    """Refuse to switch torque on if the first measurement would be a fault."""
+    """Refuse to switch torque on if a measured angle is outside the range by more than the tolerance, which would be a fault."""
     tolerance = config.limit_tolerance_deg
     for motor, (axis, angle) in enumerate(zip(config.axes, state.measured_deg, strict=True), start=1):
         if not axis.min_deg - tolerance <= angle <= axis.max_deg + tolerance:
@@ -155,7 +155,7 @@ def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
 
 
 def too_far_from_start(state: CycleState, start_deg: Sequence[float]) -> Refusal | None:
-    """Refuse a first step longer than the distance that shows a frozen drive. ``start_deg``: target of that step."""
+    """Refuse a first step that is longer than the distance from which a drive counts as frozen. ``start_deg``: target of the step."""
     for motor, (start, angle) in enumerate(zip(start_deg, state.measured_deg, strict=True), start=1):
         if abs(start - angle) > MAX_FROZEN_SETPOINT_DEG:
             return Refusal.of(

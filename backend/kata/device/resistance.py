@@ -1,6 +1,6 @@
-"""Resistance: which drive pushes against the patient, and how a held setpoint gives way to the push.
+"""Detects the drive that pushes against the patient, and calculates how a held setpoint yields to the push.
 
-Numbers and reasons: docs/explanation/decisions/0020-resistance-is-monitored-in-every-phase.md.
+For numbers and reasons see docs/explanation/decisions/0020-resistance-is-monitored-in-every-phase.md.
 """
 
 from collections.abc import Sequence
@@ -14,31 +14,31 @@ from kata.device.messages import LOAD_LEVELS
 from kata.motion.linkage import Floats
 
 RESISTS_NS: Final = 100_000_000
-"""A push must last this long to count as resistance. Shorter torque peaks come from friction and from meeting gear flanks."""
+"""A push must last this long to count as resistance. Shorter torque peaks come from friction and from the contact of gear flanks."""
 SLOW_DEG_S: Final = 1.0
-"""Below this speed the direction of the path is not reliable: in recorded holds the smoothed reference strays by 0.2 deg/s (RMS)."""
+"""Below this speed the path's direction is not reliable. In recorded holds the smoothed reference moves with 0.2 deg/s (RMS)."""
 _COUNT_DEG: Final = 0.1
-"""An angle nearer to its setpoint than this is on it: one count of a 4096-count encoder is 0.088 deg."""
+"""An angle closer than this to its setpoint counts as equal. One count of a 4096-count encoder is 0.088 deg."""
 RELIEVE_NS: Final = 1_000_000_000
-"""Time in which a yielding setpoint ends a push at 100 Hz, against an arm that does not move at all. The softest drive needs most of it."""
+"""Time in which a yielding setpoint ends a push at 100 Hz if the arm does not move at all. The softest drive needs most of this time."""
 _TO_MEASURED_S: Final = 0.05
-"""Time constant with which a yielding setpoint goes to the measured angle."""
+"""Time constant with which a yielding setpoint moves to the measured angle."""
 _RETREAT_DEG_S_NM: Final = 6.0
 """Speed of a yielding setpoint for each Nm above the level, which unwinds the integral part of the drive's control."""
 _RETREAT_DEG_NM: Final = 0.1
-"""The same for one setpoint, at most: a stiff drive answers 1 deg with 2.8 Nm, and at 10 Hz it would hunt."""
+"""Limit of the retreat in one setpoint, for each Nm. A stiff drive answers 1 deg with 2.8 Nm, so a larger step at 10 Hz would oscillate."""
 FARTHEST_DEG: Final = 15.0
-"""A setpoint yields by this at most, so that a broken current sensor cannot move an arm far. Motor 5, the softest drive, is 9.5 deg
-behind its setpoint at its rated torque."""
+"""Largest distance that a setpoint yields, so that a broken current sensor cannot move an arm far. The setpoint of motor 5, the
+softest drive, is 9.5 deg ahead at its rated torque."""
 _RESUME_DEG_S: Final = 5.0
-"""Speed at which a yielded setpoint comes back to the path once the recording plays on."""
+"""Speed at which a yielded setpoint moves back to the path when the recording plays again."""
 
 _FULL_TORQUE_SHARE: Final = 0.98
-"""The highest level is the drive's own torque limit. The drive reports slightly less than that limit."""
+"""Share of a drive's torque limit that the highest level uses, because a drive reports slightly less than its limit."""
 
 
 def resistance_nm(config: StationConfig, load_level: int) -> list[float]:
-    """Return the torque of each axis that counts as resistance at a patient's level."""
+    """Return for each axis the torque in N m that counts as resistance at a patient's level."""
     share = load_level / LOAD_LEVELS * _FULL_TORQUE_SHARE
     return [axis.max_torque_nm * share for axis in config.axes]
 
@@ -53,14 +53,14 @@ class ResistanceMonitor:
         self._met: tuple[int, float, int] | None = None
 
     def start_after_reversal(self, axis: int, torque_nm: float, t_ns: int) -> None:
-        """Start again after a reversal: the push that was met has :data:`RELIEVE_NS` to end before it counts once more."""
+        """Restart after a reversal. The push that caused it does not count again until :data:`RELIEVE_NS` has passed."""
         self._since_ns = [None] * len(self._thresholds_nm)
         self._met = (axis, torque_nm, t_ns + RELIEVE_NS)
 
     def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float]) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
 
-        :param speed_deg_s: of the reference: the path's tangent times the pace.
+        :param speed_deg_s: speed of the reference: the path's own speed times the speed override.
         """
         found = None
         for n, threshold_nm in enumerate(self._thresholds_nm):
@@ -80,7 +80,7 @@ class ResistanceMonitor:
         return found
 
     def _is_subsiding(self, n: int, state: CycleState) -> bool:
-        """Return True while the push that caused the last reversal may take its time to end."""
+        """Return True while the push that caused the last reversal still has time to end."""
         if self._met is None:
             return False
         axis, torque_nm, until_ns = self._met
@@ -90,8 +90,9 @@ class ResistanceMonitor:
 def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
     """Return True if a torque acts in the direction in which the drive pushes the arm.
 
-    A moving axis pushes along its path. An axis at rest, or slower than :data:`SLOW_DEG_S`, also pushes towards its
-    setpoint. If the arm is at the setpoint, the integral part alone can push, and the torque's own direction counts.
+    A moving axis pushes if its torque acts along its path. An axis at rest, or slower than :data:`SLOW_DEG_S`, also pushes
+    if its torque acts towards its setpoint. If the arm is at the setpoint, a torque of the drive's integral part counts as a
+    push in its own direction.
     """
     if torque_nm * speed_deg_s > 0:
         return True
@@ -99,10 +100,10 @@ def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
 
 
 class YieldOffset:
-    """The offset of each setpoint from its path because the patient pushes there, ``(5,)`` in degrees."""
+    """The offset ``(5,)`` in degrees by which each setpoint leaves its path to yield to the patient's push."""
 
     def __init__(self, thresholds_nm: Sequence[float], rate_hz: int, resume_deg_s: float) -> None:
-        """``resume_deg_s``: highest allowed speed of the patient's arm."""
+        """Start without offset. ``resume_deg_s``: highest speed at which the setpoint may move back to the path."""
         self._thresholds_nm = np.array(thresholds_nm)
         self._share = min(1.0, 1.0 / rate_hz / _TO_MEASURED_S)
         self._retreat_deg_nm = min(_RETREAT_DEG_NM, _RETREAT_DEG_S_NM / rate_hz)
@@ -110,9 +111,9 @@ class YieldOffset:
         self.offset_deg: Floats = np.zeros(len(thresholds_nm))
 
     def yield_to(self, torque_nm: Floats, setpoint_deg: Floats, measured_deg: Floats) -> None:
-        """Move the offset against each torque above the level: to the measured angle, and slowly beyond it.
+        """Move the offset against each torque above the level: quickly to the measured angle, and slowly beyond it.
 
-        All ``(5,)``. A torque within the level changes nothing.
+        All parameters are ``(5,)``. A torque below the level changes nothing.
         """
         sign = np.sign(torque_nm)
         excess_nm = np.maximum(np.abs(torque_nm) - self._thresholds_nm, 0.0)
@@ -122,12 +123,12 @@ class YieldOffset:
         self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -FARTHEST_DEG, FARTHEST_DEG)
 
     def resume(self, speed_override: float) -> None:
-        """Let one setpoint's time pass in which the recording plays on at ``speed_override``: the offset becomes smaller."""
+        """Reduce the offset for one setpoint period in which the recording plays at ``speed_override``."""
         back = self._resume_deg * speed_override
         self.offset_deg = self.offset_deg - np.clip(self.offset_deg, -back, back)
 
     def keep_within(self, lowest_deg: Floats, highest_deg: Floats) -> None:
-        """Bound the offset, ``(5,)`` each, so that it does not grow where a limit holds the setpoint."""
+        """Limit the offset (all ``(5,)``), so that it does not grow while a limit holds the setpoint."""
         self.offset_deg = np.minimum(
             np.maximum(self.offset_deg, np.minimum(lowest_deg, 0.0)), np.maximum(highest_deg, 0.0)
         )

@@ -1,4 +1,4 @@
-"""A run: one recording from load to end, its samples, and the resistance that the patient gave."""
+"""Defines a run: one recording from load to end, its setpoints and samples, and the patient's resistance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,22 +23,21 @@ from kata.motion.pose_gate import PoseGate
 from kata.motion.trajectory import Trajectory
 
 _USED_SHARE: Final = 0.98
-"""Share of an axis' highest acceleration that reference and feed-forward together may use."""
+"""Share of an axis' acceleration limit that reference and feed-forward together may use."""
 FEED_FORWARD_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
-"""Share of an axis' acceleration limit that the feed-forward may use at most. It also never uses more than the
-reference leaves.
+"""Share of an axis' acceleration limit that the feed-forward may use at most. It is lower if the reference needs more.
 """
 _STEP_SHARE: Final = 0.8
-"""Share of the step limit above an axis' highest speed that the feed-forward may use. The speed fault is averaged over
-0.1 s; single steps may exceed it.
+"""Share of the feed-forward in the difference between the setpoint gate's step limit and the step at an axis' highest speed.
+Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
 """
 _SAME_PLACE_S: Final = 1.0
-"""Two places of resistance closer than this on the recording's clock count as the same place."""
+"""Two places of resistance that are at most this far apart on the recording's clock count as the same place."""
 
 
 @dataclass
 class Run:
-    """One load of one recording."""
+    """One run of a loaded recording."""
 
     load: Load
     trajectory: Trajectory
@@ -46,33 +45,33 @@ class Run:
     config: StationConfig
     correction: Correction | None = None
     return_to_deg: Floats | None = None
-    """Where the arm returns to: the place where the approach began, or the nearest angle within the patient's limits.
+    """Target of the return: the place where the approach began, or the nearest angles within the patient's limits.
     """
     position_s: float = 0.0
     played_to_end: bool = False
     resisted_at_s: list[float] = field(default_factory=list)
-    """Places on the recording's clock at which the arm was taken back."""
+    """Places on the recording's clock at which the arm met resistance and moved back."""
     resisting_axis: int | None = None
-    """The axis whose resistance takes the arm back now; None once the recording plays again."""
+    """The axis whose resistance causes the present backward movement; None when the recording plays again."""
     reference_deg: Floats = field(init=False)
-    """Target of the arm at the last setpoint; the setpoint may be ahead of it. Only valid with torque on."""
+    """Target of the arm at the last setpoint. The setpoint may lead this target. Only valid with torque on."""
     _feed_forward_deg: Floats = field(init=False)
     _feed_forward_change_deg: Floats = field(init=False)
-    """Change of the feed-forward with the last setpoint."""
+    """Change of the feed-forward in the last setpoint period."""
     _speed_deg_s: Floats = field(init=False)
     """Speed of the reference over the last setpoint period."""
     _reversal_torque_nm: float = 0.0
-    """Torque of the resisting axis when the arm was taken back."""
+    """Torque of the resisting axis when the backward movement began."""
 
     def __post_init__(self) -> None:
         self.config = self.config.with_speed_limit(self.load.max_speed_deg_s)
         self.zero_order_hold = self.load.method == "paper"
-        """No feed-forward, and no new setpoints while the arm is at rest."""
+        """True for the paper's method: no feed-forward, and the setpoint does not change while the arm is at rest."""
         self.rate_hz = rate_hz(self.load.method, self.config.rate_hz)
-        """Setpoints and samples a second."""
+        """Number of setpoints and samples a second."""
         self.cycles_per_setpoint = self.config.cycle_hz // self.rate_hz
-        """Cycles for each setpoint."""
-        # A setpoint holds until the next one: it aims at the middle of that time.
+        """Number of cycles for each setpoint."""
+        # A setpoint applies until the next one. It therefore aims at the middle of this period.
         self._lead_s = 0.0 if self.zero_order_hold else 0.5 / self.rate_hz + self.config.setpoint_delay_s
         self._feed_forward = FeedForward(self.config.servo_model, 1.0 / self.rate_hz)
         acceleration = np.array([axis.max_acceleration_deg_s2 for axis in self.config.axes])
@@ -106,8 +105,8 @@ class Run:
 
     @property
     def limits_deg(self) -> Limits:
-        """Limits of the setpoints: the tighter of mechanism and patient; wider during the approach if the arm is
-        outside.
+        """Limits of the setpoints: the tighter of the mechanism's and the patient's limits. They are wider during the approach
+        if the arm is outside them.
         """
         return self._limits.now_deg
 
@@ -122,23 +121,23 @@ class Run:
         self._update_bounds()
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
-        """Tighten limits that were widened for the approach. Call this in every cycle with torque."""
+        """Tighten limits that were widened for the approach. The caller calls this in every cycle with torque."""
         if self._limits.widened:
             self._limits.tighten(setpoint_deg, measured_deg)
             self._update_bounds()
 
     def settle(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float], dt_s: float) -> bool:
-        """Return True once the approach is over and the tight limits count; see :meth:`RunLimits.settle`."""
+        """Return True when the approach is over and the tight limits apply; see :meth:`RunLimits.settle`."""
         settled = self._limits.settle(setpoint_deg, measured_deg, dt_s)
         self._update_bounds()
         return settled
 
     def pose_beyond_deg(self, setpoint_deg: Sequence[float]) -> float:
-        """Return how far a setpoint is beyond the limits of the pose that count now; 0 or less inside."""
+        """Return the distance in deg by which a setpoint exceeds the present limits of the pose; 0 or less inside them."""
         return self._gate.beyond_deg(setpoint_deg) - self._limits.beyond_deg
 
     def _held(self, angles_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> list[float]:
-        """Return the nearest pose within the limits; unchanged inside them."""
+        """Return the nearest pose within the limits. A pose inside the limits is unchanged."""
         return self._gate.held(angles_deg.tolist(), self._limits.beyond_deg, lowest_deg.tolist(), highest_deg.tolist())
 
     def _update_bounds(self) -> None:
@@ -147,13 +146,13 @@ class Run:
     # -- setpoints ------------------------------------------------------------------------------------------------
 
     def movement_along(self, path: Path, direction: Literal[0, 1]) -> Movement:
-        """Return a movement along a path whose changes of speed stay within every axis' acceleration."""
-        # At the end of the path the reference stops within one setpoint period.
+        """Return a movement along a path. Its changes of speed stay within every axis' acceleration limit."""
+        # Choose a creep speed from which the reference can stop within one setpoint period at the end of the path.
         creep = min(CREEP, 1.0 / (self._shortest_ramp_s * self.rate_hz))
         return Movement(path, direction=direction, shortest_ramp_s=self._shortest_ramp_s, creep=creep)
 
     def start_path(self, here_deg: Floats) -> None:
-        """Start another path at the last setpoint."""
+        """Start another path at ``here_deg`` without feed-forward and offset."""
         self.reference_deg = here_deg
         self._reference_change_deg = np.zeros(len(here_deg))
         self._feed_forward_deg = np.zeros(len(here_deg))
@@ -164,9 +163,9 @@ class Run:
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
 
-        The reference is not clipped: the setpoint gate refuses it if it is beyond a limit. The feed-forward stays
-        within the limits and never jumps. An arm that comes from outside the patient's limits is different: its
-        setpoint is ahead of the reference and never moves outwards again.
+        The reference is not clipped. If it is beyond a limit, the setpoint gate refuses it. The feed-forward stays within the
+        limits and never jumps. While an arm comes from outside the patient's limits, the setpoint itself is limited: it leads
+        the reference inwards and never moves outwards again.
         """
         before_deg = self.reference_deg
         wanted = np.zeros(len(before_deg))
@@ -193,7 +192,7 @@ class Run:
                 self._feed_forward_second_difference_deg,
             ),
         )
-        # The reference itself may leave the pose's limits on a straight way between two poses, or with a reduced range.
+        # The reference may leave the pose's limits on a straight line between two poses or with a reduced range.
         setpoint = _clip(self.reference_deg + self._feed_forward_deg, lowest, highest)
         return tuple(self._held(setpoint, lowest, highest))
 
@@ -207,16 +206,16 @@ class Run:
             return np.zeros(len(motion.angles_deg))
         wanted = self._feed_forward.at(motion)
         if self.correction and movement.path is self.trajectory:
-            # The correction was learned at the path's own speed and range. It does not fit an arm that is at rest or is
-            # taken back.
+            # The correction was learned at the path's own speed and range. It does not fit an arm that is at rest or moves
+            # backwards.
             wanted = wanted + max(movement.speed_override, 0.0) * self.range_override.share * self.correction.at(
                 movement.place_s(self._lead_s)
             )
         return wanted
 
     def _update_feed_forward(self, wanted_deg: Floats, second_difference: Floats) -> None:
-        """Move the feed-forward towards its target. ``second_difference`` limits its change of step; the step never
-        exceeds what the setpoint gate allows, nor what can still be slowed down.
+        """Move the feed-forward towards its target. ``second_difference`` limits the change of its step. The step never exceeds
+        the setpoint gate's limit, and the feed-forward can always stop at its target.
         """
         left = wanted_deg - self._feed_forward_deg
         fastest = np.minimum(self._feed_forward_step_deg, longest_step(np.abs(left), second_difference))
@@ -237,7 +236,7 @@ class Run:
         return self._monitor.resisting_axis(state, self._speed_deg_s.tolist())
 
     def reverse(self, axis: int, movement: Movement, state: CycleState) -> None:
-        """Take the arm back along its path."""
+        """Start moving the arm back along its path."""
         self.resisted_at_s.append(movement.position_s)
         self.resisting_axis = axis
         self._reversal_torque_nm = state.torque_nm[axis]
@@ -247,7 +246,7 @@ class Run:
         movement.reverse_to_s = max(0.0, movement.position_s - self.config.reversal_s)
 
     def yield_to_push(self, state: CycleState, *, only_to_reversal: bool = False) -> None:
-        """Let the next setpoint yield to every push above the level; with ``only_to_reversal`` only to the push that
+        """Let the next setpoint yield to every push above the level. With ``only_to_reversal`` it yields only to the push that
         caused the last reversal.
         """
         torque_nm = np.array(state.torque_nm)
@@ -258,7 +257,7 @@ class Run:
 
     @property
     def resisted_again(self) -> bool:
-        """True if the last resistance was at the place of an earlier one."""
+        """True if the last resistance was at the same place as an earlier one."""
         *earlier, last = self.resisted_at_s
         return any(abs(last - place) <= _SAME_PLACE_S for place in earlier)
 
@@ -299,6 +298,6 @@ class Run:
 
 
 def _clip(values: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """Clip the values. It takes a fifth of the time of np.clip."""
+    """Clip the values. This takes a fifth of the time of np.clip."""
     bounded: Floats = np.minimum(np.maximum(values, lowest), highest)
     return bounded

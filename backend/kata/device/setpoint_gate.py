@@ -1,4 +1,4 @@
-"""The setpoint gate: the last check of a setpoint before it is sent to the drives."""
+"""Implements the setpoint gate, the last check of a setpoint before it is sent to the drives."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -24,11 +24,11 @@ def refused_setpoints(
     config: StationConfig,
     rate_hz: int,
 ) -> list[Key]:
-    """Check a setpoint before it is sent. Return the faults: beyond a limit, too far from the last setpoint, or too
-    much acceleration.
+    """Check a setpoint before it is sent. Return the faults: beyond a limit, too far from the last setpoint, or too much
+    acceleration. Empty if there is none.
 
     :param last_deg: the last one or two setpoints, the newest last.
-    :param rate_hz: setpoints a second.
+    :param rate_hz: number of setpoints a second.
 
     NaN violates every limit.
     """

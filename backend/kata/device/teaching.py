@@ -1,4 +1,4 @@
-"""A teaching: the pedal starts and ends takes; samples go to the journal while it is down."""
+"""Implements a teaching: the pedal starts and ends takes, and samples are written to the journal while it is down."""
 
 from dataclasses import dataclass, field
 
@@ -14,19 +14,19 @@ class Teaching:
     teaching_id: str
     journal: JournalWriter
     every: int
-    """Cycles for each sample."""
+    """Number of cycles for each sample."""
     pedal_was_up: bool = False
-    """Recording needs a press: a pedal that was down when teaching began records nothing."""
+    """True if the pedal has been up since teaching began. Before that a pressed pedal records nothing."""
     takes: int = 0
     samples: int = 0
     take_began_ns: int | None = None
-    """None while the pedal is up."""
+    """Time at which the present take began; None outside a take."""
     take_s: float = 0.0
     cycles: int = field(init=False)
-    """Cycles of the present take."""
+    """Number of cycles in the present take."""
 
     def step(self, state: CycleState) -> None:
-        """Run one cycle."""
+        """Run one cycle: begin or end a take and record a sample if one is due."""
         if state.pedal_down is not True:
             self.pedal_was_up = self.pedal_was_up or state.pedal_down is False
             self.take_began_ns = None

@@ -1,5 +1,5 @@
-"""Motions: axes, the scapula's linkage, taught motions, trajectories, approach and tracking.
+"""Calculates motions: axes, the scapula's linkage, taught motions, trajectories, approach and tracking.
 
-Pure numpy and scipy. It imports nothing else of ours, so that device, simulator and clinic share one model of motions
-without depending on each other.
+The package uses only numpy and scipy and imports no other package of Kata. Device, simulator and clinic therefore share one
+model of motions without depending on each other.
 """

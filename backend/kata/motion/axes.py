@@ -1,11 +1,11 @@
 """The five axes of the apparatus and the six basic motions (Section 2.2 and Table 2 of Sun et al. 2025).
 
-Two sets of five numbers describe an arm, both in degrees and both in axis order 1-5:
+Two sets of five numbers describe an arm. Both are in degrees and in axis order 1-5:
 
-* a **pose**: what the body does: scapular abduction (phi), scapular upward rotation (psi), shoulder
-  abduction, shoulder flexion, external rotation;
-* the **motor angles** (theta): what the motors do. Motors 3-5 turn with the body; motors 1 and 2 move the
-  scapula through the parallel links (:mod:`kata.motion.linkage`).
+* a **pose** describes the body: scapular abduction (phi), scapular upward rotation (psi), shoulder abduction, shoulder
+  flexion, external rotation;
+* the **motor angles** (theta) describe the motors. Motors 3-5 turn with the body. Motors 1 and 2 move the scapula through
+  the parallel links (:mod:`kata.motion.linkage`).
 """
 
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ POSE_COLUMNS: Final = (
     "shoulder_flexion",
     "external_rotation",
 )
-"""Names of a pose's five angles, in axis order; also the column names of a taught-motion CSV."""
+"""Names of a pose's five angles, in axis order. A CSV file of a taught motion has the same column names."""
 
 POSE_RANGE_DEG: Final = ((-20.0, 20.0), (-20.0, 20.0), (0.0, 120.0), (-20.0, 190.0), (-90.0, 40.0))
-"""The apparatus' range of motion for each angle of a pose (Table 2). Axis 4 serves motions 3 and 5; it has the wider
-range.
+"""The apparatus' range of motion for each angle of a pose (Table 2). Axis 4 performs motions 3 and 5; its range here is the
+wider one of the two.
 """
 
 Side = Literal["left", "right"]
@@ -38,8 +38,8 @@ Side = Literal["left", "right"]
 CANONICAL_SIDE: Final[Side] = "right"
 """The side of the apparatus when it is not turned.
 
-This is our choice: the paper refers to its references [12, 13] for it. Its coordinates are those of a right shoulder: X
-points forward, Z up, and the arm lifted sideways lies along -Y (Section 2.1), which is to the patient's right.
+This is our choice, because the paper refers to its references [12, 13] for the side. The paper's coordinates are those of a
+right shoulder: X points forward, Z up, and the arm lifted sideways lies along -Y (Section 2.1), to the patient's right.
 """
 
 APPARATUS_SIGNS: Final[dict[Side, tuple[int, ...]]] = {"right": (1, 1, 1, 1, 1), "left": (1, -1, -1, -1, 1)}
@@ -48,9 +48,9 @@ APPARATUS_SIGNS: Final[dict[Side, tuple[int, ...]]] = {"right": (1, 1, 1, 1, 1),
 
 @dataclass(frozen=True)
 class BasicMotion:
-    """One row of Table 2: a basic motion, the pose angle it moves, its motors and its ROM in degrees.
+    """One row of Table 2: a basic motion, its axis, its motors and its ranges of motion in degrees.
 
-    ``range_deg`` is what the apparatus can do, ``reference_deg`` what a healthy shoulder does.
+    ``range_deg`` is the range of the apparatus, ``reference_deg`` the range of a healthy shoulder.
     """
 
     number: int

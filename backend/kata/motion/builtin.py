@@ -1,6 +1,6 @@
 """The built-in motions: the paper's six basic motions and an arbitrary one (Section 4).
 
-Each starts and ends with the arm hanging at rest. They use most of the range, and none is faster than
+Each motion starts and ends with the arm hanging at rest. The motions use most of the range, and none is faster than
 :data:`SPEED_DEG_S`.
 """
 

@@ -1,4 +1,4 @@
-"""Tables of numbers from CSV files: fast parsing for correct files, line by line for the error messages."""
+"""Reads tables of numbers from CSV files. Correct rows are parsed quickly, others cell by cell for the error messages."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ from kata.motion.linkage import Floats
 
 SEPARATORS: Final = (",", ";", "\t")
 MOST_COMPLAINTS: Final = 20
-"""Limits the complaints about one file. More would not help to correct it."""
+"""Maximum number of complaints about one file. More complaints would not help to correct it."""
 _CHUNK: Final = 8192
 
 
@@ -40,7 +40,7 @@ class Complaint:
 
 
 class TableError(ValueError):
-    """The file cannot be used. The message names the first problem; ``complaints`` lists those that have a place."""
+    """The file cannot be used. The message names the first problem. ``complaints`` lists the problems that have a place."""
 
     def __init__(self, message: str, complaints: Sequence[Complaint] = ()) -> None:
         super().__init__(message)
@@ -53,13 +53,13 @@ class CsvTable:
 
     columns: tuple[str, ...]
     others: tuple[str, ...]
-    """Ignored columns."""
+    """Names of ignored columns."""
     separator: str
     values: Floats
     lines: NDArray[np.int64]
 
     def complain(self, wrong: Iterable[tuple[int, int, str]]) -> None:
-        """Refuse the table if there are problems: row, column of ``values``, and text of each.
+        """Refuse the table if ``wrong`` is not empty. It contains row, column of ``values`` and text of each problem.
 
         :raises TableError: when there is a problem.
         """
@@ -72,9 +72,9 @@ class CsvTable:
 
 
 def read_table(text: str, *layouts: tuple[str, ...]) -> CsvTable:
-    """Read the columns of the first layout whose names are all in the header, in any order and among others.
+    """Read the columns of the first layout whose names are all in the header. Order and additional columns do not matter.
 
-    :raises TableError: naming line and column of the problem: a missing column, a cell too many, no finite number.
+    :raises TableError: naming line and column of the problem: a missing column, an extra cell, or a cell without a finite number.
     """
     text = text.removeprefix("\ufeff")
     separator = max(SEPARATORS, key=text.partition("\n")[0].count)
@@ -84,7 +84,7 @@ def read_table(text: str, *layouts: tuple[str, ...]) -> CsvTable:
         wanted = _layout(header, layouts)
         table = _Rows(header, wanted)
         body_at = text.find("\n")
-        # Python reads 1_000 as a number; other programs do not.
+        # Python reads 1_000 as a number, but other programs do not. Check such files cell by cell.
         careful = body_at >= 0 and "_" in text[body_at:]
         values, lines = table.read(_numbered(reader), careful=careful)
     except csv.Error as error:
@@ -104,7 +104,7 @@ def _layout(header: list[str], layouts: Sequence[tuple[str, ...]]) -> tuple[str,
         if all(column in header for column in layout):
             _twice(header, layout)
             return layout
-    # The layout with the most columns present is the one that was meant.
+    # Assume that the layout with the most present columns was intended.
     layout = max(layouts, key=lambda names: sum(name in header for name in names))
     missing = [column for column in layout if column not in header]
     units = [
@@ -153,7 +153,7 @@ class _Rows:
         self._complaints: list[Complaint] = []
 
     def read(self, numbered: Iterator[tuple[int, list[str]]], *, careful: bool) -> tuple[Floats, NDArray[np.int64]]:
-        """Read all rows in chunks, so that an hour of cells need not be in memory as text."""
+        """Read all rows in chunks, so that the text of a long file is never completely in memory."""
         values: list[Floats] = []
         lines: list[NDArray[np.int64]] = []
         while chunk := [row for row, _ in zip(numbered, range(_CHUNK), strict=False)]:
@@ -170,7 +170,7 @@ class _Rows:
         return np.concatenate(values), np.concatenate(lines)
 
     def _quickly(self, rows: list[list[str]]) -> Floats | None:
-        """Return None if any row is not correct."""
+        """Return the values of the rows, or None if any row is not correct."""
         if max(map(len, rows)) > self._width:
             return None
         try:

@@ -1,7 +1,7 @@
 """Edits of a motion. Every function returns a new motion and leaves the old one unchanged.
 
-Nothing is clipped silently: the result is checked like a recording (:meth:`kata.motion.trajectory.Trajectory.check`)
-before it may be played, and refused with motor and time.
+No value is clipped silently. The result is checked like a recording (:meth:`kata.motion.trajectory.Trajectory.check`) before
+it may be played. A refusal names motor and time.
 
 At cuts and joins the motion comes to rest. It slows down and starts again along the taught path, so that the path does
 not change. Between two places it moves by minimum jerk (:mod:`kata.motion.approach`).
@@ -24,23 +24,25 @@ from kata.motion.taught import MIN_DURATION_S
 SPEED_PERCENT: Final = (10.0, 150.0)
 RANGE_PERCENT: Final = (10.0, 100.0)
 LONGEST_S: Final = 3600.0
-"""Limits the duration of a result: a session's time, and 17 MB on the way to the device."""
+"""Maximum duration of a result. It is longer than a session needs, and takes 17 MB when it is sent to the device."""
 JOIN_SPEED_DEG_S: Final = 15.0
-"""Speed from the end of one motion to the start of the next: as slow as a station's approach."""
+"""Speed of the movement from the end of one motion to the start of the next. It equals a station's approach speed."""
 STRETCH_SPEED_DEG_S: Final = 3.0
-"""Speed at the end of the range: that of continuous-passive-motion machines (0.2 to 3.8 deg/s)."""
+"""Speed of a stretch at the end of the range. Continuous-passive-motion machines use 0.2 to 3.8 deg/s."""
 
 _STEP_S: Final = 0.01
 _INSTANT_S: Final = 1e-3
-"""Samples closer than this are one: an encoder count between them would be a speed."""
+"""Samples closer than this are treated as one sample, because a difference of one encoder count would look like a high speed."""
 _SAME_DEG: Final = 1e-3
-"""A hundredth of an encoder count is not a distance."""
+"""Angles closer than this count as equal. It is about a hundredth of an encoder count."""
 _SPARSE_S: Final = 0.1
-"""Samples further apart get samples between them: the paper's 10 Hz, slowed down, would look like missing samples."""
+"""Longest time between two samples. Samples are added between those that are farther apart, because a motion of 10 Hz that is
+slowed down would otherwise look as if samples were missing.
+"""
 _EASE_S: Final = 0.4
-"""Time from full speed to rest and back: 100 deg/s become 375 deg/s^2."""
+"""Time from full speed to rest, and from rest to full speed. From 100 deg/s the acceleration reaches 375 deg/s^2."""
 _GOES_DEG_S: Final = 2.0
-"""A motion that is slower than this at its end is at rest there; one encoder count within that time is 1.8 deg/s."""
+"""A motion that is slower than this at its end counts as at rest there. One encoder count within ``_GOES_S`` is 1.8 deg/s."""
 _GOES_S: Final = 0.05
 
 
@@ -63,8 +65,8 @@ class Motion:
         return float(self.times_s[-1])
 
     def at(self, times_s: Floats) -> Floats:
-        """Return the angles ``(k, 5)`` at times ``(k,)``, never outside the range of the two neighbouring samples."""
-        # Imported here: the service starts without scipy, and loads it with the first motion that is interpolated.
+        """Return the angles ``(k, 5)`` at times ``(k,)``, interpolated, and never outside the range of the two neighbouring samples."""
+        # Import here, so that the service starts without scipy and loads it with the first interpolated motion.
         from scipy.interpolate import PchipInterpolator
 
         angles: Floats = PchipInterpolator(self.times_s, self.angles_deg)(times_s)
@@ -75,7 +77,7 @@ class Motion:
 
 
 def trim(motion: Motion, start_s: float, end_s: float) -> Motion:
-    """Return the part between two times. If it begins or ends in full motion, playback starts and slows down there.
+    """Return the part between two times. If the part begins or ends in full motion, playback starts from rest and slows down to rest there.
 
     :raises EditError: when the times are not within the motion, or leave less than half a second.
     """
@@ -98,9 +100,10 @@ def at_speed(motion: Motion, percent: float) -> Motion:
 
 
 def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Motion:
-    """Reduce the range of the given axes (1 to 5) towards the rest posture; never extend it.
+    """Reduce the range of the given axes (1 to 5) towards the rest posture. The range is never extended.
 
-    The far end comes nearer, the start stays: see :func:`~kata.motion.shoulder.rest_posture_deg`.
+    The end farther from rest moves towards rest. The end nearer to rest does not move: see
+    :func:`~kata.motion.shoulder.rest_posture_deg`.
 
     :raises EditError: when ``percent`` is not 0 to 100.
     """
@@ -111,7 +114,7 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
     some = [axis - 1 for axis in axes]
     low, high = angles[:, some].min(axis=0), angles[:, some].max(axis=0)
     rest = rest_posture_deg(motion.angles_deg)[some]
-    # Rounding must not leave the range either.
+    # Clip, because rounding must not exceed the original range either.
     angles[:, some] = np.clip(rest + (angles[:, some] - rest) * percent / 100.0, low, high)
     return _named(replace(motion, angles_deg=angles), _scaled_text(percent, axes))
 
@@ -141,7 +144,7 @@ def isolated(motion: Motion, axes: Collection[int]) -> Motion:
 
 
 def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
-    """Hold one point for a time. A point closer than 0.2 s to the start or end moves there.
+    """Hold the arm at one point of the motion for a time. If the point is less than 0.2 s from the start or end, hold there.
 
     :raises EditError: when the point is not within the motion, or the time is below 0.
     """
@@ -158,10 +161,9 @@ def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
 
 
 def eased(motion: Motion, *, start: bool = True, end: bool = True) -> Motion:
-    """Make the motion begin and end at rest: at an end in full motion, the speed along its path rises from 0 or falls
-    to it.
+    """Make the motion begin and end at rest. At an end in full motion, the speed along the path rises from 0 or falls to 0.
 
-    The path does not change, no angle is added. Each changed end takes 0.2 s more.
+    The path does not change, and no angle is added. Each changed end makes the motion 0.2 s longer.
     """
     if start and _goes(motion):
         motion = _set_going(motion)
@@ -178,10 +180,10 @@ def repeated(
 ) -> Motion:
     """Repeat the motion, with a pause at each end at which it turns.
 
-    If it ends elsewhere than it starts, it moves back by minimum jerk and pauses there too. Nothing follows the last
-    repetition.
+    If the motion ends at another place than its start, the arm moves back by minimum jerk and pauses there too. Nothing
+    follows the last repetition.
 
-    :raises EditError: when there are no repetitions, the pause is below 0, or it would last more than an hour.
+    :raises EditError: when there are no repetitions, the pause is below 0, or the result would last more than an hour.
     """
     if repetitions < 1 or not pause_s >= 0:
         raise EditError(texts.REPETITIONS_REFUSED(repetitions=repetitions, pause_s=pause_s))
@@ -207,10 +209,10 @@ def warm_up(
     pause_s: float = 0.0,
     join_speed_deg_s: float = JOIN_SPEED_DEG_S,
 ) -> Motion:
-    """Return repetitions that begin with ``less_deg`` less range and widen by ``step_deg`` each; the last one has the
-    whole range.
+    """Return repetitions with increasing range. The first has ``less_deg`` less range, each next one ``step_deg`` more, and
+    the last one the whole range.
 
-    :raises EditError: when ``step_deg`` is not above 0, the range is not large enough, or it would last more than an
+    :raises EditError: when ``step_deg`` is not above 0, the range is not large enough, or the result would last more than an
         hour.
     """
     if not step_deg > 0 or not pause_s >= 0:
@@ -233,10 +235,10 @@ def stretch(
     hold_s: float = 0.0,
     speed_deg_s: float = STRETCH_SPEED_DEG_S,
 ) -> Motion:
-    """Stretch at the end of the range of the axis with the largest range: back along the path, slowly to the end and
-    beyond it, hold.
+    """Stretch at the end of the range of the axis with the largest range.
 
-    Then the motion returns to the end and continues.
+    The arm moves back along the path by ``back_deg``, then slowly to the end and ``further_deg`` beyond it, and is held there.
+    Then it returns to the end and the motion continues.
 
     :raises EditError: when the axis does not move through ``back_deg`` on its way to the end, or a number is not valid.
     """
@@ -270,7 +272,7 @@ def stretch(
 
 @dataclass(frozen=True)
 class PlaybackSettings:
-    """How a recording is to be played; the default is as taught, once."""
+    """How to play a recording. The default is once, as taught."""
 
     speed_percent: float = 100.0
     repetitions: int = 1
@@ -282,8 +284,8 @@ AS_TAUGHT: Final = PlaybackSettings()
 
 
 def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
-    """Apply range, then speed, then repetitions: the pauses are not slowed down. The result depends only on recording
-    and settings.
+    """Apply range, then speed, then repetitions, so that the pauses are not slowed down. The result depends only on
+    recording and settings.
 
     :raises EditError: when a value is outside its range.
     """
@@ -293,7 +295,7 @@ def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
 
 
 def without_range(played: Motion, taught: Motion, range_percent: float) -> Motion:
-    """Return what ``played`` would be with the whole range: the same clock, so that the two can be compared.
+    """Return ``played`` with the whole range. Its times are the same, so that the two motions can be compared.
 
     :param played: the result of :func:`with_settings` for ``taught``, with this range.
     """
@@ -325,13 +327,13 @@ class MotionBuilder:
         self.duration_s += motion.duration_s
 
     def stand(self, seconds: float, angles_deg: Floats) -> None:
-        """Stay at these angles for a time."""
+        """Append a time at rest at these angles."""
         if seconds > _INSTANT_S:
             times = np.linspace(0.0, seconds, int(np.ceil(seconds / _SPARSE_S)) + 1)
             self.add(Motion(times, np.repeat(angles_deg[None, :], len(times), axis=0)))
 
     def go_to(self, angles_deg: Floats) -> None:
-        """Move to these angles by minimum jerk; nothing if they are reached already."""
+        """Append a minimum-jerk movement to these angles; append nothing if the motion already ends there."""
         here = self._angles[-1][-1]
         if _same_place(here, angles_deg):
             return
@@ -340,8 +342,8 @@ class MotionBuilder:
         self.add(Motion(times, np.array([way.at(float(time_s)) for time_s in times])))
 
     def join(self, motion: Motion, pause_s: float) -> None:
-        """Append a repetition: the pause of the last one, the way to its start, its own pause if that was elsewhere,
-        and the motion.
+        """Append a repetition: the pause after the last one, the way to its start, a pause there if the start is elsewhere, and
+        the motion.
         """
         if self._times:
             here, start = self._angles[-1][-1], motion.angles_deg[0]
@@ -358,7 +360,7 @@ class MotionBuilder:
 
 
 def _part(motion: Motion, start_s: float, end_s: float) -> Motion:
-    """Return the part between two times, counted from the first of them."""
+    """Return the part between two times. Its own times start at 0."""
     within = (motion.times_s > start_s + _INSTANT_S) & (motion.times_s < end_s - _INSTANT_S)
     ends = motion.at(np.array([start_s, end_s]))
     times = np.concatenate([[start_s], motion.times_s[within], [end_s]]) - start_s
@@ -366,7 +368,7 @@ def _part(motion: Motion, start_s: float, end_s: float) -> Motion:
 
 
 def _halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
-    """Return the parts before and after a time; None for a part that is almost empty, which then belongs to the other."""
+    """Return the parts before and after a time. A part shorter than 0.2 s is None, and its samples belong to the other part."""
     if at_s < _EASE_S / 2:
         return None, motion
     if at_s > motion.duration_s - _EASE_S / 2:
@@ -382,8 +384,8 @@ def _goes(motion: Motion) -> bool:
 
 
 def _set_going(motion: Motion) -> Motion:
-    """Start from rest: the speed along the path grows as 3 x^2 - 2 x^3 from 0 to 1, so acceleration begins and ends at
-    0.
+    """Make the motion start from rest. The speed along the path grows as 3 x^2 - 2 x^3 from 0 to 1, so that its acceleration
+    begins and ends at 0.
     """
     ease_s = min(_EASE_S, 2 * motion.duration_s)
     x = np.linspace(0.0, 1.0, int(np.ceil(ease_s / _STEP_S)) + 1)
@@ -401,7 +403,7 @@ def _reversed(motion: Motion) -> Motion:
 
 
 def _filled(motion: Motion) -> Motion:
-    """Add samples between those that are far apart."""
+    """Add samples between samples that are far apart."""
     parts = np.ceil(np.diff(motion.times_s) / _SPARSE_S - 1e-9).astype(int)
     if np.all(parts <= 1):
         return motion
@@ -418,7 +420,7 @@ def _same_place(one_deg: Floats, other_deg: Floats) -> bool:
 
 
 def _reach_deg(motion: Motion) -> float:
-    """Return the range of the axis with the largest range."""
+    """Return the range in deg of the axis with the largest range."""
     return float(np.max(np.ptp(motion.angles_deg, axis=0)))
 
 

@@ -1,4 +1,4 @@
-"""The movement that identifies a station's drives, and its filtering. :mod:`kata.motion.identify_load` has the model."""
+"""Generates and filters the movement that identifies a station's drives. :mod:`kata.motion.identify_load` has the model."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kata.motion.linkage import Floats
 
 BAND_HZ: Final = 4.0
-"""Above this frequency arms do not move and drives do not follow; the derivative of the encoder's steps exceeds the movement."""
+"""Cut-off frequency. Above it arms do not move, drives do not follow, and the derivative of the encoder's steps exceeds the movement."""
 _MIN_SPEED_DEG_S: Final = 2.0
 """An axis must reach this speed to be identified."""
 _MIDDLE_DEG: Final = (15.0, 109.0, 60.0, 60.0, -25.0)
@@ -29,9 +29,9 @@ def excitation(
 ) -> Floats:
     """Return a movement of all axes, slow and fast, that begins and ends at rest: ``(n, 5)`` in degrees.
 
-    :param rest_deg: ``(5,)``, where it begins and ends.
-    :param ranges_deg: lowest and highest angle of each axis; None: the apparatus as designed.
-    :param share: of its way from rest, and of its range.
+    :param rest_deg: ``(5,)``, angles at which the movement begins and ends.
+    :param ranges_deg: lowest and highest angle of each axis; None: no other limit than the designed movement.
+    :param share: factor for the distance from rest to the middle, and for the range around the middle.
     """
     times = np.arange(0.0, seconds, step_s)
     rise = np.minimum(1.0, np.minimum(times, times[-1] - times) / _RISE_S)
@@ -50,7 +50,7 @@ def excitation(
 
 
 class FilteredMovement(NamedTuple):
-    """A measured movement without what is faster than an arm: times apart, and series ``(n, k)`` of an axis each."""
+    """A measured movement without frequencies above those of an arm. Samples are ``step_s`` apart; each series is ``(n, k)``."""
 
     step_s: float
     series: list[Floats]
@@ -59,7 +59,7 @@ class FilteredMovement(NamedTuple):
 
 
 def filtered(times_s: ArrayLike, *series: ArrayLike) -> FilteredMovement:
-    """Filter several series, ``(n, k)`` each, and differentiate the second one, which is the measured angles.
+    """Filter several series, ``(n, k)`` each. Differentiate the second series, which must be the measured angles.
 
     :raises ValueError: when the samples are too few or uneven, or an axis did not move.
     """
@@ -71,15 +71,15 @@ def filtered(times_s: ArrayLike, *series: ArrayLike) -> FilteredMovement:
     step_s = float(np.median(steps))
     if np.max(np.abs(steps - step_s)) > 0.1 * step_s:
         raise ValueError("the samples must be evenly spaced")
-    # Imported here: only a commissioning filters, and every service would start 0.7 s later.
+    # Import here, because only commissioning filters. Otherwise every service would start 0.7 s later.
     from scipy.signal import butter, sosfiltfilt
 
     low_pass = butter(4, BAND_HZ, fs=1 / step_s, output="sos")
-    # The same zero-phase filter for all keeps their relations.
+    # Using the same zero-phase filter for all series preserves the relations between them.
     smooth = [sosfiltfilt(low_pass, values, axis=0) for values in given]
     speed = np.gradient(smooth[1], step_s, axis=0)
     acceleration = np.gradient(speed, step_s, axis=0)
-    # Leave out the ends, where the filter has no neighbouring samples.
+    # Omit the ends, where the filter has too few neighbouring samples.
     inner = slice(int(0.5 / BAND_HZ / step_s), -int(0.5 / BAND_HZ / step_s) or None)
     for n, fastest in enumerate(np.max(np.abs(speed[inner]), axis=0), start=1):
         if fastest < _MIN_SPEED_DEG_S:

@@ -6,12 +6,13 @@ torque ``m`` at the same time:
     m = b y' + j y'' + c tanh(y' / v0) + weight(y)
     u - y = H [a y' + e y'' + d m],        H = s / (s + 1 / integral_s)
 
-The first line is linear in its factors. The second one is linear for a given ``integral_s``, which is searched. A drive whose integral
-takes up the load but not the lag, as a cascade of position and speed control does, is described without it instead:
+The first line is linear in its factors. The second line is linear for a given ``integral_s``, which is searched. In some drives
+the integral removes the lag of the load but not the lag of the movement, for example in a cascade of position and speed
+control. Such a drive is described without the integral:
 
     u - y = a1 y' + a2 y'' + f tanh(y' / v0) + constant
 
-Both need a movement without compensation, fast and slow, in both directions, through the postures that will be played.
+Both models need a movement without compensation, fast and slow, in both directions, through the postures that will be played.
 """
 
 import math
@@ -28,21 +29,23 @@ from kata.motion.method import TURNING_DEG_S, without_taken_up
 from kata.motion.weight import N_TERMS, weight_terms
 
 _KNOWN_NM: Final = 1.5
-"""Factors that a movement does not measure are drawn to 0: a torque is known to 0.3 Nm a quarter of a second apart, and factors are of the usual size
-below. Without this, factors of a small or slow movement are large, of opposite signs, and wrong elsewhere."""
+"""Strength of the prior. It draws factors that a movement does not measure to 0. It assumes that torques a quarter of a second apart
+are known to 0.3 Nm and that factors have the usual size below. Without it, a small or slow movement gives large factors of opposite
+signs, which are wrong for other movements."""
 _USUAL_MOVED: Final = (0.01, 0.01, 0.5)
-"""Torque for each deg/s and deg/s2, and of friction, Nm."""
+"""Usual torque in Nm for each deg/s, for each deg/s2, and of friction."""
 _USUAL_WEIGHT_NM: Final = (4.0, 4.0, 4.0, 1.0, 1.0, 1.0)
-"""A cable's change of direction matters less than what hangs on it."""
+"""Usual factors of the weight terms in Nm. The last three are smaller, because the balancer cable's change of direction has less effect
+than the load."""
 _CLEARLY: Final = 0.8
-"""The integral must leave less of the error without it."""
+"""The model with the integral is used only if its error is below this share of the error without it."""
 _INTEGRALS_S: Final = tuple(np.geomspace(0.05, 5.0, 25).tolist())
-"""Tried. An integral slower than the last one is as good as none."""
+"""Time constants that are tried. An integral slower than the last one has no effect."""
 
 
 @dataclass(frozen=True)
 class IdentifiedAxis:
-    """One axis. Names as in :class:`~kata.device.config.Axis`, and the RMS errors of both lines of the model."""
+    """The identified model of one axis. Names as in :class:`~kata.device.config.Axis`; residuals are RMS errors of the two model lines."""
 
     lag_s: float
     lag2_s2: float
@@ -70,8 +73,8 @@ def identify_load(
 
     :param times_s: ``(n,)``, times of the measurement, evenly spaced to within a tenth of a step.
     :param setpoint_deg: ``(n, 5)``, setpoints at these times.
-    :param measured_deg: ``(n, 5)``.
-    :param torque_nm: ``(n, 5)``, torques that the drives reported.
+    :param measured_deg: ``(n, 5)``, measured angles at these times.
+    :param torque_nm: ``(n, 5)``, torques that the drives reported at these times.
     :raises ValueError: when the samples are too few or uneven, or an axis did not move.
     """
     movement = filtered(times_s, setpoint_deg, measured_deg, torque_nm)
@@ -88,7 +91,7 @@ def identify_load(
 
 
 def _axis(moved: Floats, lag_deg: Floats, torque_nm: Floats, step_s: float) -> IdentifiedAxis:
-    """``moved``: speed, acceleration, direction and the terms of weight, ``(n, 3 + N_TERMS)``."""
+    """Identify one axis. ``moved``: speed, acceleration, direction and the terms of weight, ``(n, 3 + N_TERMS)``."""
     prior = np.diag(_KNOWN_NM / np.array([*_USUAL_MOVED, *_USUAL_WEIGHT_NM]))
     factors, *_ = np.linalg.lstsq(
         np.vstack([moved, prior]), np.concatenate([torque_nm, np.zeros(len(prior))]), rcond=None
@@ -108,7 +111,7 @@ def _axis(moved: Floats, lag_deg: Floats, torque_nm: Floats, step_s: float) -> I
     integral_s = droop = 0.0
     near = int(np.argmin([taken_up(tried)[1] for tried in _INTEGRALS_S]))
     if 0 < near < len(_INTEGRALS_S) - 1:
-        # Imported here: only a commissioning needs scipy, and every service would start later.
+        # Import here, because only commissioning needs this part of scipy. Otherwise every service would start later.
         from scipy.optimize import minimize_scalar
 
         bounds = math.log(_INTEGRALS_S[near - 1]), math.log(_INTEGRALS_S[near + 1])

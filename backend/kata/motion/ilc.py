@@ -1,18 +1,18 @@
-"""Iterative learning control: each repetition of a recording corrects the remaining error of the one before.
+"""Implements iterative learning control: each repetition of a recording corrects the remaining error of the one before.
 
     c_{k+1} = Q[ (1 - leak) c_k + gain (1 + H (a1 D + a2 D^2)) Q e_k ],        e_k = reference - measured,
 
-on a grid of the recording's own clock; D is the derivative and H what the drives' integral leaves of a lag
-(:class:`~kata.motion.method.ServoModel`). The bracket before the error inverts the drives' lag, so that a correction is
-not late by one lag. Q is a low-pass filter without phase shift; above its cut-off the drives
-follow too little to learn from. The leak forgets corrections that are no longer confirmed. Bristow, Tharayil and
-Alleyne 2006, IEEE Control Systems 26(3), Eq. 9 and the section on plant inversion.
+on a grid of the recording's own clock. D is the derivative. H is the share of a lag that remains after the drives' integral
+has reacted (:class:`~kata.motion.method.ServoModel`). The bracket before the error inverts the drives' lag, so that a
+correction is not late by this lag. Q is a low-pass filter without phase shift. Above its cut-off the drives follow too little
+for learning. The leak removes corrections that are no longer confirmed. Source: Bristow, Tharayil and Alleyne 2006, IEEE
+Control Systems 26(3), Eq. 9 and the section on plant inversion.
 
-The error must not grow from one repetition to the next. Where an axis' error did, its correction falls back to the one of
-the better repetition and its gain is halved (:class:`Lesson`): the drives are not the ones that were identified.
+The error must not grow from one repetition to the next. If the error of an axis grew, the drive differs from the identified
+model. The axis' correction then falls back to that of the better repetition, and its gain is halved (:class:`Lesson`).
 
-The patient's own movement must not be learned: the correction does not change where the arm was stopped, paused or
-taken back, where a motor was heavily loaded, or near a limit.
+The patient's own movement must not be learned. The correction therefore does not change at places where the arm was stopped,
+paused or moved back, where a motor was heavily loaded, or near a limit.
 """
 
 from dataclasses import dataclass
@@ -29,42 +29,42 @@ from kata.motion.smoothing import smoothed
 from kata.motion.trajectory import Trajectory
 
 MAX_CORRECTION_DEG: Final = 3.0
-"""Limits each correction. Drives that need more are not the ones that were identified."""
+"""Largest correction. Drives that need more differ from the identified model."""
 STEP_S: Final = 0.02
 _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
 _WORSE: Final = 1.1
-"""An error grew if it is this many times the one before, and by more than :data:`_NOISE_DEG`: muscle tone differs each time."""
+"""An error counts as grown above this multiple of the error before plus :data:`_NOISE_DEG`, because muscle tone varies."""
 _NOISE_DEG: Final = 0.02
 _LEAST_FREE_SHARE: Final = 0.3
-"""Less of a repetition without a disturbance cannot be compared with another."""
+"""Smallest undisturbed share of a repetition whose error can be compared with that of another."""
 _DISTURBANCE_MARGIN_S: Final = 1.0
-"""Nothing is learned this close to a disturbance: the arm needs time to come back to its path."""
+"""Nothing is learned this close to a disturbance, because the arm needs time to return to its path."""
 _FADE_IN_S: Final = 0.5
 """Transition from no learning to full learning."""
 _LIMIT_MARGIN_DEG: Final = 1.0
-"""A setpoint this close to a limit may have been held back by the limit."""
+"""Nothing is learned this close to a limit, because the limit may have held the setpoint back."""
 _MAX_TORQUE_SHARE: Final = 0.5
-"""Share of the torque at which the patient's resistance takes the arm back; above it the patient may have resisted."""
+"""Share of the torque that counts as the patient's resistance. Above this share the patient may have resisted."""
 _TORQUE_AVERAGE_S: Final = 0.1
-"""Torque is averaged over this time: shorter pushes come from the drives' own vibration."""
+"""Torque is averaged over this time, because shorter pushes come from the drives' own vibration."""
 _LONGEST_GAP_S: Final = 0.1
-"""Further than this from any sample the error is unknown."""
+"""The error is unknown at places farther than this from any sample."""
 
 
 @dataclass(frozen=True)
 class Lesson:
-    """The repetition from which a correction was learned. If it fell back, the better one before."""
+    """The repetition from which a correction was learned. For an axis that fell back, it is the better repetition before."""
 
     played_deg: Floats
     """``(m, 5)``: the correction that the repetition was played with."""
     error_deg: Floats
-    """``(5,)``: RMS error of the repetition; NaN where too little of it was undisturbed."""
+    """``(5,)``: RMS error of the repetition; NaN for an axis with too little undisturbed time."""
     gain: Floats
-    """``(5,)``: share of the error that was corrected."""
+    """``(5,)``: share of the error that is corrected in each repetition."""
     fell_back: tuple[int, ...] = ()
-    """Motors whose error had grown, so that their correction is the earlier one."""
+    """Motors (1-5) whose error had grown and whose correction is therefore the earlier one."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +74,11 @@ class Correction:
     step_s: float
     angles_deg: Floats
     lesson: Lesson | None = None
-    """None: it is not known how it was learned."""
+    """The repetition from which the correction was learned; None if unknown."""
 
     def at(self, time_s: float) -> Floats:
-        """Return the correction ``(5,)`` at a time, linear between two rows, constant before the first and after the
-        last.
+        """Return the correction ``(5,)`` at a time. It is linear between two rows, and constant before the first and after the
+        last row.
         """
         place = min(max(time_s / self.step_s, 0.0), len(self.angles_deg) - 1.0)
         row = min(int(place), len(self.angles_deg) - 2)
@@ -98,11 +98,11 @@ def next_correction(
     """Return the correction for the next repetition.
 
     :param before: the correction that this repetition was played with; None for the first.
-    :param threshold_nm: ``(5,)``: the torque at which the patient's resistance takes the arm back.
+    :param threshold_nm: ``(5,)``: the torque that counts as the patient's resistance.
     :param limits_deg: ``(5, 2)``: lowest and highest setpoint of each axis.
-    :raises ValueError: when nothing was played, or the correction is not as long as the recording.
+    :raises ValueError: when no samples were played, or the correction is not as long as the recording.
     """
-    # Imported here: the device process plays with corrections and never learns one.
+    # Import here, because the device process only applies corrections and never learns them.
     from scipy.interpolate import CubicSpline
 
     grid = np.arange(rows(trajectory.duration_s), dtype=np.float64) * STEP_S
@@ -148,7 +148,7 @@ def next_correction(
 
 
 def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArray[np.bool_]:
-    """Return where a motor works so much more than its load needs that the patient may resist, ``(k, 5)``."""
+    """Return True, ``(k, 5)``, where a motor's torque exceeds the need of its load by so much that the patient may resist."""
     from scipy.ndimage import uniform_filter1d
 
     sample_s = float(np.median(np.diff(played_at)))
@@ -158,7 +158,7 @@ def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArr
 
 
 def _from_first_to_last(repetition: Repetition) -> Repetition:
-    """Return the samples from the first to the last playing one: waiting at the start and samples after the end are no
+    """Return the samples from the first to the last playing sample. Waiting at the start and samples after the end are not
     disturbances.
     """
     playing = np.flatnonzero(repetition.playing)
@@ -177,8 +177,8 @@ def rows(duration_s: float) -> int:
 
 
 def _distance(grid: Floats, places: Floats) -> Floats:
-    """Return the distance from each place of the grid to the nearest of ``places``, in any order; infinite if there are
-    none.
+    """Return the distance from each place of the grid to the nearest of ``places`` (in any order). It is infinite if
+    ``places`` is empty.
     """
     if len(places) == 0:
         return np.full(len(grid), np.inf)

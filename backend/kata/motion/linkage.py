@@ -1,20 +1,20 @@
-"""Kinematics of the scapula's parallel links (Section 3.2, Eqs. 1-20, two misprints mended).
+"""Calculates the kinematics of the scapula's parallel links (Section 3.2, Eqs. 1-20, with two misprints corrected).
 
-The printed Eqs. (1) and (2) contradict the paper's own Eqs. (15)-(20); this module uses the reading that
-agrees with the latter, for each of the two legs i = 1, 2:
+The printed Eqs. (1) and (2) contradict the paper's own Eqs. (15)-(20). This module uses the version of (1) and (2) that
+agrees with Eqs. (15)-(20), for each of the two legs i = 1, 2:
 
     OQi  = |OQi| (sin(psi+wi) cos phi, sin(psi+wi) sin phi, cos(psi+wi))
     O1P1 = |O1P1| (sin t1, cos t1, 0)        O2P2 = |O2P2| (0, sin t2, -cos t2)
     |OOi - OQi + OiPi| = |QiPi|
 
-*Inverse*: with V = OOi - OQi this is ``A sin t + B cos t + C = 0`` (Eqs. 13-20), closed by
-``t = atan2(A, B) + acos(-C / hypot(A, B))``. The + branch is the assembled one.
+*Inverse*: with V = OOi - OQi this is ``A sin t + B cos t + C = 0`` (Eqs. 13-20). The solution is
+``t = atan2(A, B) + acos(-C / hypot(A, B))``. The + branch is the one that is assembled.
 
-*Forward*: t2 determines P2, and leg 2 then gives psi for each phi in one line, of the same form. The remaining
-opening of leg 1 is a function of phi alone, which scipy's bracketing root finder brings to zero for all rows at once.
+*Forward*: t2 determines P2. An equation of the same form then gives psi for each phi from leg 2. The remaining opening of
+leg 1 depends only on phi. scipy's bracketing root finder brings it to zero for all rows at once.
 
-Within +-45 deg of phi and psi, wherever the links close, det d(theta)/d(phi, psi) > 0: the assembled linkage meets no
-singularity, no two poses share their motor angles there, and a path of motor angles has one pose path, without jumps.
+Within +-45 deg of phi and psi, wherever the links close, det d(theta)/d(phi, psi) > 0. There the assembled linkage has no
+singularity, no two poses have the same motor angles, and a path of motor angles has one pose path, without jumps.
 """
 
 from dataclasses import dataclass
@@ -29,20 +29,20 @@ from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, Side
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Vector = tuple[Floats, Floats, Floats]
-"""x, y, z as separate arrays: for a million rows this is faster than ``(n, 3)``."""
+"""x, y and z as separate arrays. For a million rows this is faster than one array ``(n, 3)``."""
 MotorRanges = tuple[tuple[float, float], tuple[float, float]]
-"""Lowest and highest theta1, theta2, degrees."""
+"""Lowest and highest theta1, and lowest and highest theta2, in degrees."""
 
 WITHIN_DEG: Final = 45.0
-"""Limits phi and psi of the search, from the middle. Table 2 needs 20; beyond some 50 singular poses begin."""
+"""Limit of phi and psi in the search, on both sides of 0. Table 2 needs 20 deg; singular poses begin at about 50 deg."""
 _CLOSED_DEG: Final = 1e-7
-"""Tolerance of the motor angles of a found pose; it distinguishes the assembled branch from the other."""
+"""Tolerance of the motor angles of a found pose. It distinguishes the assembled branch from the other branch."""
 _OUTLINE_RAYS: Final = 180
 _OUTLINE_STEP_DEG: Final = 0.1
 
 
 class OutOfReachError(ValueError):
-    """The links cannot close. ``index`` is the first such row; ``motor`` is 1 or 2, None for both together."""
+    """The links cannot close. ``index`` is the first such row. ``motor`` is 1 or 2; None if no single motor is the cause."""
 
     def __init__(self, message: str, index: int, motor: int | None = None) -> None:
         super().__init__(f"{message} (row {index})")
@@ -64,30 +64,30 @@ class Leg(NamedTuple):
     cosine: tuple[int, float]
 
     def board(self, phi: Floats, psi: Floats) -> Vector:
-        """Return OQi."""
+        """Return the vector OQi in mm."""
         out = self.oq_mm * np.sin(psi + self.w_rad)
         return out * np.cos(phi), out * np.sin(phi), self.oq_mm * np.cos(psi + self.w_rad)
 
     def crank(self, theta: Floats) -> Vector:
-        """Return OPi."""
+        """Return the vector OPi in mm."""
         point = [np.full_like(theta, along) for along in self.oo_mm]
         for (axis, sign), part in ((self.sine, np.sin(theta)), (self.cosine, np.cos(theta))):
             point[axis] += sign * self.op_mm * part
         return point[0], point[1], point[2]
 
     def close(self, phi: Floats, psi: Floats) -> Floats:
-        """Return theta in radians on the + branch, continuous over the whole region; NaN where it is out of reach."""
+        """Return theta in radians on the + branch, continuous over the whole region; NaN if the leg cannot close."""
         x, y, z = self.board(phi, psi)
         v = (self.oo_mm[0] - x, self.oo_mm[1] - y, self.oo_mm[2] - z)
         a = self.sine[1] * v[self.sine[0]]
         b = self.cosine[1] * v[self.cosine[0]]
         c = (v[0] ** 2 + v[1] ** 2 + v[2] ** 2 + self.op_mm**2 - self.qp_mm**2) / (2 * self.op_mm)
         angle: Floats = np.arctan2(a, b) + np.arccos(-c / np.hypot(a, b))
-        # atan2 alone may differ by a turn; this is one continuous representative over the whole region.
+        # atan2 alone may differ by a whole turn. This choice is continuous over the whole region.
         return np.where(angle > np.pi, angle - 2 * np.pi, angle)
 
     def gradient(self, phi: Floats, psi: Floats, theta: Floats) -> tuple[Floats, Floats]:
-        """Return d(theta)/d(phi) and d(theta)/d(psi): the rod keeps its length, so both its ends move equally along it."""
+        """Return d(theta)/d(phi) and d(theta)/d(psi). The rod's length is constant, so both its ends move equally along the rod."""
         x, y, z = self.board(phi, psi)
         rod = np.stack(self.crank(theta)) - np.stack([x, y, z])
         up = self.oq_mm * np.cos(psi + self.w_rad)
@@ -100,20 +100,20 @@ class Leg(NamedTuple):
         return np.sum(rod * by_phi, axis=0) / lever, np.sum(rod * by_psi, axis=0) / lever
 
     def reach(self, point: Vector) -> float | Floats:
-        """Return the part of OP along OQ's direction when the rod joins them: (|OP|^2 + |OQ|^2 - |PQ|^2) / 2 |OQ|."""
+        """Return the component of OP along OQ when the rod joins P and Q, in mm: (|OP|^2 + |OQ|^2 - |PQ|^2) / 2 |OQ|."""
         x, y, z = point
         return (x * x + y * y + z * z + self.oq_mm**2 - self.qp_mm**2) / (2 * self.oq_mm)
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Lengths in mm, offsets in degrees.
+    """The dimensions of the linkage, and its kinematics. Lengths are in mm, offsets in degrees.
 
-    Phi and psi are the body's angles on both sides; a turned apparatus sees psi with the opposite sign
+    Phi and psi are the body's angles on both sides. The turned apparatus measures psi with the opposite sign
     (:mod:`kata.motion.sides`).
 
-    The paper does not publish the dimensions; these are ours, checked by a sweep of phi and psi over +-24 deg. The ball
-    joints' swing limit (+-30 deg, Table 1) is not modelled: the orientation of their housings is not published either.
+    The paper does not publish the dimensions. These are ours, checked by a sweep of phi and psi over +-24 deg. The swing limit of
+    the ball joints (+-30 deg, Table 1) is not modelled, because the orientation of their housings is not published either.
     """
 
     oq1_mm: float = 96.0
@@ -140,7 +140,7 @@ class Linkage:
 
         :param scapula_deg: shape ``(..., 2)``, columns phi (yaw, motion 1) and psi (roll, motion 2).
         :returns: shape ``(..., 2)``, columns theta1 and theta2, degrees.
-        :raises OutOfReachError: where the links cannot close (Eqs. 13 and 14 have no solution).
+        :raises OutOfReachError: when the links cannot close for a row (Eqs. 13 and 14 have no solution).
         """
         scapula = np.asarray(scapula_deg, dtype=np.float64)
         theta = self._closed_deg(scapula, side)
@@ -159,14 +159,14 @@ class Linkage:
         """Return the scapula's phi, psi for motor angles theta1, theta2.
 
         :param theta_deg: shape ``(..., 2)``, columns theta1 and theta2.
-        :returns: shape ``(..., 2)``, columns phi and psi, degrees, both within ``WITHIN_DEG``; the only such pose.
-        :raises OutOfReachError: where no such pose has these motor angles.
+        :returns: shape ``(..., 2)``, columns phi and psi in degrees. It is the only pose with both angles within ``WITHIN_DEG``.
+        :raises OutOfReachError: when no such pose has the motor angles of a row.
         """
         theta = np.asarray(theta_deg, dtype=np.float64)
         with np.errstate(invalid="ignore"):
             seen = np.degrees(self._standing(np.radians(theta[..., 0]), np.radians(theta[..., 1])))
         scapula = seen * _scapula_signs(side)
-        # The far side of a dead point closes too, but with other motor angles on the assembled branch.
+        # The links also close beyond a dead point, but on the assembled branch that pose has other motor angles.
         back = self._closed_deg(scapula, side)
         closed = (np.abs(back - theta) < _CLOSED_DEG) & (np.abs(scapula) < WITHIN_DEG + _CLOSED_DEG)
         lost = ~np.all(closed, axis=-1)
@@ -176,7 +176,7 @@ class Linkage:
         return scapula
 
     def jacobian(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-        """Return d(theta1, theta2) / d(phi, psi): how fast the motors turn for a moving scapula.
+        """Return d(theta1, theta2) / d(phi, psi): the ratio of motor speeds to the scapula's speeds.
 
         :param scapula_deg: shape ``(..., 2)``.
         :returns: shape ``(..., 2, 2)``, rows theta1 and theta2, columns phi and psi; no unit.
@@ -192,7 +192,7 @@ class Linkage:
         """Return for each pose whether the links close within ``WITHIN_DEG`` and both motors are inside their ranges.
 
         :param scapula_deg: shape ``(..., 2)``.
-        :param motor_ranges_deg: of a station's motors 1 and 2, ends included.
+        :param motor_ranges_deg: ranges of a station's motors 1 and 2, ends included.
         :returns: shape ``(...)``.
         """
         scapula = np.asarray(scapula_deg, dtype=np.float64)
@@ -202,17 +202,16 @@ class Linkage:
         return np.asarray(np.all(inside, axis=-1))
 
     def outline_deg(self, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Floats:
-        """Return the outline of the reachable region as seen from the scapula's middle position, for display and
-        limits.
+        """Return the outline of the reachable region as seen from the scapula's middle position, for display and limits.
 
-        Along each ray from (0, 0) it is the last pose of a grid before the first unreachable one, so that every pose on
-        the way is reachable.
+        Along each ray from (0, 0) the outline is the last pose of a grid before the first unreachable pose. Every pose between
+        the middle and the outline is therefore reachable.
 
-        :returns: shape ``(180, 2)``, phi and psi in degrees, counter-clockwise from +phi; ``(0, 2)`` when the middle
-            itself is out of reach.
+        :returns: shape ``(180, 2)``, phi and psi in degrees, counter-clockwise from +phi; ``(0, 2)`` if the middle itself is
+            not reachable.
         """
         bearing = np.linspace(0.0, 2 * np.pi, _OUTLINE_RAYS, endpoint=False)
-        # The corner of the square is the farthest point of the search.
+        # The farthest point of the search is a corner of the square.
         radius = np.arange(0.0, np.sqrt(2) * WITHIN_DEG + _OUTLINE_STEP_DEG, _OUTLINE_STEP_DEG)
         direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         reached = self.reachable(radius[:, np.newaxis, np.newaxis] * direction, motor_ranges_deg, side)
@@ -223,10 +222,10 @@ class Linkage:
         return outline
 
     def _standing(self, theta1: Floats, theta2: Floats) -> Floats:
-        """Return the scapula (..., 2), radians, where both legs close on either branch; arbitrary where they do not
-        close.
+        """Return the scapula's angles (..., 2) in radians at which both legs close on either branch. The values are arbitrary
+        for rows that do not close.
         """
-        # The simulator never needs it, and the import would delay its start by most of a second.
+        # Import here, because the simulator never needs this, and the import would delay its start by almost a second.
         from scipy.optimize.elementwise import find_root
 
         one, two = self.legs
@@ -234,7 +233,7 @@ class Linkage:
         reach1, reach2 = one.reach(p1), two.reach(p2)
 
         def leg2_psi(phi: Floats, x: Floats, y: Floats, z: Floats, reach: Floats) -> Floats:
-            """Solve P2 . OQ2 / |OQ2| = reach for psi; at the end of leg 2's stroke psi stays there."""
+            """Solve P2 . OQ2 / |OQ2| = reach for psi. Beyond the end of leg 2's stroke psi stays at the end."""
             out = x * np.cos(phi) + y * np.sin(phi)
             stroke = np.arccos(np.clip(reach / np.hypot(out, z), -1.0, 1.0))
             psi: Floats = np.arctan2(out, z) - stroke - two.w_rad
@@ -246,14 +245,14 @@ class Linkage:
             gap: Floats = (x * qx + y * qy + z * qz) / one.oq_mm - reach
             return gap
 
-        # A little more than needed: at the very end a root may lie on either side of the bracket's bound.
+        # Search slightly farther than needed, because a root at the end may lie on either side of the bracket's bound.
         end = np.radians(WITHIN_DEG + 1.0)
         found = find_root(leg1_open_mm, (-end, end), args=(*p1, reach1, *p2, reach2))
         phi = np.asarray(found.x)
         return np.stack([phi, leg2_psi(phi, *p2, np.asarray(reach2))], axis=-1)
 
     def _closed_deg(self, scapula: Floats, side: Side) -> Floats:
-        """Return theta (..., 2), NaN where a leg does not close."""
+        """Return theta (..., 2) in degrees; NaN where a leg does not close."""
         phi, psi = _seen_rad(scapula, side)
         with np.errstate(invalid="ignore"):
             return np.degrees(np.stack([leg.close(phi, psi) for leg in self.legs], axis=-1))
@@ -264,7 +263,7 @@ def _scapula_signs(side: Side) -> Floats:
 
 
 def _seen_rad(scapula_deg: Floats, side: Side) -> tuple[Floats, Floats]:
-    """Return phi and psi as the apparatus sees them, radians."""
+    """Return phi and psi in the coordinates of the apparatus on this side, in radians."""
     phi_sign, psi_sign = _scapula_signs(side)
     return np.radians(phi_sign * scapula_deg[..., 0]), np.radians(psi_sign * scapula_deg[..., 1])
 
@@ -282,18 +281,18 @@ LINKAGE: Final = Linkage()
 def motor_angles_deg(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
     """Return the motor angles theta of poses, both shape ``(..., 5)`` in degrees and axis order.
 
-    Motors 3-5 turn with the body and have the body's sign on both sides; 1 and 2 move through the linkage.
+    Motors 3-5 turn with the body and have the body's sign on both sides. Motors 1 and 2 act through the linkage.
 
-    :raises OutOfReachError: where the scapula's links cannot close.
+    :raises OutOfReachError: when the scapula's links cannot close for a pose.
     """
     pose = np.asarray(pose_deg, dtype=np.float64)
     return np.concatenate([LINKAGE.inverse_deg(pose[..., :2], side), pose[..., 2:]], axis=-1)
 
 
 def pose_deg(theta_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-    """Return the poses of motor angles: the inverse of :func:`motor_angles_deg`; both ``(..., 5)``, degrees.
+    """Return the poses of motor angles, both ``(..., 5)`` in degrees. This is the inverse of :func:`motor_angles_deg`.
 
-    :raises OutOfReachError: where no pose of the scapula has these angles of motors 1 and 2.
+    :raises OutOfReachError: when no pose of the scapula has these angles of motors 1 and 2.
     """
     angles = np.asarray(theta_deg, dtype=np.float64)
     return np.concatenate([LINKAGE.forward_deg(angles[..., :2], side), angles[..., 2:]], axis=-1)

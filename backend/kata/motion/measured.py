@@ -1,4 +1,4 @@
-"""The samples of a run as input for learning. Without scipy, so that programs that only read journals start quickly."""
+"""Defines the samples of a run as input for learning. It does not import scipy, so that programs that only read journals start quickly."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from kata.motion.linkage import Floats
 
 @dataclass(frozen=True)
 class Repetition:
-    """The samples of one run that was played to its end, ``k`` of them in the order of their arrival.
+    """The ``k`` samples of one run that was played to its end, in the order of their arrival.
 
-    ``path_s`` ``(k,)`` is the place on the recording's clock; ``playing`` ``(k,)`` is False where the arm was paused,
-    stopped or taken back.
+    ``path_s`` ``(k,)`` is the place on the recording's clock. ``playing`` ``(k,)`` is False while the arm was paused, stopped or
+    moved back.
     """
 
     path_s: Floats

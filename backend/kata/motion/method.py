@@ -1,4 +1,4 @@
-"""The methods of playing a recording, and the reference and feed-forward of each.
+"""Defines the methods of playing a recording, with the reference and feed-forward of each method.
 
 ========= ====================================================================================================
 paper     As Sun et al. (2025): 10 Hz, zero-order hold, no approach. For comparison.
@@ -23,18 +23,18 @@ from kata.motion.weight import N_TERMS, weight_terms
 Method = Literal["paper", "smooth", "learned"]
 PAPER_HZ: Final = round(1 / HOLD_S)
 TURNING_DEG_S: Final = 5.0
-"""Friction changes its sign over about this speed: an arm that hardly moves has no direction for a compensation yet."""
+"""Friction changes its sign over about this range of speeds. Below it an arm has no clear direction for a compensation."""
 
 
 def rate_hz(method: Method, station_hz: int) -> int:
-    """Return the setpoints and samples a second of a run, at a station whose own rate is ``station_hz``."""
+    """Return the rate in Hz of a run's setpoints and samples, at a station with the rate ``station_hz``."""
     return PAPER_HZ if method == "paper" else station_hz
 
 
 def reference(method: Method, times_s: ArrayLike, angles_deg: ArrayLike) -> Trajectory:
     """Return the reference of a recording: ``times_s`` is ``(n,)``, ``angles_deg`` ``(n, 5)``.
 
-    :raises TrajectoryError: when this is not a recording.
+    :raises TrajectoryError: when the arrays are not a valid recording.
     """
     return ZeroOrderHold(times_s, angles_deg) if method == "paper" else Trajectory(times_s, angles_deg)
 
@@ -45,7 +45,7 @@ def _none() -> Floats:
 
 @dataclass(frozen=True)
 class LoadModel:
-    """The torque that one station's drives need to move an arm, ``(5,)`` each; all 0 where it has not been identified.
+    """Model of the torque that a station's drives need to move an arm; ``(5,)`` each. All values are 0 if it is not identified.
 
     m = b y' + j y'' + c tanh(y' / v0) + weight(y)
     """
@@ -63,12 +63,12 @@ class LoadModel:
         return bool(np.any(self.factors_nm))
 
     def weight_nm(self, angles_deg: Floats) -> Floats:
-        """Return the torque of weight and springs, ``(5,)`` or ``(n, 5)``; 0 where the load is unknown."""
+        """Return the torque of weight and springs, ``(5,)`` or ``(n, 5)``; 0 if the load is not identified."""
         weight: Floats = np.sum(weight_terms(angles_deg, self.side) * self.factors_nm, axis=-1)
         return weight
 
     def torque_nm(self, motion: PathPoint) -> Floats:
-        """Return the torque that the drives need for a motion, ``(5,)`` or ``(n, 5)``; 0 where the load is unknown."""
+        """Return the torque that the drives need for a motion, ``(5,)`` or ``(n, 5)``; 0 if the load is not identified."""
         torque: Floats = (
             self.weight_nm(motion.angles_deg)
             + self.damping_nm_s_deg * motion.speed_deg_s
@@ -80,10 +80,10 @@ class LoadModel:
 
 @dataclass(frozen=True)
 class ServoModel:
-    """The lag of one station's drives behind their setpoints, ``(5,)`` each; all 0 if it has not been identified.
+    """Model of the lag of a station's drives behind their setpoints; ``(5,)`` each. All values are 0 if it is not identified.
 
-    A position loop answers to low frequencies as 1 / (1 + a1 s + a2 s^2). Friction and the arm's weight hold it back,
-    and the drive's integral takes up all of that lag with a time constant:
+    The position control of a drive responds at low frequencies as 1 / (1 + a1 s + a2 s^2). Friction and the arm's weight add to
+    the lag. The drive's integral gain removes the whole lag with a time constant:
 
         u - y = H [a1 y' + a2 y'' + f tanh(y' / v0) + d weight(y)],        H = s / (s + 1 / integral_s)
     """
@@ -92,13 +92,13 @@ class ServoModel:
     second_s2: Floats
     friction_deg: Floats
     integral_s: Floats = field(default_factory=_none)
-    """0: the drive's integral does not take up the lag, H = 1."""
+    """Time constant of the integral; 0 if the drive's integral does not remove the lag (H = 1)."""
     droop_deg_nm: Floats = field(default_factory=_none)
-    """``d``: lag for each Nm of weight."""
+    """``d``: lag in deg for each Nm of weight."""
     load: LoadModel = field(default_factory=LoadModel)
 
     def feed_forward(self, motion: PathPoint) -> Floats:
-        """Return the lag of a motion before the drives' integral takes it up, ``(5,)`` in degrees.
+        """Return the lag of a motion without the effect of the drives' integral, ``(5,)`` in degrees.
 
         ``a1 r' + a2 r'' + f tanh(r' / v0) + d weight(r)``.
         """
@@ -110,18 +110,18 @@ class ServoModel:
         return lag + self.droop_deg_nm * self.load.weight_nm(motion.angles_deg) if self.load.known else lag
 
     def taken_up_share(self, step_s: float) -> Floats:
-        """Return the share of a lag that the drives' integral takes up in a step, ``(5,)``."""
+        """Return the share of a lag that the drives' integral removes in ``step_s``, ``(5,)``."""
         known = self.integral_s > 0.0
         share: Floats = np.where(known, -np.expm1(-step_s / np.where(known, self.integral_s, 1.0)), 0.0)
         return share
 
 
 def without_taken_up(lag_deg: Floats, share: Floats) -> Floats:
-    """Return what the drives' integral leaves of a lag ``(n, 5)``, from rest.
+    """Return the part of a lag ``(n, 5)`` that remains after the drives' integral has reacted, starting at rest.
 
     :param share: :meth:`ServoModel.taken_up_share` of one row.
     """
-    # Imported here: the device process never learns or identifies.
+    # Import here, because the device process never learns or identifies.
     from scipy.signal import lfilter
 
     left = [
@@ -132,17 +132,17 @@ def without_taken_up(lag_deg: Floats, share: Floats) -> Floats:
 
 
 class FeedForward:
-    """How far the setpoint must be ahead of the reference for the arm to be on it, from switching torque on."""
+    """Calculates how far the setpoint must lead the reference so that the arm follows it. It starts when torque is switched on."""
 
     def __init__(self, model: ServoModel, step_s: float) -> None:
-        """``step_s``: time between two setpoints."""
+        """Start with no lag removed by the integral. ``step_s``: time between two setpoints."""
         self._model = model
         self._share = model.taken_up_share(step_s)
         self._taken_up_deg: Floats = np.zeros(N_AXES)
 
     def at(self, motion: PathPoint) -> Floats:
-        """Return the feed-forward of the next setpoint, ``(5,)`` in degrees; 0 at rest once the integral has taken the
-        weight up.
+        """Return the feed-forward of the next setpoint, ``(5,)`` in degrees. It is 0 at rest when the integral has removed the
+        lag of the weight.
         """
         lag = self._model.feed_forward(motion)
         self._taken_up_deg = self._taken_up_deg + self._share * (lag - self._taken_up_deg)

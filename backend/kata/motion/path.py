@@ -1,4 +1,4 @@
-"""The motion along a path. Without scipy: the simulated apparatus follows paths and starts in a third of the time."""
+"""Defines a point of a path. It does not import scipy, so that the simulated apparatus starts in a third of the time."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The reachable set and a doctor's limits for one setpoint: :mod:`kata.motion.reach` in the time of a control cycle."""
+"""Checks one setpoint against the reachable set and a doctor's limits, as :mod:`kata.motion.reach`, but within a control cycle."""
 
 import math
 from collections.abc import Sequence
@@ -9,25 +9,25 @@ from kata.motion.reach import CROSS_BODY_DEG, FADE, OVERHEAD_DEG, PLANES_DEG, RA
 from kata.motion.scapula_fit import BALL_JOINT_DEG, scapula_at
 
 _STEPS: Final = 8
-"""Steps towards the limit. Two are enough unless two limits meet."""
+"""Maximum number of steps towards the limit. Two are enough unless two limits meet."""
 _NUDGE_DEG: Final = 0.01
 _INSIDE_DEG: Final = 0.002
-"""How far inside of the limit a step aims, so that the last one ends there."""
+"""Distance inside the limit at which a step aims, so that the last step ends inside."""
 _COUPLED: Final = 4
-"""Motors 1 to 4 make the pose; motor 5 turns the arm about itself."""
+"""Number of motors (1 to 4) that determine the limited pose. Motor 5 turns the arm about its own axis."""
 
 
 class PoseGate:
-    """Says how far one pose is beyond the limits, and holds a setpoint inside of them."""
+    """Calculates how far a pose is beyond the limits, and moves a setpoint to the inside of the limits."""
 
     def __init__(self, side: Side, limits: ArmLimits | None, tolerance_deg: float) -> None:
-        """``tolerance_deg``: how far a setpoint may leave the reachable set; a doctor's limits have no tolerance."""
+        """Set the limits. ``tolerance_deg``: distance that a setpoint may leave the reachable set. A doctor's limits have no tolerance."""
         self._signs = APPARATUS_SIGNS[side]
         self._limits = limits
         self._tolerance_deg = tolerance_deg
 
     def beyond_deg(self, motors_deg: Sequence[float]) -> float:
-        """Return how far the pose is beyond the nearest limit; 0 or less inside. Takes some microseconds.
+        """Return the distance in deg by which the pose is beyond the limits; 0 or less inside. This takes some microseconds.
 
         :param motors_deg: five finite motor angles.
         """
@@ -46,9 +46,9 @@ class PoseGate:
     ) -> list[float]:
         """Return the setpoint, or the nearest one that is beyond the limits by at most ``level_deg``.
 
-        It goes the steepest way back: a setpoint that moves along a limit slides along it and does not jump.
+        The setpoint moves back in the steepest direction, so that a setpoint at a limit slides along the limit without a jump.
 
-        :param lowest_deg: limits of each motor, as ``highest_deg``.
+        :param lowest_deg: lowest angle of each motor; ``highest_deg``: highest angle.
         """
         here = motors_deg
         for _ in range(_STEPS):

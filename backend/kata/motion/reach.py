@@ -1,7 +1,7 @@
-"""The reachable set, and a doctor's limits of the arm: which poses are allowed, whichever motors make them.
+"""Defines the reachable set and a doctor's limits of the arm: the allowed poses, regardless of the motors that produce them.
 
-Limits belong to the pose. Motor 4 makes flexion with the hanging arm and horizontal flexion with the level arm (Table 2,
-rows 5 and 3): its 190 deg are too far for an arm that is lifted sideways. The body's coordinates do not depend on that:
+Limits apply to the pose. Motor 4 produces flexion with the hanging arm and horizontal flexion with the level arm (Table 2,
+rows 5 and 3), and its 190 deg are too far for an arm that is lifted sideways. The body's coordinates avoid this problem:
 
 * the **scapula**: phi, psi, and the swing of the ball joints that hold it;
 * **elevation**: the angle between the upper arm and the hanging arm, 0 to 180 deg;
@@ -9,8 +9,8 @@ rows 5 and 3): its 190 deg are too far for an arm that is lifted sideways. The b
   the body, below 0 backward (the two angles of the International Society of Biomechanics, Wu et al. 2005,
   doi 10.1016/j.jbiomech.2004.05.042).
 
-The motors' own ranges (Table 2, rows 3 to 6) are the station's axes. :mod:`kata.motion.pose_gate` asks the same
-questions of one setpoint; a test compares the two.
+The motors' own ranges (Table 2, rows 3 to 6) are the station's axes. :mod:`kata.motion.pose_gate` checks the same limits for
+one setpoint. A test compares the two modules.
 """
 
 from collections.abc import Callable
@@ -29,41 +29,41 @@ from kata.motion.trajectory import Trajectory, TrajectoryError
 CROSS_BODY_DEG: Final = BASIC_MOTIONS[2].range_deg[1]
 """The furthest plane of elevation across the body: horizontal flexion of the level arm (Table 2, row 3)."""
 OVERHEAD_DEG: Final = 165.0
-"""From this elevation on the plane has no meaning and is free. Row 5 goes 10 deg beyond the vertical; with the arm 10
-deg from the body, as it hangs in the apparatus, that is an elevation of 166 deg.
+"""Elevation from which the plane is not limited, because it has no meaning there. Row 5 extends 10 deg beyond the vertical.
+For an arm that is 10 deg from the body, as it hangs in the apparatus, this is an elevation of 166 deg.
 """
 RAISED_DEG: Final = (45.0, 135.0)
-"""Elevations between which a doctor's limit of the plane counts in full. Nearer to the vertical, where a small movement
-changes the plane by much, it widens by :data:`FADE`. We chose these bounds.
+"""Elevations between which a doctor's limit of the plane applies fully. Nearer to the vertical a small movement changes the
+plane a lot, so the limit widens by :data:`FADE`. These bounds are our choice.
 """
 FADE: Final = 10.0
-"""Degrees of plane for each degree of elevation."""
+"""Widening of the plane's limit, in degrees of plane for each degree of elevation."""
 LEVEL_BACK_DEG: Final = BASIC_MOTIONS[2].range_deg[0]
 """Lowest angle of motor 4 with the level arm (Table 2, row 3)."""
 FREE_DEG: Final = 360.0
-"""No pose has this angle: no limit."""
+"""Stands for "no limit": no pose reaches this angle."""
 PLANES_DEG: Final = (-180.0, -90.0, 0.0, 90.0, 180.0)
-"""Planes at which :attr:`ArmLimits.elevations_deg` has its values: backward, sideways, forward."""
+"""Planes in degrees for the values of :attr:`ArmLimits.elevations_deg`."""
 
 POSE_ROUNDING_DEG: Final = 0.01
-"""Accuracy of the scapula's pose (:mod:`kata.motion.scapula_fit`): a motion up to a limit is inside."""
+"""Accuracy of the scapula's pose (:mod:`kata.motion.scapula_fit`), used as a tolerance, so that a motion up to a limit is inside."""
 _STEP_S: Final = 0.01
-"""The smallest distance of two setpoints."""
+"""Time between two checked places of a motion: the setpoint period at 100 Hz."""
 _CHUNK: Final = 65_536
-"""Limits the memory for an hour of samples."""
+"""Number of samples that are checked at once, to limit the memory for an hour of samples."""
 
 
 @dataclass(frozen=True)
 class ArmLimits:
-    """A doctor's limits of the arm, in the body's coordinates; the default is without limits.
+    """A doctor's limits of the arm, in the body's coordinates. The default has no limits.
 
-    Elevation and plane count from the trunk, as a goniometer measures them: the scapula's part is included.
+    Elevation and plane are relative to the trunk, as a goniometer measures them. They include the scapula's part.
     """
 
     scapula_deg: tuple[tuple[float, float], tuple[float, float]] = ((-FREE_DEG, FREE_DEG), (-FREE_DEG, FREE_DEG))
     """Lowest and highest phi and psi."""
     side_deg: float = 180.0
-    """Highest elevation sideways. Between the planes the highest elevation is interpolated."""
+    """Highest elevation sideways. Between the directions the highest elevation is interpolated."""
     front_deg: float = 180.0
     """Highest elevation forward and across the body."""
     back_deg: float = 180.0
@@ -71,7 +71,7 @@ class ArmLimits:
     plane_deg: tuple[float, float] = (-FREE_DEG, FREE_DEG)
     """Lowest and highest plane of the raised arm."""
     flexion_from_deg: tuple[float, float] = (-FREE_DEG, -FREE_DEG)
-    """Lowest angle of motor 4 with the hanging and with the level arm; interpolated by motor 3 between them."""
+    """Lowest angle of motor 4 with the hanging arm and with the level arm. Between them it is interpolated by the angle of motor 3."""
 
     @property
     def elevations_deg(self) -> tuple[float, ...]:
@@ -84,19 +84,19 @@ class Bound(NamedTuple):
 
     quantity: Text
     motor: int
-    """The motor that a message names."""
+    """The motor that an error message names."""
     beyond_deg: Floats
-    """Below 0 inside."""
+    """Distance beyond the limit; below 0 inside."""
     value_deg: Floats
     limit_deg: Floats
     upper: bool
 
 
 class Nearest(NamedTuple):
-    """The place of a motion that is nearest to a limit, or furthest beyond one."""
+    """The place of a motion that is nearest to a limit, or farthest beyond a limit."""
 
     margin_deg: float
-    """Below 0: beyond the limit."""
+    """Distance to the limit; below 0 beyond it."""
     row: int
     quantity: Text
     motor: int
@@ -106,14 +106,14 @@ class Nearest(NamedTuple):
 
 
 def reachable_set(motors_deg: Floats, side: Side) -> list[Bound]:
-    """Return every limit of the apparatus that belongs to a pose.
+    """Return every limit of the apparatus that applies to a pose.
 
     :param motors_deg: motor angles, shape ``(n, 5)``.
     """
     scapula = scapula_of(motors_deg, side)
     found = _scapula(scapula, (POSE_RANGE_DEG[0], POSE_RANGE_DEG[1]))
     found.append(_bound(texts.BALL_JOINT_SWING(), 2, scapula.swing_deg, BALL_JOINT_DEG))
-    # The joint sits on the scapula: Table 2 counts from there.
+    # The joint is on the scapula, and Table 2 counts from the scapula. The arm's angles here do not include the scapula's.
     flexion = np.radians(motors_deg[:, 3])
     arm = _arm(np.radians(motors_deg[:, 2]), flexion, np.zeros(len(flexion)))
     beyond = np.minimum(_beyond_plane(arm, CROSS_BODY_DEG), OVERHEAD_DEG - arm.elevation_deg)
@@ -124,7 +124,7 @@ def reachable_set(motors_deg: Floats, side: Side) -> list[Bound]:
 
 
 def doctors_set(motors_deg: Floats, side: Side, limits: ArmLimits) -> list[Bound]:
-    """Return every limit of a doctor that belongs to a pose.
+    """Return every limit of a doctor that applies to a pose.
 
     :param motors_deg: motor angles, shape ``(n, 5)``.
     """
@@ -153,7 +153,7 @@ def doctors_set(motors_deg: Floats, side: Side, limits: ArmLimits) -> list[Bound
 
 
 def nearest(motors_deg: Floats, bounds: Callable[[Floats], list[Bound]]) -> Nearest:
-    """Return where a motion is nearest to one of the limits, or furthest beyond it.
+    """Return the place where a motion is nearest to one of the limits, or farthest beyond it.
 
     :param motors_deg: motor angles, shape ``(n, 5)``, n at least 1.
     :param bounds: :func:`reachable_set` or :func:`doctors_set` with its other parameters.
@@ -177,7 +177,7 @@ def nearest(motors_deg: Floats, bounds: Callable[[Floats], list[Bound]]) -> Near
 
 
 def setpoint_times(path: Trajectory) -> Floats:
-    """Return the times ``(m,)`` at which a motion is checked: those of setpoints at 100 Hz."""
+    """Return the times ``(m,)`` at which a motion is checked. They are the times of setpoints at 100 Hz."""
     return np.append(np.arange(0.0, path.duration_s, _STEP_S), path.duration_s)
 
 
@@ -190,7 +190,7 @@ def check_poses_of(path: Trajectory, bounds: Callable[[Floats], list[Bound]], to
     times_s = setpoint_times(path)
     angles = path.along(times_s)
     worst = nearest(angles, bounds)
-    # NaN is refused too.
+    # This comparison refuses NaN too.
     if not worst.margin_deg >= -tolerance_deg:
         at_s = float(times_s[worst.row])
         raise TrajectoryError(
@@ -210,7 +210,7 @@ def check_poses_of(path: Trajectory, bounds: Callable[[Floats], list[Bound]], to
 class _Arm(NamedTuple):
     elevation_deg: Floats
     plane_deg: Floats
-    """-90 to 270."""
+    """Plane of elevation, -90 to 270 deg."""
 
 
 def _arm(lifted: Floats, flexion: Floats, turned: Floats) -> _Arm:
@@ -224,7 +224,7 @@ def _arm(lifted: Floats, flexion: Floats, turned: Floats) -> _Arm:
 
 
 def _arc(elevation_deg: Floats, planes_deg: Floats) -> Floats:
-    """Return by how many degrees the arm itself must turn to change its plane by so much."""
+    """Return the angle in deg that the arm itself must move to change its plane by ``planes_deg``."""
     turn = np.sin(np.radians(elevation_deg)) * np.sin(np.radians(np.clip(planes_deg, -90.0, 90.0)))
     arc: Floats = np.degrees(np.arcsin(np.clip(turn, -1.0, 1.0)))
     return arc

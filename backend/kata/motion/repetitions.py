@@ -1,4 +1,4 @@
-"""When each repetition of a motion ends, computed without making all repetitions."""
+"""Calculates the time at which each repetition of a motion ends, without building all repetitions."""
 
 from dataclasses import dataclass, replace
 
@@ -8,7 +8,7 @@ from kata.motion.edit import LONGEST_S, EditError, Motion, PlaybackSettings, eas
 
 @dataclass(frozen=True)
 class RepetitionTimes:
-    """Repetitions end at ``first_s``, and then every ``period_s``; pauses and the way back lie between them."""
+    """The first repetition ends at ``first_s``, the others every ``period_s``. A period includes pauses and the movement back."""
 
     first_s: float
     period_s: float
@@ -20,7 +20,7 @@ class RepetitionTimes:
         return self.first_s + (self.repetitions - 1) * self.period_s
 
     def done(self, reached_s: float) -> int:
-        """Return how many repetitions end at or before a place on the path."""
+        """Return the number of repetitions that end at or before a place on the path."""
         if reached_s < self.first_s:
             return 0
         if self.repetitions == 1:
@@ -29,16 +29,16 @@ class RepetitionTimes:
 
 
 def repetition_times(motion: Motion, asked: PlaybackSettings) -> RepetitionTimes:
-    """Return when the repetitions of a recording with these settings end.
+    """Return the times at which the repetitions of a recording with these settings end.
 
-    :raises EditError: when it cannot be played like that, or would last longer than an hour.
+    :raises EditError: when the recording cannot be played with these settings, or would last longer than an hour.
     """
     roughly_s = motion.duration_s * 100.0 / asked.speed_percent * asked.repetitions
     _not_too_long(roughly_s + (asked.repetitions - 1) * asked.pause_s)
     once = with_settings(motion, replace(asked, repetitions=1))
     if asked.repetitions == 1:
         return RepetitionTimes(once.duration_s, 0.0, 1)
-    # A repeated motion is slowed down to rest at its ends first.
+    # A repeated motion first slows down to rest at its ends.
     first_s = eased(once).duration_s
     twice_s = with_settings(motion, replace(asked, repetitions=2)).duration_s
     found = RepetitionTimes(first_s, twice_s - first_s, asked.repetitions)
@@ -47,7 +47,7 @@ def repetition_times(motion: Motion, asked: PlaybackSettings) -> RepetitionTimes
 
 
 def repetition_times_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> RepetitionTimes:
-    """Return when the repetitions end if the whole motion has been made already: ``whole`` is the result of
+    """Return the times at which the repetitions end if the whole motion has already been built. ``whole`` is the result of
     :func:`~kata.motion.edit.with_settings`.
     """
     if asked.repetitions == 1:

@@ -1,5 +1,5 @@
-"""Scapulohumeral rhythm of a motion, in angles of the apparatus' links: how far the arm turns in the shoulder joint for each degree by
-which the scapula turns upward.
+"""Calculates the scapulohumeral rhythm of a motion from the angles of the apparatus' links: the rotation in the shoulder joint for each
+degree of the scapula's upward rotation.
 
 Three angles follow from a pose (:mod:`kata.motion.axes`), all in degrees:
 
@@ -8,12 +8,13 @@ Three angles follow from a pose (:mod:`kata.motion.axes`), all in degrees:
 * elevation in the shoulder joint: arccos(cos flexion cos abduction), the same without the scapula;
 * upward rotation of the scapula (psi, motion 2).
 
-A *pass* is a part of the motion in which the arm is raised or lowered. Over a band of elevation, both parts are fitted by a straight line
-over the elevation, and the ratio is slope of the joint / slope of the scapula. Fitted over the elevation, which always covers the
-band, the ratio stays defined when the joint hardly moves, as in a frozen shoulder.
+A *pass* is a part of the motion in which the arm is raised or lowered. Within a band of elevation, the joint's and the scapula's angle are
+each fitted by a straight line over the elevation. The ratio is the joint's slope divided by the scapula's slope. Because the lines are
+fitted over the elevation, which always covers the band, the ratio is defined even if the joint hardly moves, as in a frozen shoulder.
 
-An error of ``e`` at an end of a band of ``b`` deg, in which the scapula turns by ``s``, changes the ratio by about ``b e / s^2``. The links
-are not bones: slip at the scapula's board and at the cuff is not in these angles. ``docs/explanation/rhythm.md`` has the limits of the figure.
+In a band of ``b`` deg in which the scapula turns by ``s``, an error of ``e`` at one end changes the ratio by about ``b e / s^2``. The links
+are not bones: these angles do not include slip at the scapula's board and at the cuff. ``docs/explanation/rhythm.md`` states the limits of
+the figure.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,34 +31,35 @@ from kata.motion.shoulder import humerus_direction
 Direction = Literal["raising", "lowering"]
 Plane = Literal["abduction", "scaption", "flexion", "other", "changing"]
 NoRatio = Literal["not_covered", "at_limit", "scapula_still", "scapula_reversed", "joint_reversed"]
-"""Why a band has no ratio."""
+"""The reason why a band has no ratio."""
 Source = Literal["giphart_2013", "braman_2009"]
 
 BANDS_DEG: Final = ((30.0, 60.0), (60.0, 90.0), (90.0, 120.0))
-"""Phases of elevation. Below 30 deg the scapula first settles, and no ratio describes it."""
+"""Bands of elevation. Below 30 deg the scapula first settles, so that a ratio has no meaning."""
 LIMIT_DEG: Final = POSE_RANGE_DEG[1][1] - 0.5
-"""From this upward rotation on, the apparatus may hold the scapula at the end of its range, and a ratio would be too high."""
+"""From this upward rotation the apparatus may hold the scapula at the end of its range, so that a ratio would be too high."""
 LEAST_SCAPULA_DEG: Final = 2.6
-"""A scapula that turns less within 30 deg has no ratio: half a step of a 12-bit encoder, 0.044 deg, could change it by more than 0.2."""
+"""A scapula that turns less within 30 deg has no ratio, because half a step of a 12-bit encoder (0.044 deg) could change it by over 0.2."""
 LEAST_PASS_DEG: Final = 30.0
-"""A pass raises or lowers the arm by at least this; it could not cover a band otherwise."""
+"""A pass raises or lowers the arm by at least this angle; a shorter one could not cover a band."""
 AHEAD_DEG: Final = 4.0
-"""The scapula runs ahead if it turned further than the sound side's by more than this at the same elevation. Within +-4 deg the
-apparatus played back motion 2 of the same shoulder (Sun et al. 2025, Section 4.2), so a smaller difference is no difference of the sides.
+"""The scapula runs ahead if it turned farther than the sound side's by more than this at the same elevation. The apparatus played back
+motion 2 of the same shoulder within +-4 deg (Sun et al. 2025, Section 4.2), so a smaller difference does not show a difference between the
+sides.
 """
 _TURN_DEG: Final = 10.0
-"""The arm has turned round when it came back by this; less is a hand that hesitates."""
+"""The arm has changed its direction if it moved back by this angle. A smaller movement is a hesitation of the hand."""
 _GAP_S: Final = 0.5
-"""Longer without a sample, a pass ends."""
+"""A pass ends if there is no sample for longer than this."""
 _STEP_DEG: Final = 0.25
 _EDGE_DEG: Final = 2.0
-"""A band is covered if the pass comes so near to both its ends."""
+"""A band is covered if the pass comes at least this near to both ends of the band."""
 _MOST_ROWS: Final = 60_000
-"""Ten minutes at 100 Hz; of a longer motion every second, third ... row is used."""
+"""Maximum number of rows: ten minutes at 100 Hz. Of a longer motion only every second, third, ... row is used."""
 _SAME_PLANE_DEG: Final = 20.0
-"""Two passes whose planes of elevation are nearer are of the same motion."""
+"""Two passes belong to the same motion if their planes of elevation differ by at most this angle."""
 _STEADY_DEG: Final = 30.0
-"""A pass whose plane of elevation varies by more has no plane."""
+"""A pass whose plane of elevation varies by more than this angle has no plane."""
 _FORWARD_DEG: Final = (0.0, 90.0)
 _PLANES_DEG: Final[tuple[tuple[Plane, float, float], ...]] = (
     ("abduction", -15.0, 15.0),
@@ -68,7 +70,7 @@ _PLANES_DEG: Final[tuple[tuple[Plane, float, float], ...]] = (
 
 @dataclass(frozen=True)
 class PublishedRatio:
-    """A published ratio of healthy people who moved their arm themselves. ``deviation``: standard deviation between people, if published."""
+    """A published ratio of healthy people who moved their arms actively. ``deviation``: standard deviation between people, if published."""
 
     source: Source
     ratio: float
@@ -90,7 +92,7 @@ REACHING: Final[dict[Direction, PublishedRatio]] = {
 
 @dataclass(frozen=True)
 class BandRatio:
-    """The ratio within a band of elevation, or why there is none. Angles: by how much the fitted lines change within the band."""
+    """The ratio within a band of elevation, or the reason for its absence. ``scapula_deg`` and ``joint_deg``: changes of the fitted lines."""
 
     from_deg: float
     to_deg: float
@@ -103,7 +105,7 @@ class BandRatio:
 
 @dataclass(frozen=True)
 class Pass:
-    """One raising or lowering: mean angles for each degree of elevation, ``(k,)`` each, the elevation ascending."""
+    """One raising or lowering of the arm: mean angles for each degree of elevation, ``(k,)`` each, in ascending order of elevation."""
 
     direction: Direction
     plane: Plane
@@ -115,19 +117,19 @@ class Pass:
 
 @dataclass(frozen=True)
 class Rhythm:
-    """All passes in one direction and plane: the widest one, and the median of their ratios."""
+    """The rhythm of all passes in one direction and plane: the widest pass, and the medians of the ratios."""
 
     widest: Pass
     passes: int
     bands: tuple[BandRatio, ...]
     whole: BandRatio
-    """From 30 deg to the end of the pass, or to where the scapula reached its limit."""
+    """The ratio from 30 deg to the end of the pass, or to the elevation at which the scapula reached its limit."""
 
     @property
     def reference(self) -> PublishedRatio | None:
         """The published ratio for this plane and direction, if there is one.
 
-        People who reach overhead choose their plane, so their ratio is the reference where the plane changes or has no name.
+        The ratio of overhead reaching is the reference if the plane changes or has no name, because those people chose their own plane.
         """
         one = self.widest
         if one.plane in ("changing", "other") and _FORWARD_DEG[0] <= one.plane_deg <= _FORWARD_DEG[1]:
@@ -137,7 +139,7 @@ class Rhythm:
 
 @dataclass(frozen=True)
 class MotionRhythm:
-    """The rhythms of a motion, and the range of both angles over all of it."""
+    """The rhythms of a motion, and the ranges of elevation and upward rotation in the whole motion."""
 
     rhythms: tuple[Rhythm, ...]
     elevation_range_deg: tuple[float, float]
@@ -146,27 +148,27 @@ class MotionRhythm:
     """Elevation and upward rotation at the first sample."""
 
     def like(self, one: Pass) -> Pass | None:
-        """Return the widest pass in the direction and plane of another one."""
+        """Return the widest pass in the same direction and plane as ``one``, or None."""
         return next((own.widest for own in self.rhythms if _same_motion(own.widest, one)), None)
 
 
 @dataclass(frozen=True)
 class Lead:
-    """How much further the scapula turned from the start than the sound side's, at the same elevation of the same motion."""
+    """Difference between the rotations of this scapula and the sound side's since the start, at the same elevation of the same motion."""
 
     from_deg: float
     to_deg: float
     largest_deg: float
-    """Below 0 where it stayed behind."""
+    """Largest difference; below 0 if the scapula turned less than the sound side's."""
     at_elevation_deg: float
     ahead_from_deg: float | None
-    """The lowest elevation at which it runs ahead (:data:`AHEAD_DEG`); None if it does not."""
+    """The lowest elevation at which the scapula runs ahead (:data:`AHEAD_DEG`); None if it does not."""
 
 
 def rhythm_of(times_s: ArrayLike, motors_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> MotionRhythm:
     """Return the rhythm of motor angles ``(n, 5)`` at times ``(n,)``.
 
-    :raises OutOfReachError: where no pose has these angles.
+    :raises OutOfReachError: when no pose has the motor angles of a row.
     """
     times = np.asarray(times_s, dtype=np.float64)
     every = max(1, -(-len(times) // _MOST_ROWS))
@@ -201,7 +203,7 @@ def rhythm_of_poses(times_s: Floats, poses_deg: Floats) -> MotionRhythm:
 def lead(own: MotionRhythm, sound: MotionRhythm) -> Lead | None:
     """Return the scapula's lead over the sound side's while the arm is raised in the same plane.
 
-    Both are counted from the start of their motion, because the scapula's board is fitted anew on each side.
+    Both rotations are relative to the start of their motion, because the scapula's board is fastened separately on each side.
 
     :returns: None without 30 deg of common elevation below the scapula's limit, or if a motion starts with a raised arm.
     """
@@ -213,7 +215,7 @@ def lead(own: MotionRhythm, sound: MotionRhythm) -> Lead | None:
         max(raised.elevation_deg[0], other.elevation_deg[0]), min(raised.elevation_deg[-1], other.elevation_deg[-1])
     )
     turned = [np.interp(at, one.elevation_deg, one.scapula_deg) for one in (raised, other)]
-    # At its limit a scapula is held back by the apparatus: a difference there is not the shoulder's.
+    # At its limit the apparatus holds the scapula back. A difference there is not caused by the shoulder.
     free = np.maximum(*turned) < LIMIT_DEG
     at, ahead = at[free], (turned[0] - own.start_deg[1] - turned[1] + sound.start_deg[1])[free]
     if len(at) < LEAST_PASS_DEG:
@@ -290,7 +292,7 @@ def _combined(passes: Sequence[Pass]) -> Rhythm:
 
 
 def _median(ratios: Sequence[BandRatio]) -> BandRatio:
-    """Return the medians of the ratios that there are, else the first one's reason."""
+    """Return the medians of the available ratios. Without any ratio, return the first entry with its reason."""
     found = [one for one in ratios if one.ratio is not None]
     if not found:
         return ratios[0]
@@ -310,7 +312,7 @@ def _median(ratios: Sequence[BandRatio]) -> BandRatio:
 
 
 def _whole(one: Pass) -> BandRatio:
-    """Return the ratio from 30 deg to the end of the pass, or to where the scapula reached its limit."""
+    """Return the ratio from 30 deg to the end of the pass, or to the elevation at which the scapula reached its limit."""
     low = max(BANDS_DEG[0][0], float(one.elevation_deg[0]))
     held = one.elevation_deg[(np.abs(one.scapula_deg) >= LIMIT_DEG) & (one.elevation_deg >= low)]
     high = float(held[0]) - 1.0 if len(held) else float(one.elevation_deg[-1])

@@ -1,7 +1,7 @@
-"""The scapula's pose and its ball joints' swing as polynomials of the angles of motors 1 and 2.
+"""Calculates the scapula's pose and the swing of its ball joints as polynomials of the angles of motors 1 and 2.
 
-The forward kinematics needs a root finder (:mod:`kata.motion.linkage`): too slow for every setpoint and for an hour of
-samples. Within :data:`FITTED_DEG` the polynomials differ from it by less than 0.01 deg (a test compares them).
+The forward kinematics needs a root finder (:mod:`kata.motion.linkage`), which is too slow for every setpoint and for an hour
+of samples. Within :data:`FITTED_DEG` the polynomials differ from it by less than 0.01 deg (a test compares them).
 """
 
 from functools import cache
@@ -14,18 +14,18 @@ from kata.motion.axes import APPARATUS_SIGNS, Side
 from kata.motion.linkage import LINKAGE, Floats
 
 FITTED_DEG: Final = 28.0
-"""Largest phi and psi of the fit: Table 2 needs 20, and setpoints may be some degrees beyond."""
+"""Largest phi and psi of the fit. Table 2 needs 20 deg, and setpoints may be some degrees beyond."""
 BALL_JOINT_DEG: Final = 30.0
 """Swing limit of the ball joints, in each direction (Table 1, HEPHAIST SRJ012C)."""
 _DEGREE: Final = 7
 _GRID: Final = 57
 _MIDDLE_DEG: Final = (12.0, 108.0)
 _WIDTH_DEG: Final = (40.0, 30.0)
-"""Scale the motors' angles to about -1 to 1, which keeps the fit well conditioned."""
+"""Middle and width scale the motors' angles to about -1 to 1, so that the fit is well conditioned."""
 
 
 class Scapula(NamedTuple):
-    """Angles of the scapula and the largest swing of its ball joints, in degrees; all of one shape."""
+    """Angles of the scapula and the largest swing of its ball joints, in degrees. All three have the same shape."""
 
     phi_deg: Floats
     psi_deg: Floats
@@ -33,12 +33,12 @@ class Scapula(NamedTuple):
 
 
 def ball_joint_swing_deg(scapula_deg: Floats) -> Floats:
-    """Return how far the four ball joints have turned from the middle pose.
+    """Return the angles in deg by which the four ball joints have turned from the middle pose.
 
-    The orientation of their housings is not published. We assume that each is centred at phi = psi = 0, one end of each
-    rod on the board and one on the crank.
+    The orientation of their housings is not published. We assume that each joint is centred at phi = psi = 0, and that each rod
+    has one joint on the board and one on the crank.
 
-    :param scapula_deg: shape ``(n, 2)``, as the apparatus sees it.
+    :param scapula_deg: shape ``(n, 2)``, in the coordinates of the apparatus.
     :returns: shape ``(n, 4)``: Q1, P1, Q2, P2.
     """
     turned, middle = _rods(np.radians(scapula_deg)), _rods(np.zeros((1, 2)))
@@ -51,7 +51,7 @@ def ball_joint_swing_deg(scapula_deg: Floats) -> Floats:
 def scapula_of(motors_deg: Floats, side: Side) -> Scapula:
     """Return the scapula's pose for motor angles.
 
-    Far outside of the linkage's reach the values have no meaning, but are outside of every limit.
+    Far outside the linkage's reach the values have no meaning, but they are outside every limit.
 
     :param motors_deg: shape ``(n, 2)`` or more columns; motors 1 and 2 come first.
     """
@@ -62,8 +62,8 @@ def scapula_of(motors_deg: Floats, side: Side) -> Scapula:
 
 
 def scapula_at(motor_1_deg: float, motor_2_deg: float) -> tuple[float, float, float]:
-    """Return phi and psi as the apparatus sees them, and the cosine of the largest swing: :func:`scapula_of` for one
-    pose, in a hundredth of its time.
+    """Return phi and psi in the coordinates of the apparatus, and the cosine of the largest swing. This is :func:`scapula_of`
+    for one pose, in a hundredth of the time.
     """
     u = (motor_1_deg - _MIDDLE_DEG[0]) / _WIDTH_DEG[0]
     v = (motor_2_deg - _MIDDLE_DEG[1]) / _WIDTH_DEG[1]
@@ -81,13 +81,13 @@ def scapula_at(motor_1_deg: float, motor_2_deg: float) -> tuple[float, float, fl
 
 @cache
 def coefficients() -> Floats:
-    """Return the polynomials' coefficients, shape ``(3, 8, 8)``: of phi, psi and the cosine of the largest swing."""
+    """Return the polynomials' coefficients, shape ``(3, 8, 8)``: those of phi, of psi, and of the cosine of the largest swing."""
     line = np.linspace(-FITTED_DEG, FITTED_DEG, _GRID)
     scapula = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
     scaled = (LINKAGE.inverse_deg(scapula) - _MIDDLE_DEG) / _WIDTH_DEG
     powers = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
     terms = np.stack([scaled[:, 0] ** i * scaled[:, 1] ** j for i, j in powers], axis=-1)
-    # The joint at the end of motor 2's crank swings furthest wherever one of them swings far.
+    # If any joint swings far, the joint at the end of motor 2's crank swings farthest.
     wanted = np.column_stack([scapula, np.cos(np.radians(ball_joint_swing_deg(scapula)[:, 3]))])
     fitted = np.linalg.lstsq(terms, wanted, rcond=None)[0]
     tables = np.zeros((3, _DEGREE + 1, _DEGREE + 1))
@@ -106,7 +106,7 @@ def _rows() -> tuple[tuple[tuple[float, ...], ...], ...]:
 
 
 def _rods(scapula_rad: Floats) -> list[Floats]:
-    """Return each rod's direction as its two joints see it, ``(n, 3)``: from the board and from the crank."""
+    """Return the direction of each rod in the coordinates of its two joints, ``(n, 3)`` each: on the board, then on the crank."""
     phi, psi = scapula_rad.T
     found = []
     for leg in LINKAGE.legs:
@@ -130,7 +130,7 @@ def _board_turn(phi: Floats, psi: Floats) -> Floats:
 def _on_crank(
     rod: Floats, theta: Floats, sine: tuple[int, float], cosine: tuple[int, float]
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the rod's parts along the crank, across it in its plane, and along its axis."""
+    """Return the rod's components along the crank, across the crank in its plane, and along the crank's axis."""
     in_plane = {sine[0]: sine[1], cosine[0]: cosine[1]}
     (axis,) = {0, 1, 2} - set(in_plane)
     a, b = sine[1] * rod[:, sine[0]], cosine[1] * rod[:, cosine[0]]

@@ -1,8 +1,8 @@
-"""The shoulder joint's serial links (Section 3.1.2): the direction of the upper arm, and the basic motion of motor 4.
+"""Calculates the shoulder joint's serial links (Section 3.1.2): the upper arm's direction, and the basic motion of motor 4.
 
-Motor 3 turns about X and carries motor 4, which turns about Y while the arm hangs; both axes and motor 5's meet in the
-shoulder's centre. When motor 3 has lifted the arm sideways, motor 4's axis is vertical, and motor 4 makes horizontal
-flexion.
+Motor 3 turns about X and carries motor 4, which turns about Y while the arm hangs. Both axes and the axis of motor 5 meet in
+the shoulder's centre. When motor 3 has lifted the arm sideways, the axis of motor 4 is vertical, and motor 4 performs
+horizontal flexion.
 """
 
 from typing import Final
@@ -14,18 +14,18 @@ from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
 
 _RAISED_START_DEG: Final = 10.0
-"""A motion that starts higher than this above its lowest posture does not start at rest. We chose this bound: the arm
+"""A motion that starts higher than this above its lowest posture does not start at rest. We chose this value, because the arm
 hangs at 0 to 20 deg in the recorded motions.
 """
 _UPRIGHT_FROM_DEG: Final = 45.0
-"""From this abduction on, motor 4's axis, (0, cos a, -+sin a) in space, is nearer to Z than to Y. We chose this bound.
+"""From this abduction the axis of motor 4, (0, cos a, -+sin a) in space, is nearer to Z than to Y. We chose this value.
 """
 
 
 def motion_of_motor_4(abduction_deg: ArrayLike) -> NDArray[np.int_]:
-    """Return the number in Table 2 of the basic motion that motor 4 makes at this shoulder abduction.
+    """Return the number in Table 2 of the basic motion that motor 4 performs at this shoulder abduction.
 
-    Between the hanging and the level arm it makes a part of both; the nearer one counts.
+    Between the hanging and the level arm, motor 4 performs a part of both motions. The nearer one is returned.
 
     :param abduction_deg: shape ``(...)``.
     :returns: shape ``(...)``: 5 (flexion / extension) or 3 (horizontal flexion / extension).
@@ -36,9 +36,9 @@ def motion_of_motor_4(abduction_deg: ArrayLike) -> NDArray[np.int_]:
 def humerus_direction(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
     """Return the direction of the upper arm in space.
 
-    The joint sits on the scapula (Section 2.1: its parent link), whose roll and then yaw follow motors 4 and 3.
+    The joint is on the scapula (Section 2.1: its parent link). The scapula's roll and then its yaw are applied after motors 4 and 3.
 
-    :param pose_deg: shape ``(..., 5)``; external rotation turns about this direction and has no effect.
+    :param pose_deg: shape ``(..., 5)``; external rotation turns about the arm's direction and therefore has no effect.
     :returns: shape ``(..., 3)``, unit vectors: X forward, Y to the patient's left, Z up. (0, 0, -1) hangs.
     """
     pose = np.radians(np.asarray(pose_deg, dtype=np.float64))
@@ -47,7 +47,7 @@ def humerus_direction(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Float
     lifted = abduction + pose[..., 1]
     forward = np.sin(flexion)
     outward = np.cos(flexion) * np.sin(lifted)
-    # The scapula's abduction moves the arm forward, which is about +Z on the right; left is the mirror image.
+    # The scapula's abduction moves the arm forward: a rotation about +Z on the right side. The left side is the mirror image.
     away = forward * np.cos(phi) + outward * np.sin(phi), outward * np.cos(phi) - forward * np.sin(phi)
     left = 1.0 if side == "left" else -1.0
     return np.stack([away[0], left * away[1], -np.cos(flexion) * np.cos(lifted)], axis=-1)
@@ -56,7 +56,7 @@ def humerus_direction(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Float
 def rest_posture_deg(angles_deg: ArrayLike) -> Floats:
     """Return the posture towards which a motion's range is reduced: its start, where the arm hangs.
 
-    A motion that starts with a raised arm, such as a part that was cut out, is reduced towards its lowest posture: a
+    A motion that starts with a raised arm, such as a trimmed part, is reduced towards its lowest posture, because a
     reduction must never lift the arm.
 
     :param angles_deg: shape ``(n, 5)``, motor angles or poses.

@@ -1,17 +1,17 @@
-"""Smoothing without a shift in time: the natural cubic smoothing spline, as a filter with a known cut-off.
+"""Smooths without a shift in time: the natural cubic smoothing spline, used as a filter with a known cut-off.
 
-Of all curves it is the one that minimises
+Of all curves the spline minimises
 
     sum_i w_i (y_i - f(t_i))^2  +  lambda * integral f''(t)^2 dt,
 
-solved in one banded system (Reinsch 1967, Numer. Math. 10, 177; Green and Silverman 1994, Section 2.3.3). With each
-sample weighing as much as the time that it stands for, and lambda = 1 / (2 pi f_c)^4, it answers to the frequency f with
+It is the solution of one banded system (Reinsch 1967, Numer. Math. 10, 177; Green and Silverman 1994, Section 2.3.3). If each
+sample's weight is the time that it represents, and lambda = 1 / (2 pi f_c)^4, the response at the frequency f is
 
     1 / (1 + (f / f_c)^4),
 
-which is a second-order Butterworth filter run forwards and backwards, whatever the sampling: time stamps need not be
-even, and nothing has to be resampled. Its ends need no padding either: beyond them it is straight, so that a recording
-that breaks off in full motion keeps its speed there.
+which is that of a second-order Butterworth filter run forwards and backwards. It does not depend on the sampling: time stamps
+need not be even, and no resampling is necessary. The ends need no padding, because the spline is straight beyond them. A
+recording that ends in full motion therefore keeps its speed there.
 """
 
 from typing import Final
@@ -21,30 +21,30 @@ import numpy as np
 from kata.motion.linkage import Floats
 
 CUTOFF_HZ: Final = 6.0
-"""Cut-off of the smoothing at 100 Hz: half of the amplitude is left there.
+"""Cut-off of the smoothing at 100 Hz: half of the amplitude remains at this frequency.
 
-Movement must be kept: arms are led at 1 Hz and slower, of which smoothing removes 0.1 %. Of an encoder's steps of 360 /
-4096 deg (0.025 deg rms, evenly spread up to 50 Hz) it leaves 0.17 deg/s in the first derivative and 7 deg/s2 in the
-second. The lag compensation turns this into 0.02 deg each (0.1 s and 0.003 s2), less than a step; with 12 Hz it would
+Movement must be kept: arms are led at 1 Hz and slower, where smoothing removes 0.1 %. The steps of an encoder, 360 / 4096
+deg (0.025 deg RMS, evenly spread up to 50 Hz), leave 0.17 deg/s in the first derivative and 7 deg/s2 in the second. The lag
+compensation turns each of these into 0.02 deg (with 0.1 s and 0.003 s2), less than a step. With a cut-off of 12 Hz it would
 be more than a step.
 """
 CUTOFF_PER_RATE: Final = 0.4
-"""The cut-off of a slower recording, as a share of its rate: at 10 Hz there are too few samples a period for 6 Hz."""
+"""Cut-off of a slower recording as a share of its rate, because a rate of 10 Hz has too few samples for a cut-off of 6 Hz."""
 LARGEST_RMSE_DEG: Final = 0.2
-"""Limits the difference between smoothed and taught motion: if it would be larger, the cut-off rises."""
+"""Largest RMSE between smoothed and taught motion. If it would be larger, the cut-off is raised."""
 _LESS: Final = 1.25
 _HIGHEST_PER_RATE: Final = 10.0
-"""With a cut-off this far above its rate a recording is not smoothed at all."""
+"""If the cut-off would exceed this multiple of its rate, a recording is not smoothed."""
 
 
 def smoothed(times_s: Floats, angles_deg: Floats, cutoff_hz: float) -> Floats:
-    """Return the smoothing spline at its samples; the natural cubic spline through these is the curve itself.
+    """Return the smoothing spline's values at the samples. The natural cubic spline through these values is the whole curve.
 
     :param times_s: ``(n,)``, increasing.
-    :param angles_deg: ``(n, k)``; each column separately.
-    :param cutoff_hz: the frequency at which half of the amplitude is left.
+    :param angles_deg: ``(n, k)``; each column is smoothed separately.
+    :param cutoff_hz: the frequency at which half of the amplitude remains.
     """
-    # Imported here: the device process imports this module and never smoothes.
+    # Import here, because the device process imports this module and never smooths.
     from scipy.linalg import solveh_banded
 
     if len(times_s) < 3:
@@ -71,10 +71,10 @@ def smoothed(times_s: Floats, angles_deg: Floats, cutoff_hz: float) -> Floats:
 
 
 def smoothed_recording(times_s: Floats, angles_deg: Floats) -> Floats:
-    """Return :func:`smoothed` with the cut-off that a recording's rate allows, or a higher one that keeps the taught
-    motion.
+    """Return :func:`smoothed` with the cut-off for the recording's rate, or with a higher one if the taught motion requires
+    it.
 
-    No column's RMSE against the recording exceeds :data:`LARGEST_RMSE_DEG`.
+    The RMSE of no column against the recording exceeds :data:`LARGEST_RMSE_DEG`.
     """
     rate_hz = 1 / float(np.median(np.diff(times_s)))
     cutoff_hz = min(CUTOFF_HZ, CUTOFF_PER_RATE * rate_hz)

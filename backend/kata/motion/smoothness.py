@@ -1,13 +1,13 @@
-"""How smooth a movement is: the spectral arc length of its speed (SPARC).
+"""Calculates the smoothness of a movement: the spectral arc length of its speed (SPARC).
 
-Balasubramanian, Melendez-Calderon, Burdet, "A robust and sensitive metric for quantifying movement smoothness", IEEE
-Trans. Biomed. Eng. 59 (2012) 2126; with the adaptive cut-off of Balasubramanian et al., "On the analysis of movement
-smoothness", J. NeuroEng. Rehabil. 12:112 (2015), Eqs. (4)-(6):
+Sources: Balasubramanian, Melendez-Calderon, Burdet, "A robust and sensitive metric for quantifying movement smoothness", IEEE
+Trans. Biomed. Eng. 59 (2012) 2126; adaptive cut-off of Balasubramanian et al., "On the analysis of movement smoothness", J.
+NeuroEng. Rehabil. 12:112 (2015), Eqs. (4)-(6):
 
     SPARC = - integral from 0 to wc of sqrt( (1/wc)^2 + (dV/dw)^2 ) dw,    V(w) = |spectrum of the speed| / its largest
     wc    = the highest frequency up to 10 Hz at which V(w) is still 0.05 or more
 
-It has no unit, and knows neither how large nor how long a movement is. One minimum-jerk movement has about -1.5; submovements,
+SPARC has no unit and does not depend on the size or duration of a movement. One minimum-jerk movement has about -1.5. Submovements,
 stops and tremor make it more negative.
 """
 
@@ -20,22 +20,21 @@ from numpy.typing import ArrayLike
 from kata.motion.linkage import Floats
 
 HIGHEST_HZ: Final = 10.0
-"""Higher frequencies do not belong to the movement (2015: 10 or 20 Hz; an arm that a hand or motors move stays below
-10).
+"""Higher frequencies do not belong to the movement. The paper of 2015 uses 10 or 20 Hz. An arm that is moved by a hand or by
+motors stays below 10 Hz.
 """
 LEAST_SHARE: Final = 0.05
 """Amplitudes below this share of the largest are ignored, so that noise does not lengthen the arc."""
 _PADDING: Final = 4
-"""Zeros make the signal 2^4 times as long: the arc is then fine enough for signals of any length."""
+"""Zeros make the signal 2^4 times as long, so that the arc is fine enough for signals of any length."""
 _RATE_HZ: Final = 100.0
 _SHORTEST_S: Final = 0.5
 
 
 def spectral_arc_length(speed: ArrayLike, rate_hz: float) -> float:
-    """Return the SPARC of a speed profile ``(n,)`` in any unit, sampled at ``rate_hz``; at least 0 everywhere, not 0
-    everywhere.
+    """Return the SPARC of a speed profile ``(n,)`` in any unit, sampled at ``rate_hz``. No value may be negative.
 
-    :raises ValueError: when there is no movement.
+    :raises ValueError: when no value is above 0.
     """
     profile = np.asarray(speed, dtype=np.float64)
     if not np.any(profile > 0):
@@ -48,19 +47,19 @@ def spectral_arc_length(speed: ArrayLike, rate_hz: float) -> float:
 
 
 def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
-    """Return the SPARC of one axis' movement; the speed is computed from angles.
+    """Return the SPARC of one axis' movement. The speed is computed from the angles.
 
-    Differentiated encoder counts are tens of degrees a second. A low-pass filter without delay first removes
-    frequencies above 10 Hz (Butterworth, second order, forwards and backwards), which SPARC does not count anyway.
+    Differentiated encoder counts are tens of deg/s. Therefore a low-pass filter without delay first removes
+    frequencies above 10 Hz (Butterworth, second order, forwards and backwards), which SPARC ignores anyway.
 
     :param times_s: ``(n,)``, increasing.
-    :param angles_deg: ``(n,)``.
-    :returns: None when it is shorter than half a second.
+    :param angles_deg: ``(n,)``, angles of the axis.
+    :returns: None if the movement is shorter than half a second or has no speed.
     """
     times = np.asarray(times_s, dtype=np.float64)
     if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
         return None
-    # This imports all of scipy.stats: 0.7 s that a start need not wait for.
+    # Import here, because this imports all of scipy.stats, which would delay the start by 0.7 s.
     from scipy.interpolate import PchipInterpolator
     from scipy.signal import butter, sosfiltfilt
 

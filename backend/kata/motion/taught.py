@@ -1,4 +1,4 @@
-"""Motions as poses over time, read from a file: the simulated therapist's hand follows them when a motion is taught.
+"""Reads motions as poses over time from a file. The simulated therapist's hand follows them when a motion is taught.
 
 The file is a CSV with a header row: ``time_s`` and the five columns of :data:`~kata.motion.axes.POSE_COLUMNS` in
 degrees, in any order; other columns are ignored.
@@ -18,14 +18,14 @@ from kata.motion.csv_table import CsvTable, TableError, read_table
 from kata.motion.linkage import Floats
 
 RANGE_TOLERANCE_DEG: Final = 2.0
-"""A recorded pose may lie this far outside the apparatus' range: cuffs and encoders are not more precise."""
+"""A recorded pose may be this far outside the apparatus' range, because cuffs and encoders are not more precise."""
 MIN_DURATION_S: Final = 0.5
 POSE_LAYOUT: Final = ("time_s", *POSE_COLUMNS)
-"""The columns of a file of poses."""
+"""Column names of a file of poses."""
 
 
 class TaughtError(TableError):
-    """The motion cannot be used; the message names the error and its place in one sentence."""
+    """The motion cannot be used. The message names the error and its place in one sentence."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def read_csv(path: Path) -> Taught:
 
 
 def parse_csv(text: str, name: str) -> Taught:
-    """Parse a motion from CSV text; its time is shifted to begin at 0.
+    """Parse a motion from CSV text. Its time is shifted to begin at 0.
 
     :raises TaughtError: naming line and column of the first problem: a missing column, a value that is not a finite
         number, time that does not increase, an angle outside the apparatus' range, too short a motion.
@@ -73,7 +73,7 @@ def parse_csv(text: str, name: str) -> Taught:
 
 
 def check_time(table: CsvTable) -> None:
-    """Check the first column, the time: it must increase, and the motion must be long enough.
+    """Check the first column, the time. It must increase, and the motion must be long enough.
 
     :raises TableError: naming line and column.
     """
@@ -87,7 +87,7 @@ def check_time(table: CsvTable) -> None:
 
 
 def check_poses(table: CsvTable) -> None:
-    """Check the other five columns, the pose: it must be within the apparatus' range.
+    """Check the other five columns, the pose. It must be within the apparatus' range.
 
     :raises TableError: naming line and column.
     """

@@ -1,9 +1,9 @@
-"""Comparison of playback and teaching: the paper's error (Section 4) and other figures, for every motor and motion.
+"""Compares playback with teaching: the paper's error (Section 4) and other figures, for every motor and motion.
 
-The error is playback minus teaching at the same place on the path. The comparison uses the path's own clock, not wall
-time, so that a pause in a playback is not an error. Nothing is warped: a playback that lags has the error of its lag.
-:func:`wall_clock_s` is the other clock. The start is reported apart, as the paper does ("start excepted"): of start and
-rest, the larger error is always the largest of the playback.
+The error is playback minus teaching at the same place on the path. The comparison uses the path's own clock, not wall time, so
+that a pause in a playback is not an error. Times are not warped: a lag of the playback appears as an error.
+:func:`wall_clock_s` calculates the wall clock. The start is reported separately, as in the paper ("start excepted"). The larger
+of the two errors, of the start and of the rest, is the largest error of the playback.
 """
 
 from dataclasses import dataclass
@@ -19,20 +19,20 @@ from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.smoothness import smoothness
 
 START_S: Final = 0.5
-"""The start of a playback, on the path's clock. Ours: five samples of the paper's 10 Hz. The paper excepts "the initial
-state" and gives no time.
+"""Duration of the start of a playback, on the path's clock. We chose it: five samples of the paper's 10 Hz. The paper excludes
+"the initial state" without a time.
 """
 MOVES_DEG: Final = 2.0
-"""An axis with a smaller range hardly moves: its lag and smoothness would be those of noise."""
+"""An axis with a smaller range hardly moves, so its lag and smoothness would be those of noise."""
 _LARGEST_LAG_S: Final = 0.5
-"""Five samples of the paper's 10 Hz. A larger lag means that the axis does not follow at all."""
+"""Largest lag that is searched: five samples of the paper's 10 Hz. With a larger lag the axis does not follow at all."""
 _LAG_STEP_S: Final = 0.02
 """Step of the first search, before the refinement: far less than the period of a tremor."""
 _LAG_EXACT_S: Final = 1e-5
 _LAG_SAMPLES: Final = 20_000
-"""More samples would not increase the precision."""
+"""Maximum number of samples for the lag. More samples would not increase the precision."""
 _SAME_PLACE_S: Final = 1e-3
-"""Closer places on the recording count as the same."""
+"""Places on the recording that are closer than this count as the same place."""
 
 
 class AngleRange(NamedTuple):
@@ -43,15 +43,15 @@ class AngleRange(NamedTuple):
 
 
 class ErrorFigures(NamedTuple):
-    """The error of one angle: the start apart, and everything after it. Of a playback that ended within its start, both
-    are of all samples.
+    """The error of one angle: the start, and separately everything after it. If a playback ended within its start, both are
+    calculated from all samples.
     """
 
     peak_deg: float
     """Largest error after the start, with its sign."""
     peak_at_s: float
     rmse_deg: float
-    """Of the error after the start."""
+    """Root mean square of the error after the start."""
     start_deg: float
     """Largest error of the start, with its sign."""
 
@@ -76,8 +76,8 @@ class Tracking:
     rmse_deg: float
     start_deg: float
     lag_ms: float | None
-    """The shift of the clock that best aligns playback with teaching: positive if the playback is late. None if the
-    angle hardly moves.
+    """The shift of the clock that best aligns playback with teaching. It is positive if the playback is late. None if the angle
+    hardly moves.
     """
     taught: AngleRange
     """Range of the whole recording."""
@@ -94,19 +94,19 @@ class MotorTracking(Tracking):
 
     motor: int
     torque_peak_nm: float | None
-    """Largest torque while playing, with its sign; None where no torque was given."""
+    """Largest torque while playing, with its sign; None if no torque was given."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionTracking(Tracking):
-    """The figures of one basic motion, in the body's angle instead of the motors'."""
+    """The figures of one basic motion, in the angle of the body instead of the motors."""
 
     motion: BasicMotion
-    """Its row of Table 2, with the apparatus' ROM and a healthy shoulder's."""
+    """The motion's row of Table 2, with the ranges of the apparatus and of a healthy shoulder."""
 
 
 class Comparison:
-    """Teaching and playback on one clock: ``times_s`` is ``(m,)``, the angles are ``(m, 5)`` in degrees."""
+    """Teaching and playback on one clock. ``times_s`` is ``(m,)``; the angles are ``(m, 5)`` in degrees."""
 
     def __init__(self, aligned: "_AlignedRecordings", torque_nm: Floats | None) -> None:
         self._aligned = aligned
@@ -117,7 +117,7 @@ class Comparison:
 
     @cached_property
     def motors(self) -> tuple[MotorTracking, ...]:
-        """The figures of every motor. Computed on first use: a plot of an hour does not need them."""
+        """The figures of every motor. They are computed on first use, because a plot of an hour does not need them."""
         torque = self._torque_nm
         return tuple(
             MotorTracking(
@@ -148,12 +148,12 @@ def compare(
 ) -> Comparison:
     """Compare a playback with its teaching, motor by motor.
 
-    :param taught_times_s: ``(n,)`` times of the recording, increasing; counted from its first sample.
+    :param taught_times_s: ``(n,)`` times of the recording, increasing. They are used relative to the first sample.
     :param taught_deg: ``(n, 5)`` motor angles taught.
     :param played_path_s: ``(m,)`` places on the recording's clock at which the playback was measured.
     :param played_deg: ``(m, 5)`` motor angles measured there.
     :param torque_nm: ``(m, 5)`` torque measured there.
-    :raises ValueError: when there is nothing to compare.
+    :raises ValueError: when the playback has no samples.
     """
     aligned = _AlignedRecordings(taught_times_s, taught_deg, played_path_s, played_deg)
     return Comparison(aligned, None if torque_nm is None else np.asarray(torque_nm, dtype=np.float64))
@@ -167,12 +167,12 @@ def compare_motions(
 ) -> tuple[MotionTracking, ...]:
     """Compare in the body's angles: one result for each basic motion that the recording moves, in the order of Table 2.
 
-    Motor 4 makes forward or horizontal flexion, depending on how far the arm is lifted: one of the two counts for the
-    whole recording.
+    Motor 4 performs forward or horizontal flexion, depending on how far the arm is lifted. One of the two motions is chosen
+    for the whole recording.
 
     The parameters are those of :func:`compare`, with poses (:func:`kata.motion.linkage.pose_deg`) instead of motor angles.
 
-    :raises ValueError: when there is nothing to compare.
+    :raises ValueError: when the playback has no samples.
     """
     aligned = _AlignedRecordings(taught_times_s, taught_pose_deg, played_path_s, played_pose_deg)
     not_this_one = _other_of_motor_4(taught_pose_deg)
@@ -185,8 +185,8 @@ def compare_motions(
 
 
 def angles_at(times_s: Floats, angles_deg: Floats, places_s: Floats) -> Floats:
-    """Return the angles ``(k, ...)`` at places ``(k,)``, degrees; constant before the start and after the end."""
-    # Imported here and below: scipy would delay the start of every service.
+    """Return the angles ``(k, ...)`` at places ``(k,)``, degrees; they are constant before the start and after the end."""
+    # Import here and below, because scipy would delay the start of every service.
     from scipy.interpolate import PchipInterpolator
 
     there: Floats = PchipInterpolator(times_s, angles_deg)(np.clip(places_s, times_s[0], times_s[-1]))
@@ -196,12 +196,12 @@ def angles_at(times_s: Floats, angles_deg: Floats, places_s: Floats) -> Floats:
 def wall_clock_s(times_s: Floats, path_s: Floats, moving: NDArray[np.bool_]) -> Floats:
     """Return the wall clock of a playback ``(m,)``, in seconds from the start of its motion.
 
-    The path's clock starts slowly with the arm, the wall clock at once. It is set to the path's clock at the first
-    sample and after every interruption, such as a pause.
+    The path's clock starts slowly, together with the arm. The wall clock starts at full speed. It is set to the path's clock at
+    the first sample and after every interruption, such as a pause.
 
     :param times_s: ``(m,)`` real times of all samples of the run.
     :param path_s: ``(m,)`` their places on the path.
-    :param moving: ``(m,)`` True where the arm was played forwards. Elsewhere the result is NaN.
+    :param moving: ``(m,)`` True for samples in which the arm moved forwards. For other samples the result is NaN.
     """
     begins = moving & ~np.concatenate([[False], moving[:-1]])
     since = np.flatnonzero(begins)[np.maximum(np.cumsum(begins) - 1, 0)] if np.any(begins) else np.zeros(0, np.intp)
@@ -212,7 +212,7 @@ def wall_clock_s(times_s: Floats, path_s: Floats, moving: NDArray[np.bool_]) -> 
 
 
 class _AlignedRecordings:
-    """Teaching and playback on one clock, with five angles of either kind."""
+    """Teaching and playback on one clock, with five motor angles or the five angles of a pose."""
 
     def __init__(self, times_s: ArrayLike, taught: ArrayLike, path_s: ArrayLike, played: ArrayLike) -> None:
         self.path: Floats = np.asarray(path_s, dtype=np.float64)
@@ -223,13 +223,13 @@ class _AlignedRecordings:
         times = np.asarray(times_s, dtype=np.float64)
         self._times: Floats = times - times[0]
         self.taught_there = angles_at(self._times, self.taught, self.path)
-        # Places after a reversal were played twice; the speed is defined for the first time only.
+        # Places after a reversal were played twice. The speed is calculated only from the first time.
         forward = np.diff(np.maximum.accumulate(self.path), prepend=-np.inf) > _SAME_PLACE_S
         self._once: Floats = self.path[forward]
         self._played_once: Floats = self.played[forward]
 
     def figures(self, axis: int) -> Tracking:
-        """Return the figures that motors and motions have in common."""
+        """Return the figures that are common to motors and motions."""
         error = self.played[:, axis] - self.taught_there[:, axis]
         moves = bool(np.ptp(self.taught_there[:, axis]) >= MOVES_DEG)
         return Tracking(
@@ -246,7 +246,7 @@ class _AlignedRecordings:
         return smoothness(self._times[there], self.taught[there, axis])
 
     def _lag_ms(self, axis: int) -> float:
-        """Return the shift with the smallest variance of the remaining error. A constant error is not a lag."""
+        """Return the shift in ms with the smallest variance of the remaining error. The variance ignores a constant error."""
         from scipy.interpolate import PchipInterpolator
         from scipy.optimize import minimize_scalar
 
@@ -273,8 +273,8 @@ def largest(values: Floats) -> float:
 
 
 def _other_of_motor_4(pose_deg: Floats) -> int:
-    """Return the number of the motion, 3 or 5, that motor 4 does not make: by how far the arm is lifted, averaged over
-    motor 4's way.
+    """Return the number of the motion, 3 or 5, that motor 4 does not perform. It is decided by the abduction of the arm,
+    averaged over the distance that motor 4 moves.
     """
     way = np.abs(np.diff(pose_deg[:, 3]))
     lifted = np.average(pose_deg[1:, 2], weights=way) if np.any(way > 0) else pose_deg[0, 2]

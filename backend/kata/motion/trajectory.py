@@ -1,4 +1,4 @@
-"""A recording as a function of time, checked before it may move an arm."""
+"""Represents a recording as a function of time, and checks it before it may move an arm."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple, Self
@@ -14,28 +14,28 @@ from kata.motion.shoulder import rest_posture_deg
 from kata.motion.smoothing import rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
-"""Hold time of a sample with the paper's method: 10 Hz (Section 4)."""
+"""Time for which the paper's method holds a sample: 10 Hz (Section 4)."""
 RUN_UP_DEG: Final = 2.0
-"""Every motor moves this far in one direction before it is at the start (:mod:`kata.motion.approach`): enough to take
-up friction and play of the loosest motor.
+"""Every motor moves this far in one direction before it reaches the start (:mod:`kata.motion.approach`). This is enough to
+take up friction and play of the loosest motor.
 """
 _SPEED_WINDOW_S: Final = 0.1
-"""Speed is averaged over this time: between neighbouring samples an encoder's single count is already 9 deg/s."""
+"""Speed is averaged over this time, because one encoder count between neighbouring samples already corresponds to 9 deg/s."""
 _LONGEST_GAP_S: Final = 1.0
 _SHORTEST_STEP_S: Final = 1e-4
-"""No bus is polled this often. Closer together, one encoder count would be a speed of 880 deg/s that smoothing had to
-remove.
+"""Shortest time between two samples. No bus is polled faster. At a shorter time one encoder count would be a speed of more than
+880 deg/s, which smoothing would have to remove.
 """
 _SECOND_DIFFERENCE_STEP_S: Final = 0.01
-"""Acceleration is checked between setpoints this far apart: those of 100 Hz."""
+"""Acceleration is checked from setpoints at this distance, which is that of 100 Hz."""
 _ROUNDING: Final = 1e-6
 _LARGEST_DEG: Final = 3600.0
-"""Ten turns: no axis has them, and computing with smaller angles cannot overflow."""
+"""Largest accepted angle: ten turns. No axis reaches it, and calculations with smaller angles cannot overflow."""
 
 
 class TrajectoryError(ValueError):
-    """The recording must not be played; the message names the motor and the time. So do ``motor`` and ``at_s`` if the
-    message has them.
+    """The recording must not be played. The message names the motor and the time. ``motor`` and ``at_s`` are the same, or None if
+    the message has none.
     """
 
     def __init__(self, message: str, motor: int | None = None, at_s: float | None = None) -> None:
@@ -61,17 +61,17 @@ class Trajectory:
     """A recording's motor angles as a smooth function of time: the ``smooth`` reference.
 
     It is the spline of :mod:`kata.motion.smoothing`, continuous up to its second derivative. It approximates the
-    recorded samples; :attr:`rmse_deg` is the difference. A gap between samples is bridged by the same cubic.
+    recorded samples; :attr:`rmse_deg` is the difference. The spline also bridges gaps between samples.
     """
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
         """Smooth and interpolate the recording.
 
-        :param times_s: shape ``(n,)``, increasing; may begin at any time and is counted from 0.
+        :param times_s: shape ``(n,)``, increasing. They may begin at any time and are shifted to begin at 0.
         :param angles_deg: shape ``(n, 5)``.
-        :raises TrajectoryError: when shapes disagree, numbers are not finite, time does not increase or has a gap.
+        :raises TrajectoryError: when shapes differ, numbers are not finite, or time does not increase or has a gap.
         """
-        # Imported here: the device process only evaluates trajectories and saves scipy's memory.
+        # Import here, because the device process only evaluates trajectories and saves the memory of scipy.
         from scipy.interpolate import CubicSpline
 
         times, angles = _checked(times_s, angles_deg)
@@ -104,11 +104,11 @@ class Trajectory:
         return self.at(0.0)
 
     def at(self, time_s: float) -> Floats:
-        """Return the angles ``(5,)`` in degrees at ``time_s``; constant before the start and after the end."""
+        """Return the angles ``(5,)`` in degrees at ``time_s``; they are constant before the start and after the end."""
         return self.motion_at(time_s).angles_deg
 
     def motion_at(self, time_s: float) -> PathPoint:
-        """Return angles, speed and acceleration at a time; before the start and after the end the values there."""
+        """Return angles, speed and acceleration at a time. A time before the start or after the end is replaced by the start or end."""
         time_s = min(max(time_s, 0.0), self.duration_s)
         piece = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
         d = time_s - self._times_s[piece]
@@ -142,10 +142,9 @@ class Trajectory:
         return times, np.abs(self.along(times + _SPEED_WINDOW_S) - self.along(times)) / _SPEED_WINDOW_S
 
     def check(self, limits: Sequence[AxisLimits], tolerance_deg: float) -> None:
-        """Refuse a recording that leaves an axis' range by more than the tolerance, or exceeds its speed or
-        acceleration.
+        """Refuse a recording that leaves an axis' range by more than the tolerance, or exceeds its speed or acceleration.
 
-        Nothing is clipped: a clipped motion is not the one that was taught.
+        Angles are never clipped, because the result would differ from the taught motion.
 
         :raises TrajectoryError: naming motor, time, value and limit of the worst violation of the first such motor.
         """
@@ -188,7 +187,7 @@ class Trajectory:
                 raise TrajectoryError(texts.MOTOR_WOULD_JERK(motor=axis + 1, at_s=at_s), axis + 1, at_s)
 
     def _windows(self) -> Floats:
-        """Return the times ``(m,)`` at which the speed windows begin; the last window ends with the recording."""
+        """Return the times ``(m,)`` at which the speed windows begin. The last window ends with the recording."""
         last_s = self.duration_s - _SPEED_WINDOW_S
         return np.append(np.arange(0.0, last_s, _SPEED_WINDOW_S), last_s)
 
@@ -197,23 +196,23 @@ class Trajectory:
         self.rest_deg: Floats = rest_posture_deg(angles_deg)
         """``(5,)``: the posture towards which the range is reduced."""
         self.farthest_deg: Floats = np.maximum(high - self.rest_deg, self.rest_deg - low)
-        """``(5,)``: how far each motor goes from there."""
+        """``(5,)``: largest distance of each motor from the rest posture."""
         self.reach_deg: Floats = high - low
-        """``(5,)``: the width of that range."""
+        """``(5,)``: difference between the highest and the lowest angle of each motor."""
         away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
         self.departure_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
-        """``(5,)``: how each motor leaves the start: :data:`RUN_UP_DEG` to the side to which it first moves that far,
-        or the farthest it ever moves. Computed once: the control loop has no time to search an hour of samples.
+        """``(5,)``: signed distance that each motor first moves away from the start: :data:`RUN_UP_DEG`, or less if the motor
+        never moves that far. It is computed once, because the control loop has no time to search an hour of samples.
         """
 
     def _extremes(self) -> tuple[Floats, Floats]:
-        """Return times and angles, ``(m, 5)`` each, that include every axis' highest and lowest angle: a cubic has two
-        such places in each piece.
+        """Return times and angles, ``(m, 5)`` each, that include every axis' highest and lowest angle. A cubic has up to two
+        extremes in each piece.
         """
         c3, c2, c1, _ = self._coefficients
         steps = np.diff(self._times_s)[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):
-            # The quadratic formula in the form without cancellation.
+            # Use the form of the quadratic formula that avoids cancellation.
             q = -(c2 + np.copysign(np.sqrt(c2 * c2 - 3 * c3 * c1), c2))
             inside = np.stack([q / (3 * c3), c1 / q])
             inside = np.where((inside > 0) & (inside < steps), inside, 0.0)
@@ -223,11 +222,11 @@ class Trajectory:
         return times, np.concatenate([angles, self.at(self.duration_s)[None]])
 
     def _second_differences(self) -> tuple[Floats, Floats]:
-        """Return times ``(m,)`` and the size of the acceleration there ``(m, 5)``."""
-        # Half steps, because setpoints may lie anywhere between two of them.
+        """Return times ``(m,)`` and the absolute acceleration at these times ``(m, 5)``."""
+        # Use half steps, because setpoints may be anywhere between two steps.
         times = np.arange(0.0, self.duration_s, _SECOND_DIFFERENCE_STEP_S / 2)
         grid = self.along(times)
-        # The last three end with the recording.
+        # The last difference ends with the recording.
         before, last, end = self.along(self.duration_s - _SECOND_DIFFERENCE_STEP_S * np.array([2.0, 1.0, 0.0]))
         second_differences = np.concatenate([grid[4:] - 2 * grid[2:-2] + grid[:-4], (end - 2 * last + before)[None]])
         return np.append(times[2:-2], self.duration_s - _SECOND_DIFFERENCE_STEP_S), np.abs(
@@ -238,7 +237,7 @@ class Trajectory:
 class ZeroOrderHold(Trajectory):
     """A recording at 10 Hz with a zero-order hold: the ``paper`` reference (Section 4).
 
-    It has neither speed nor acceleration.
+    Its speed and acceleration are 0.
     """
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
@@ -247,14 +246,14 @@ class ZeroOrderHold(Trajectory):
 
         times, angles = _checked(times_s, angles_deg)
         self._times_s = times
-        # A recording of another rate is interpolated without an overshoot.
+        # A recording of another rate is interpolated without overshoot.
         places = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
         self._samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
         self._set_range(self._samples)
         self.rmse_deg = rmse(self.along(times), angles)
 
     def motion_at(self, time_s: float) -> PathPoint:
-        """Return the sample that is held at this time."""
+        """Return the sample that is held at this time, with speed and acceleration 0."""
         return PathPoint(self.along(np.array([time_s]))[0], np.zeros(N_AXES), np.zeros(N_AXES))
 
     def along(self, times_s: Floats) -> Floats:
@@ -263,7 +262,7 @@ class ZeroOrderHold(Trajectory):
         return held
 
     def motions(self, times_s: Floats) -> PathPoint:
-        """Return the held samples at the times ``(m,)``; they have neither speed nor acceleration."""
+        """Return the held samples at the times ``(m,)``, with speed and acceleration 0."""
         held = self.along(times_s)
         return PathPoint(held, np.zeros_like(held), np.zeros_like(held))
 

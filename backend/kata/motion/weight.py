@@ -1,14 +1,15 @@
-"""The torque of weight and springs on each motor by posture: linear terms whose factors a station's identification finds.
+"""Calculates the torque of weight and springs on each motor by posture: linear terms whose factors are identified at each station.
 
-Motors 3 to 5 turn the upper arm by ``R = Rx(-t3) Ry(-t4) Rz(-t5)`` (:mod:`kata.motion.sides`); a mass at a point p of the arm is at
-the height ``(R p)_z``. Its torque on a motor is the derivative of that height, so the factors are the mass's first moments. With the
-elbow bent forward they have a part forward and one downward. A tool balancer hangs above the shoulder: its cable counts like a
-negative mass, and more so the nearer the arm is to it, which the terms with two heights describe. On motors 1 and 2 the arm acts with
-its lever to the side, ``(R p)_y``, and the relaxed shoulder girdle like a spring.
+Motors 3 to 5 turn the upper arm by ``R = Rx(-t3) Ry(-t4) Rz(-t5)`` (:mod:`kata.motion.sides`). A mass at a point p of the arm has the
+height ``(R p)_z``. Its torque on a motor is the derivative of this height, so the factors are the first moments of mass. With the elbow
+bent forward they have a forward and a downward component. A tool balancer hangs above the shoulder. Its cable acts like a negative mass,
+and its effect increases as the arm comes nearer; the terms with two heights describe this. On motors 1 and 2 the arm acts with its
+sideways lever, ``(R p)_y``, and the relaxed shoulder girdle acts like a spring.
 
-The turned apparatus is the reflection S = diag(1, 1, -1) of the unturned one (:mod:`kata.motion.sides`). A torque about Z keeps its sign
-then, one about X changes it. Motor 1 turns the board about Z mostly, motor 2 about X: what loads motor 2 without a spring, the constant
-included, changes its sign, and what loads motor 1 does not. The MuJoCo model agrees (``tests/motion/test_weight_of_the_plant.py``).
+The turned apparatus is the reflection S = diag(1, 1, -1) of the unturned one (:mod:`kata.motion.sides`). A torque about Z then keeps its
+sign, and a torque about X changes it. Motor 1 turns the board mostly about Z, motor 2 about X. The terms of motor 2 except its springs,
+the constant included, therefore change their sign; those of motor 1 do not. The MuJoCo model agrees
+(``tests/motion/test_weight_of_the_plant.py``).
 """
 
 from typing import Final
@@ -20,16 +21,16 @@ from kata.motion.axes import APPARATUS_SIGNS, N_AXES, Side
 from kata.motion.linkage import LINKAGE, Floats
 
 N_TERMS: Final = 6
-"""Factors of each motor, in Nm (those of a spring in Nm/rad). Motors 3 to 5: the arm's moment forward and downward, the moment of
-motor 3's own link, and three of the balancer's cable. Motors 1 and 2: the arm's moment downward, two springs, the arm's moment forward, a
-constant, and one without meaning."""
+"""Number of factors of each motor, in Nm (those of a spring in Nm/rad). Motors 3 to 5: the arm's forward and downward moment, the moment
+of motor 3's own link, and three for the balancer's cable. Motors 1 and 2: the arm's downward moment, two springs, the arm's forward
+moment, a constant, and one unused factor."""
 _REST_DEG: Final[Floats] = LINKAGE.inverse_deg([0.0, 0.0])
 
 
 def weight_terms(angles_deg: ArrayLike, side: Side) -> Floats:
-    """Return the terms of postures given by motor angles, ``(..., 5)`` to ``(..., 5, N_TERMS)``.
+    """Return the weight terms ``(..., 5, N_TERMS)`` of postures, which are given as motor angles ``(..., 5)``.
 
-    All terms of motor 2 but its springs change their sign when the apparatus is turned.
+    All terms of motor 2 except its springs change their sign when the apparatus is turned.
     """
     angles = np.asarray(angles_deg, dtype=np.float64)
     one, two = np.moveaxis(np.radians(angles[..., :2] - _REST_DEG), -1, 0)

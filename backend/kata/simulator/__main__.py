@@ -1,4 +1,4 @@
-"""``python -m kata.simulator``: the simulated apparatus, started by the service, the demonstration or a test."""
+"""``python -m kata.simulator``: starts the simulated apparatus. The service, the demonstration or a test runs this."""
 
 import sys
 

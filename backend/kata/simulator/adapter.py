@@ -1,16 +1,16 @@
-"""The latency of the adapter between computer and bus, as of a USB serial adapter."""
+"""Simulates the latency of the adapter between computer and bus, for example of a USB serial adapter."""
 
 import random
 from dataclasses import dataclass, field
 from typing import Final
 
 _BURST_NS: Final = 1_000_000
-"""Bytes that leave within this time of the bytes before them are equally late."""
+"""Bytes that follow others within this time have the same latency."""
 
 
 @dataclass
 class AdapterLatency:
-    """How late the computer receives the drives' bytes: a fixed time, and up to ``jitter_ms`` more for each request."""
+    """The latency of the drives' bytes at the computer: a fixed time, plus a random time up to ``jitter_ms`` for each request."""
 
     fixed_ms: float = 0.0
     jitter_ms: float = 0.0
@@ -19,7 +19,7 @@ class AdapterLatency:
     _late_ns: int = 0
 
     def arrival_ns(self, left_ns: int) -> int:
-        """Return when the bytes that left a drive at ``left_ns`` arrive."""
+        """Return the arrival time of the bytes that left a drive at ``left_ns``."""
         if left_ns - self._left_ns > _BURST_NS:
             self._late_ns = int((self.fixed_ms + self._random.random() * self.jitter_ms) * 1e6)
         self._left_ns = left_ns

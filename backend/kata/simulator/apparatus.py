@@ -1,7 +1,7 @@
-"""The whole simulated apparatus: five drives on one mechanism, a hand, a pedal, an emergency stop, and its clock.
+"""Simulates the whole apparatus: five drives on one mechanism, a hand, a pedal, an emergency stop, and a clock.
 
-The emergency stop has antivalent contacts: a normally closed one at external port 1 of drive 1, a normally open one at port 3. They are
-signals only: here only the control software switches torque off. The pedal is normally open, on port 2.
+The emergency stop has antivalent contacts: a normally closed contact at external port 1 of drive 1, and a normally open contact at port
+3. The contacts are only signals: in this simulation only the control software switches torque off. The pedal is normally open, on port 2.
 """
 
 import math
@@ -21,7 +21,7 @@ from kata.simulator.plant import Plant
 
 _STEP_NS: Final = int(STEP_S * 1e9)
 _CATCH_UP_NS: Final = 500_000_000
-"""A longer gap (the process was stopped) is skipped."""
+"""A longer gap is skipped: the process was suspended."""
 ESTOP_PORT: Final = 1
 PEDAL_PORT: Final = 2
 ESTOP_SECOND_PORT: Final = 3
@@ -29,7 +29,7 @@ _MAX_EVENTS: Final = 200
 _LINE_SILENT_NS: Final = 100_000_000
 _GUARDING_NM_RAD: Final = 60.0
 _GUARDING_NM_S: Final = 1.0
-"""Stiffness and damping of a patient who resists: 3 Nm are reached after 3 deg."""
+"""Stiffness and damping of a patient who resists. The resistance reaches 3 Nm after 3 deg."""
 
 EventName = Literal[
     "estop_pressed",
@@ -54,7 +54,7 @@ class SimulatorEvent(msgspec.Struct, frozen=True):
 
 
 class SimulatedAxis(msgspec.Struct, frozen=True):
-    """True state of an axis' shaft, independent of the drive's report; the arm differs from it by the backlash."""
+    """The true state of an axis' shaft, independent of the drive's report. The arm's angle differs from the shaft's by the backlash."""
 
     motor: int
     angle_deg: float
@@ -83,11 +83,11 @@ class State(msgspec.Struct, frozen=True):
 
 
 DriveCallback = Callable[[int, int, DriveEvent, float], None]
-"""Called with each accepted change of a drive: time in ns, motor 1-5, "goal" with degrees or "torque" with 1 or 0."""
+"""Callback for each accepted change of a drive. Its arguments: time in ns, motor 1-5, and "goal" with degrees or "torque" with 1 or 0."""
 
 
 class SimulatedApparatus:
-    """Everything between the wire and the patient. :meth:`advance` sets the time."""
+    """The apparatus between bus and patient. :meth:`advance` sets the time."""
 
     def __init__(
         self,
@@ -99,8 +99,8 @@ class SimulatedApparatus:
         turned: bool = False,
         make_mechanics: MakeMechanics = Plant,
     ) -> None:
-        """``seed``: another patient, other gears, another therapist. ``now_ns``: start of a stepped clock; without it time is real.
-        ``still``: without mechanics. ``turned``: by 180 deg about X, for the other shoulder.
+        """Create the apparatus. ``seed``: chooses another patient, other gears and another therapist. ``now_ns``: start of a stepped clock;
+        None: real time. ``still``: without mechanics. ``turned``: turned by 180 deg about X, for the other shoulder.
         """
         self.seed = seed
         self._make_mechanics = make_mechanics
@@ -148,7 +148,7 @@ class SimulatedApparatus:
             self._advance(min(steps, self._steps_to_slow_update))
 
     def _advance(self, steps: int) -> None:
-        """Advance by some milliseconds without external events."""
+        """Advance by at most ``steps`` steps, without external events. A watchdog that trips ends the advance early."""
         watching = [drive for drive in self.drives if drive.watchdog_active]
         for drive in watching:
             steps = min(steps, drive.steps_to_trip)
@@ -163,7 +163,7 @@ class SimulatedApparatus:
             self._heard_ns = None
 
     def _update_slow_values(self) -> None:
-        """Update the slow values."""
+        """Update slow loads, the supplies' voltage, the hand's target and the pedal."""
         self._plant.update_slow_loads()
         for drives in self._supplied:
             share_supply(drives, STRIDE_S)
@@ -177,7 +177,7 @@ class SimulatedApparatus:
             self._update_pedal(self._stepped_ns)
 
     def _move_hand(self, targets: list[float]) -> None:
-        """Let the hand pull the arm from its last target to its next."""
+        """Let the hand pull the arm from its last target to its next target."""
         hand = self._hand.parameters
         for n, (joint, target) in enumerate(zip(self._plant.joints, targets, strict=True)):
             begins = joint.hand[0] if joint.hand else joint.arm_angle
@@ -191,7 +191,7 @@ class SimulatedApparatus:
     # -- the drives -----------------------------------------------------------------------------------------------
 
     def heard(self, now_ns: int) -> None:
-        """Note a valid message on the bus."""
+        """Note the time of a valid message on the bus."""
         self._heard_ns = now_ns
 
     def _on_drive_change(self, motor: int, what: DriveEvent, value: float) -> None:
@@ -206,17 +206,17 @@ class SimulatedApparatus:
         self._plant.jam(motor - 1, jammed=jammed)
 
     def break_estop_wire(self, *, broken: bool) -> None:
-        """Break the normally closed contact's wire, so that the stop reads as pressed, or mend it."""
+        """Break the wire of the normally closed contact, so that the stop reads as pressed, or repair it."""
         self._estop_wire_broken = broken
         self._set_contacts()
 
     def break_second_wire(self, *, broken: bool) -> None:
-        """Break the normally open contact's wire, so that it never reads closed, or mend it."""
+        """Break the wire of the normally open contact, so that it never reads closed, or repair it."""
         self._second_wire_broken = broken
         self._set_contacts()
 
     def weld_contact(self, *, welded: bool) -> None:
-        """Weld the normally closed contact, so that it stays closed when the stop is pressed, or free it."""
+        """Weld the normally closed contact, so that it stays closed when the stop is pressed, or repair it."""
         self._contact_welded = welded
         self._set_contacts()
 
@@ -235,7 +235,7 @@ class SimulatedApparatus:
             self._set_contacts()
 
     def turn(self, *, turned: bool) -> None:
-        """Turn by 180 deg about X, for the other shoulder, or back; the patient changes the arm.
+        """Turn the apparatus by 180 deg about X for the other shoulder, or turn it back. The patient changes the arm.
 
         :raises HandRefusedError: while torque is on, or while the hand is busy.
         """
@@ -263,7 +263,7 @@ class SimulatedApparatus:
         self._add_event("hand_started")
 
     def hold_against(self, motor: int, strength_nm: float) -> None:
-        """Let the patient resist movement of motor 1-5 with at most ``strength_nm``; 0 ends it."""
+        """Let the patient resist movement of motor 1-5 with at most ``strength_nm``. 0 ends the resistance."""
         joint = self._plant.joints[motor - 1]
         joint.hand = (joint.arm_angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None
 
@@ -272,14 +272,14 @@ class SimulatedApparatus:
         self._plant.joints[motor - 1].hand = hand
 
     def place(self, motor: int, angle: float) -> None:
-        """Put the shaft of motor 1-5 and its arm at an angle (rad), at rest, as if a hand had guided it."""
+        """Put the shaft of motor 1-5 and the arm at an angle (rad), at rest, as if a hand had guided them."""
         self._plant.place(motor - 1, angle)
         for drive, joint in zip(self.drives, self._plant.joints, strict=True):
             drive.angle, drive.speed = joint.angle, joint.speed
 
     @property
     def arm_deg(self) -> tuple[float, ...]:
-        """Angles of the patient's arm on the five axes, degrees, behind play and everything soft. No encoder measures them."""
+        """Angles of the patient's arm on the five axes in degrees, after play and soft parts. No encoder measures them."""
         return tuple(math.degrees(joint.arm_angle) for joint in self._plant.joints)
 
     @property

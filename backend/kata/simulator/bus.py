@@ -1,6 +1,6 @@
-"""The five servos on one bus: which of them answer, in which order, and when.
+"""Simulates the five servos on one bus: which of them answer, in which order, and when.
 
-An instruction is received, and an answer complete, with its last byte.
+An instruction is received with its last byte, and an answer is complete with its last byte.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,10 +20,10 @@ _LEVEL_ALL: Final = 2
 
 
 class ServoBus:
-    """Executes instructions at the servos and returns their answers. Its only clock is ``now_ns``."""
+    """Executes instructions at the servos and returns their answers. The caller passes the time as ``now_ns``."""
 
     def __init__(self, apparatus: SimulatedApparatus, baud: int = 1_000_000) -> None:
-        """``baud``: the servos' rate at first.
+        """Create the servos. ``baud``: their initial rate.
 
         :raises ValueError: when the servos do not support it.
         """
@@ -80,12 +80,12 @@ class ServoBus:
             yield BusAnswer(data, after_s)
 
     def _single(self, hearing: Sequence[Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
-        """Execute an instruction for one drive, or for all by the broadcast address, to which only a ping is answered."""
+        """Execute an instruction for one drive, or for all with the broadcast address. Drives answer a broadcast only if it is a ping."""
         asked = instruction.drive_id
         broadcast = asked == protocol.BROADCAST
         addressed = [servo for servo in hearing if broadcast or servo.id == asked]
         for servo in hearing:
-            # A secondary id reaches RAM only and is never answered.
+            # An instruction to a secondary id reaches only RAM and is never answered.
             if servo.table[SECONDARY_ID] == asked and servo.id != asked and not broadcast:
                 self._execute_at(servo, instruction, now_ns, ram_only=True)
         answers = []
@@ -97,7 +97,7 @@ class ServoBus:
             if (instruction.code == protocol.PING or wanted) and self.faults.answers(
                 servo.drive.motor, inputs=reads and _reads_inputs(servo, *_range(instruction.parameters))
             ):
-                # A changed id counts from the next instruction on.
+                # A changed id applies from the next instruction.
                 answers.append((servo, protocol.status(drive_id, alert | error, data)))
         return answers
 
@@ -124,7 +124,7 @@ class ServoBus:
     def _read_in_order(
         self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]], now_ns: int
     ) -> list[tuple[Servo, int, bytes]]:
-        """Read the named drives in order. Each waits for the drive before it, so a silent drive silences all that follow."""
+        """Read the named drives in order. Each waits for the drive before it, so a silent drive silences all drives after it."""
         answers = []
         for drive_id, address, length in wanted:
             servo = listening.get(drive_id)
@@ -141,8 +141,8 @@ class ServoBus:
     ) -> list[tuple[Servo, bytes]]:
         lengths = [length for _, _, length in wanted]
         if not wanted or max(lengths) > END:
-            return []  # The length field of the header cannot hold such a length.
-        # Pad unreadable data: the header already contains the packet's length.
+            return []  # The length field of the header cannot express such a length.
+        # Pad unreadable data, because the header already contains the packet's length.
         answers = [
             (servo, error, data.ljust(length, b"\0"))
             for (servo, error, data), length in zip(
@@ -173,7 +173,7 @@ class ServoBus:
 
 
 def _collided(answers: Sequence[tuple[Servo, bytes]]) -> list[tuple[Servo, bytes]]:
-    """Return the answers as they are on the wire: of drives that share an id, a bit that any of them sends as 0 is 0."""
+    """Return the answers as they are on the wire. If drives share an id, a bit is 0 if any of them sends 0."""
     on_wire: dict[int, tuple[Servo, bytes]] = {}
     for servo, answer in answers:
         drive_id = answer[4]
@@ -186,7 +186,7 @@ def _collided(answers: Sequence[tuple[Servo, bytes]]) -> list[tuple[Servo, bytes
 
 
 def _manage(servo: Servo, instruction: Instruction, now_ns: int) -> int:
-    """Execute an instruction that concerns the servo as a whole; return the error byte."""
+    """Execute an instruction about the whole servo, such as a reboot. Return the error byte."""
     parameters = instruction.parameters
     match instruction.code:
         case protocol.ACTION:
@@ -195,7 +195,7 @@ def _manage(servo: Servo, instruction: Instruction, now_ns: int) -> int:
             servo.reboot(now_ns)
             return 0
         case protocol.FACTORY_RESET if parameters == b"\xff" and instruction.drive_id == protocol.BROADCAST:
-            return protocol.INSTRUCTION_ERROR  # All servos would have the same id.
+            return protocol.INSTRUCTION_ERROR  # Otherwise all servos would have the same id.
         case protocol.FACTORY_RESET if len(parameters) == 1:
             return servo.reset(parameters[0], now_ns)
         case protocol.CLEAR if parameters == b"\x01" + protocol.CLEAR_KEY:
@@ -231,7 +231,7 @@ def _range(parameters: bytes) -> tuple[int, int]:
 
 
 def _reads_inputs(servo: Servo, address: int, length: int) -> bool:
-    """True if these registers contain the contacts that are wired to this drive."""
+    """Return True if these registers contain the contacts that are wired to this drive."""
     if not servo.drive.contacts or not 0 < length <= END - address:
         return False
     end = address + length

@@ -1,4 +1,4 @@
-"""A drive's answer, and the transmission time of bytes."""
+"""Defines a drive's answer and the transmission time of bytes."""
 
 from typing import Final
 
@@ -8,7 +8,7 @@ _BITS_A_BYTE: Final = 10
 
 
 class BusAnswer(Struct, frozen=True):
-    """Bytes, and the time from the end of the request to the end of the last byte, in seconds."""
+    """The bytes of an answer, and the time in seconds from the end of the request to the end of the last byte."""
 
     data: bytes
     after_s: float

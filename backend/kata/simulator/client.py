@@ -1,4 +1,4 @@
-"""The client of the control socket: moves the simulated hand, pedal and switch, and sets faults."""
+"""The client of the control socket. It moves the simulated hand, pedal and switch, and sets faults."""
 
 import socket
 from pathlib import Path
@@ -27,13 +27,13 @@ from kata.simulator.fault_injector import FaultKind, SimulatedFault
 from kata.simulator.hand import HandRefusedError
 
 _ROWS_A_LINE: Final = 100
-"""Rows of a long motion in one line: the simulator processes them in a fraction of a millisecond and then serves the servos' wire."""
+"""Rows of a long motion in one line. The simulator processes them in less than 1 ms and then serves the servos' bus again."""
 
 
 class SimulatorClient:
-    """One connection, which the caller closes. Every method returns the apparatus' state after it and blocks only briefly.
+    """One connection, which the caller closes. Every method waits for the reply and returns the apparatus' state after the request.
 
-    After the end of the simulator, each method raises a ConnectionError.
+    If the simulator has ended, each method raises a ConnectionError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -79,7 +79,7 @@ class SimulatorClient:
     def fault(self, kind: FaultKind, motor: int | None = None, value: float | None = None) -> State:
         """Set a fault: see :class:`~kata.simulator.fault_injector.SimulatedFault`.
 
-        :raises ValueError: when motor or value do not go with the kind.
+        :raises ValueError: when motor or value do not fit the kind.
         """
         return self._send(SetFault(SimulatedFault(kind, motor, value)))
 
@@ -88,7 +88,7 @@ class SimulatorClient:
         return self._send(ClearFaults())
 
     def state(self) -> State:
-        """ReadState."""
+        """Return the present state."""
         return self._send(ReadState())
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The control socket for hand, pedal, switch and faults. JSON lines, one reply to each request."""
+"""Serves the control socket for hand, pedal, switch and faults: JSON lines with one reply to each request."""
 
 import socket
 from pathlib import Path
@@ -12,7 +12,7 @@ from kata.simulator.fault_injector import FaultInjector, SimulatedFault
 from kata.simulator.hand import GuidedMotion, HandRefusedError
 
 _LONGEST: Final = 4 * 1024 * 1024
-"""Longest line, bytes; a longer one closes the connection."""
+"""Longest line in bytes. A longer line closes the connection."""
 
 
 class Pedal(msgspec.Struct, frozen=True, tag_field="do", tag="pedal"):
@@ -28,14 +28,14 @@ class Estop(msgspec.Struct, frozen=True, tag_field="do", tag="estop"):
 
 
 class Rows(msgspec.Struct, frozen=True, tag_field="do", tag="rows"):
-    """The first rows of a motion too long for one line: times (n,) in s, poses (n, 5) in degrees. ``guide`` ends it."""
+    """The first rows of a motion that is too long for one line: times (n,) in s, poses (n, 5) in degrees. :class:`Guide` ends the motion."""
 
     times_s: list[float]
     poses_deg: list[list[float]]
 
 
 class Guide(msgspec.Struct, frozen=True, tag_field="do", tag="guide"):
-    """Guide the arm along a motion whose last rows these are, with or without the pedal."""
+    """Guide the arm along a motion, with or without the pedal. It has the last rows of the motion."""
 
     name: str
     times_s: list[float]
@@ -80,7 +80,7 @@ class ControlReply(msgspec.Struct, frozen=True):
 
 
 class _Client:
-    """The unfinished input of one connection."""
+    """The incomplete input of one connection."""
 
     def __init__(self) -> None:
         self.received = bytearray()
@@ -103,14 +103,14 @@ class ControlServer:
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """Sockets to wait for."""
+        """The sockets to wait for."""
         return [self._listener, *self._clients]
 
     def serve(self, readable: list[object]) -> None:
         """Accept connections and handle requests."""
         if self._listener in readable:
             connection, _ = self._listener.accept()
-            # Close a connection that does not read its replies: the servos must not wait.
+            # Sending must not block, because the servos must not wait. A connection that does not read its replies is closed.
             connection.setblocking(False)
             self._clients[connection] = _Client()
         for connection in [client for client in self._clients if client in readable]:

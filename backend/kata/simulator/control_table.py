@@ -1,6 +1,6 @@
-"""The control table of an X-series servo with current control (ROBOTIS e-Manual, X series, Protocol 2.0).
+"""Defines the control table of an X-series servo with current control (ROBOTIS e-Manual, X series, Protocol 2.0).
 
-Addresses, sizes, access, ranges and factory values. All values are little-endian. Models differ in a few factory values.
+The table has addresses, sizes, access, ranges and factory values. All values are little-endian. Models differ in a few values.
 """
 
 import struct
@@ -26,10 +26,10 @@ GOAL_BYTES: Final = frozenset((*range(GOAL_PWM, PROFILE), *range(GOAL_POSITION, 
 INDIRECT: Final = {
     data + n: addresses + 2 * n for addresses, data in ((168, 224), (578, 634)) for n in range(28)
 }  # fmt: skip
-"""Address of each byte of Indirect Data to the Indirect Address that says where it is."""
+"""Maps the address of each byte of Indirect Data to the address of its Indirect Address, which names the source register."""
 
 BACKED_UP_RAM: Final = (range(76, 80), range(80, 86), range(88, 92), range(108, 116), range(168, 224), range(578, 634))
-"""Gains, profile and Indirect Addresses: what Control Table Backup stores besides EEPROM."""
+"""RAM that Control Table Backup stores in addition to EEPROM: gains, profile and Indirect Addresses."""
 
 BAUDS: Final = {0: 9_600, 1: 57_600, 2: 115_200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000, 7: 4_500_000}
 CURRENT, VELOCITY, POSITION, MULTI_TURN, CURRENT_BASED_POSITION, PWM = 0, 1, 3, 4, 5, 16
@@ -44,12 +44,12 @@ VOLTAGE_ERROR, OVERHEATING_ERROR = 0x01, 0x04
 
 @dataclass(frozen=True)
 class ServoKind:
-    """What differs between models. ``nm_a``: stall torque over stall current at the recommended voltage."""
+    """Values that differ between models. ``nm_a``: stall torque divided by stall current at the recommended voltage."""
 
     nm_a: float
     volt: float
     voltage_limits: tuple[int, int]
-    """Least and greatest, 0.1 V."""
+    """Lowest and highest supply voltage, in units of 0.1 V."""
     current_limit: int
     velocity_limit: int
 
@@ -61,14 +61,14 @@ MODELS: Final = {
     1120: ServoKind(10.6 / 4.4, 12.0, (95, 160), 2047, 128),  # XM540-W270
     1140: ServoKind(9.2 / 2.4, 24.0, (110, 300), 2047, 128),  # XH540-V270
 }
-"""By model number."""
+"""Models by model number."""
 UNKNOWN_MODEL: Final = MODELS[1120]
-"""For numbers that no servo has, which tests use."""
+"""Used for model numbers that no servo has. Tests use such numbers."""
 FIRMWARE_VERSION: Final = 48
 
 
 class RegisterItem(NamedTuple):
-    """One value of the table. ``high`` below ``low``: read only."""
+    """One value of the table. It is read-only if ``high`` is below ``low``."""
 
     address: int
     size: int
@@ -82,7 +82,7 @@ class RegisterItem(NamedTuple):
         return self.low <= self.high
 
     def value(self, data: bytes | bytearray) -> int:
-        """Return the number in its bytes."""
+        """Return the number that the value's bytes represent."""
         return int.from_bytes(data, "little", signed=self.low < 0)
 
 
@@ -141,9 +141,9 @@ _ITEMS: Final = (
     *(RegisterItem(data, 1, 0, 255) for data in INDIRECT),
 )
 ITEMS: Final = {item.address: item for item in _ITEMS}
-"""By address."""
+"""Values by their address."""
 ITEM_OF: Final = {address: item for item in _ITEMS for address in range(item.address, item.address + item.size)}
-"""By the address of each byte."""
+"""Values by the address of each of their bytes."""
 
 
 def factory_table(model: int) -> bytearray:
@@ -165,7 +165,7 @@ def factory_table(model: int) -> bytearray:
 
 
 def range_of(item: RegisterItem, model: int) -> tuple[int, int]:
-    """Return the least and the greatest value that a model accepts."""
+    """Return the lowest and the highest value that a model accepts."""
     kind = MODELS.get(model, UNKNOWN_MODEL)
     if item.address in (MAX_VOLTAGE, MIN_VOLTAGE):
         return kind.voltage_limits
@@ -175,7 +175,7 @@ def range_of(item: RegisterItem, model: int) -> tuple[int, int]:
 
 
 def ram_of(table: bytes | bytearray, backup: bytes | None = None) -> bytearray:
-    """Return the RAM of a servo that starts with this EEPROM. ``backup``: its table at the last Control Table Backup."""
+    """Return the RAM of a servo that starts with this EEPROM. ``backup``: the servo's table at the last Control Table Backup, or None."""
     ram = factory_table(int.from_bytes(table[MODEL : MODEL + 2], "little"))[EEPROM_END:]
     for goal, limit in ((GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT)):
         ram[goal - EEPROM_END : goal - EEPROM_END + 2] = table[limit : limit + 2]

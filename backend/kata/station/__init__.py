@@ -1,1 +1,1 @@
-"""One device, seen from the service: its process, the door for commands, the stream of telemetry. No database."""
+"""Represents one device in the service: its process, its commands and its telemetry. The package uses no database."""

@@ -1,4 +1,4 @@
-"""Start the device process, watch it, and start a new one when it has ended. A new process resumes nothing."""
+"""Starts and watches the device process, and starts a new one when it has ended. A new process resumes no run."""
 
 import asyncio
 import contextlib
@@ -18,20 +18,20 @@ log = logging.getLogger(__name__)
 
 _HEARTBEAT_S: Final = 0.05
 _RESTART_S: Final = (0.5, 1.0, 2.0, 5.0)
-"""Pauses before the first, second, third restart and all later ones."""
+"""Pauses before the first, second and third restart, and before all later ones."""
 _STEADY_S: Final = 30.0
-"""After a process has lived this long, the pauses begin with the first again."""
+"""If a process has run for this long, the next pause is the first one again."""
 _END_LIMIT_S: Final = 5.0
 
 
 @dataclass(frozen=True)
 class DeviceLaunch:
-    """How a device process is started."""
+    """The parameters with which a device process is started."""
 
     station_file: Path
     journal_folder: Path
     real_time: bool
-    """False: the process asks for no privileges."""
+    """If False, the process requests no real-time privileges."""
 
     @property
     def log_path(self) -> Path:
@@ -40,9 +40,9 @@ class DeviceLaunch:
 
 
 class DeviceProcess:
-    """The child process and the socket to it.
+    """Owns the child process and the socket to it.
 
-    The service's event loop sends the heartbeats, not a thread: they must stop when the loop hangs.
+    The service's event loop sends the heartbeats, not a thread, so that they stop when the loop hangs.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class DeviceProcess:
         on_end: Callable[[], None],
         occupation_id: Callable[[], str],
     ) -> None:
-        """``occupation_id`` returns the id of the run or teaching that the service expects, "" for none."""
+        """Prepare without starting. ``occupation_id`` returns the id of the run or teaching that the service expects, "" for none."""
         self._launch = launch
         self._on_message = on_message
         self._on_end = on_end
@@ -69,13 +69,13 @@ class DeviceProcess:
         return self._writer is not None
 
     def start(self) -> None:
-        """Start a process, and a new one whenever it ends."""
+        """Start a process, and start a new one whenever it ends."""
         self._supervisor = asyncio.create_task(self._supervise(), name="device process")
 
     def send(self, message: ToDevice) -> None:
-        """Queue a message. It is lost when no process runs, and then has no reply.
+        """Queue a message. If no process runs, the message is lost and gets no reply.
 
-        The parts of a Load follow as the socket accepts them, until the Load is answered. Other messages go between the parts.
+        The parts of a Load follow as the socket accepts them, until the Load is answered. Other messages may be sent between the parts.
         """
         if self._writer is not None and not self._writer.is_closing():
             parts = frames_of(message)

@@ -1,4 +1,4 @@
-"""Supply voltage and temperature of the drives over the last hours. They are kept in memory until the service ends."""
+"""Stores supply voltage and temperature of the drives over the last hours, in memory, until the service ends."""
 
 import time
 from collections import deque
@@ -15,7 +15,7 @@ KEPT_HOURS: Final = 3
 
 
 class DriveTrend:
-    """Keeps one point for each interval in which a drive reported its voltage or its temperature."""
+    """Stores one point for each interval in which a drive reported its voltage or its temperature."""
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
         self._now_s = now_s
@@ -23,7 +23,7 @@ class DriveTrend:
         self._next_s = 0.0
 
     def take(self, snapshot: Snapshot) -> None:
-        """Keep the values of a snapshot if the next point is due."""
+        """Store the values of a snapshot if the next point is due."""
         now_s = self._now_s()
         if now_s < self._next_s or not any(_reports(axis) for axis in snapshot.axes):
             return

@@ -1,7 +1,7 @@
-"""The clinic's stations as one of them knows the others. Pure: the caller gives the reports and the time.
+"""Stores the state of all stations of the clinic as this station knows it. The caller passes the reports and the time.
 
-A report is dated when it arrives, by this computer's clock, so the stations' clocks need not agree. A station without recent reports is
-silent. Its last report is hidden then, because its state may have changed.
+A report gets the time of its arrival by this computer's clock, so the stations' clocks need not agree. A station without recent reports is
+silent. Its last report is then hidden, because its state may have changed.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from kata.station.lease import Moment
 from kata.station.schemas import DeviceState, Live, PatientRef, StationInfo, StopCauseLive, _Schema
 
 SILENT_AFTER_S: Final = 3.0
-"""A station is silent after this time. It reports at least every second; one report may be lost and one late."""
+"""A station is silent after this time. A station reports at least every second. One report may be lost and one late."""
 MAX_REPORT_BYTES: Final = 7900
 """Largest report in bytes. PostgreSQL accepts fewer than 8000."""
 _MAX_CAUSES: Final = 5
@@ -72,7 +72,7 @@ class StationStatus(_Schema):
 
 
 def state_of(info: StationInfo, live: Live, service: UUID) -> StationReport:
-    """Return a station's report."""
+    """Return the report of this station."""
     active = live.run or live.teaching
     return StationReport(
         station=info.name,
@@ -93,7 +93,7 @@ def state_of(info: StationInfo, live: Live, service: UUID) -> StationReport:
 
 
 def as_json(state: StationReport) -> str:
-    """Return the report as JSON. If it is too long, leave out causes, then names."""
+    """Return the report as JSON. If it is too long, omit causes, then names."""
     for shortened in (
         state,
         state.model_copy(update={"causes": state.causes[:1]}),
@@ -110,21 +110,21 @@ class _Heard:
     state: StationReport
     at: Moment
     before: UUID | None = None
-    """The previous service of the same name."""
+    """Id of the previous service with the same name."""
     doubled_s: float | None = None
-    """Time of a report from the previous service: two services report in turn. After a restart the previous one stays silent."""
+    """Time of the last change back to the previous service: two services report in turn. After a restart no change back happens."""
 
 
 class Roster:
     """All stations with their last reports."""
 
     def __init__(self, here: str) -> None:
-        """``here``: the name of this service's station."""
+        """Start without reports. ``here``: the name of this service's station."""
         self._here = here
         self._heard: dict[str, _Heard | None] = {here: None}
 
     def register(self, names: list[str]) -> None:
-        """Add stations, also before their first report."""
+        """Add stations that may not have sent a report yet."""
         for name in names:
             self._heard.setdefault(name, None)
 

@@ -1,4 +1,4 @@
-"""Guard of a command that can start motion, release an arm or reset a stop: the state that its sender saw, and its expiry."""
+"""Makes the guard of a command that can start motion, release an arm or reset a stop: the state that its sender saw, and its expiry."""
 
 import time
 from collections.abc import Callable
@@ -10,10 +10,10 @@ from kata.device.messages import Refusal
 from kata.station import texts
 
 SEEN_LIMIT_S: Final = 2.0
-"""A command counts for this long after the live state that its sender saw. The page gets ten states a second, so an older one means that
-page or command was delayed, and the apparatus may have changed."""
+"""A command is valid for this long after the live state that its sender saw. The page gets ten states a second. An older state means that
+the page or the command was delayed, and the apparatus may have changed."""
 _AHEAD_LIMIT_S: Final = 0.1
-"""A state cannot have been seen before it was made. The clock below never jumps; this leaves room for rounding in a client."""
+"""Tolerance for rounding in a client. A state cannot have been seen before it was made, because :class:`StateClock` never jumps."""
 
 _EXPIRED: Final = Refusal.of(
     code="expired",
@@ -38,10 +38,10 @@ class Guard:
 
 
 class StateClock:
-    """Dates live states. It follows the monotonic clock, so setting the computer's clock makes no state look older or newer."""
+    """Gives live states their time. It follows the monotonic clock, so setting the computer's clock does not change the age of a state."""
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
-        """``now_ns``: the monotonic clock, real or stepped."""
+        """Start now. ``now_ns``: the monotonic clock, real or stepped."""
         self._now_ns = now_ns
         self._began_ns = now_ns()
         self._began_at = datetime.now(UTC)
@@ -53,7 +53,7 @@ class StateClock:
     def guard(self, stops: int, seen_at: datetime) -> Guard | Refusal:
         """Return the guard of a command whose sender saw this counter at ``seen_at`` (a time of this clock); a refusal if it is too old.
 
-        The expiry depends on ``seen_at`` alone: no wait of the service, for the database or a lock, can extend it.
+        The expiry depends only on ``seen_at``. A wait of the service, for the database or a lock, cannot extend it.
         """
         seen_ns = self._began_ns + (seen_at - self._began_at) // timedelta(microseconds=1) * 1000
         now_ns = self._now_ns()

@@ -1,6 +1,6 @@
-"""The lease: one browser operates the apparatus, others watch. Pure: the caller gives the time.
+"""Implements the lease: one browser operates the apparatus, others watch. The caller passes the time.
 
-Stop needs no lease. Reasons, and actions without the holder's browser: docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
+Stop needs no lease. For reasons, and for actions without the holder's browser, see docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
 """
 
 from collections import Counter
@@ -22,7 +22,7 @@ NOT_OPERATING: Final = "not_operating"
 
 Due = Literal["pause", "stop"]
 _NOTHING_TO_STOP: Final[tuple[Mode, ...]] = ("idle", "offline", "returning")
-"""A return ends with torque off at the place where the arm came from."""
+"""Modes in which the holder's absence causes no Stop. A return ends with torque off at the place where the approach began."""
 
 
 class Moment(NamedTuple):
@@ -84,14 +84,14 @@ class Lease:
                 held.seen = max(held.seen, now)
 
     def note_request(self, browser: Browser, now: Moment) -> None:
-        """Note a request of the browser: it is present now."""
+        """Note a request of the browser, which shows that it is present now."""
         if held := self._of(browser):
             held.seen = max(held.seen, now if held.listened else now.later(PAUSE_AFTER_S))
 
     # -- the holder ----------------------------------------------------------------------------------------------
 
     def refusal(self, browser: Browser) -> Refusal | None:
-        """Return why the browser may not command; None if it holds the lease or the lease is free."""
+        """Return the refusal of the browser's commands; None if it holds the lease or the lease is free."""
         if self._held is None or self._of(browser):
             return None
         name = self._held.browser.name
@@ -145,8 +145,8 @@ class Lease:
     def due(self, now: Moment, mode: Mode, torque: TorqueState) -> Due | None:
         """Return the action that is due because the holder's browser is absent. Call it repeatedly until the action is done.
 
-        Nothing is due without a holder: a motion begins with a lease, and the lease is released only without torque. In idle and
-        offline a Stop changes nothing; with unknown torque the lease waits there until the torque is known.
+        Without a holder no action is due, because a motion begins with a lease and the lease is released only without torque. In idle and
+        offline a Stop would have no effect. With unknown torque the lease is kept in these modes until the torque is known.
         """
         absent_s = self._absent_s(now)
         if absent_s < PAUSE_AFTER_S:
@@ -159,12 +159,12 @@ class Lease:
         return "pause" if mode == "playing" else None
 
     def note_pause(self) -> None:
-        """Note that the playback was paused because the holder's browser is absent. Shown until the holder commands again."""
+        """Note that the playback was paused because the holder's browser is absent. The page shows this until the holder sends a command."""
         if self._held:
             self._held.paused = True
 
     def live(self, browser: Browser | None, now: Moment) -> LeaseLive:
-        """Return the lease as one browser sees it; None: without a viewer."""
+        """Return the lease as the browser sees it. None: as seen without a browser."""
         held = self._held
         if held is None:
             return LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)

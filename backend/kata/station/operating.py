@@ -19,7 +19,7 @@ def _now() -> Moment:
 
 
 class Operating:
-    """The lease of one station and its automatic actions. Use it in the service's event loop only."""
+    """The lease of one station and its automatic actions. Use this class only in the service's event loop."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Operating:
         return self._lease.holder
 
     def refusal(self, browser: Browser) -> Refusal | None:
-        """Return why the lease refuses the browser's commands; None if it does not."""
+        """Return the refusal of the browser's commands by the lease; None if the lease allows them."""
         return self._lease.refusal(browser)
 
     def take(self, browser: Browser, *, take_over: bool = False) -> Refusal | None:
@@ -62,16 +62,16 @@ class Operating:
         return refusal
 
     def lease_for(self, browser: Browser | None) -> LeaseLive:
-        """Return the lease as the browser sees it; None: without a viewer."""
+        """Return the lease as the browser sees it. None: as seen without a browser."""
         return self._lease.live(browser, self._now())
 
     def note_request(self, browser: Browser) -> None:
-        """Note a request of the browser: it is present now."""
+        """Note a request of the browser, which shows that it is present now."""
         self._lease.note_request(browser, self._now())
 
     @contextmanager
     def listening(self, browser: Browser) -> Iterator[None]:
-        """Count the browser as present during the block: one of its pages listens."""
+        """Count the browser as present during the block, because one of its pages listens."""
         self._lease.page_opened(browser)
         self._changed()
         try:
@@ -81,12 +81,12 @@ class Operating:
             self._changed()
 
     def act_if_due(self, snapshot: Snapshot) -> None:
-        """Pause or stop if that is due because the holder's browser is absent. Call it with every snapshot."""
+        """Pause or stop if this is due because the holder's browser is absent. Call it with every snapshot."""
         holder = self._lease.holder
         due = self._lease.due(self._now(), snapshot.mode, snapshot.torque)
         if holder is None or due is None or (self._action and not self._action.done()):
             return
-        # Both take time. Send the command once, and again only if it had no effect.
+        # Pause and Stop take time. Send the command once, and again only if it had no effect.
         if "pause" in snapshot.refusals if due == "pause" else _ends_with_torque_off(snapshot):
             return
         self._action = asyncio.create_task(self._act(due, holder), name=f"{due} without a browser")

@@ -17,7 +17,7 @@ LoadLevel = Annotated[
     Field(
         ge=1,
         le=LOAD_LEVELS,
-        description="Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.",
+        description="Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).",
         examples=[8],
     ),
 ]
@@ -32,7 +32,7 @@ class NestedText(_Schema):
 
     code: str = Field(description="Empty: the text has no code and is not translated.")
     params: dict[str, Any] = Field(description="Parameters, like those of the outer text.")
-    text: str = Field(description="In English.")
+    text: str = Field(description="The text in English.")
 
 
 Param = int | float | str | NestedText | list[NestedText]
@@ -41,7 +41,7 @@ Param = int | float | str | NestedText | list[NestedText]
 class TextKey(_Schema):
     """Stable code and parameters of a text, for its translation."""
 
-    code: str = Field(description="Of `frontend/server-messages.json`.", examples=["motor_out_of_range"])
+    code: str = Field(description="Code in `frontend/server-messages.json`.", examples=["motor_out_of_range"])
     params: dict[str, Param] = Field(examples=[{"motor": 3}])
 
     @classmethod
@@ -94,7 +94,7 @@ class AxisLive(_Schema):
 
 
 class DriveWarningLive(_Schema):
-    """A drive is near one of its own limits. It is not a stop."""
+    """A drive is near one of its own limits. The warning does not stop the apparatus."""
 
     code: str = Field(examples=["drive_hot"])
     motor: Motor
@@ -107,7 +107,7 @@ class DriveWarningLive(_Schema):
 
 
 class DriveTrendPoint(_Schema):
-    """What the drives reported at one time."""
+    """Values that the drives reported at one time."""
 
     at: datetime
     voltage_v: list[float | None] = Field(
@@ -166,7 +166,7 @@ class RunLive(_Schema):
     position_s: float = Field(ge=0, description="Position in the recording, seconds.")
     duration_s: float = Field(ge=0, description="Length of the playback in this run, seconds.")
     left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
-    at_start: bool = Field(description="Held at the recording's start: ready to play.")
+    at_start: bool = Field(description="The arm is held at the recording's start and ready to play.")
     load_level: LoadLevel
     reversals: int = Field(ge=0, description="Number of times that the arm met resistance and moved back.")
     reversing: bool = Field(description="The arm moves back from resistance, or waits after it.")
@@ -234,7 +234,7 @@ class LeaseLive(_Schema):
         description="Previous operator, if this one took over; else null.", examples=["Kato"]
     )
     unreachable_since: datetime | None = Field(
-        description="Since then the holder's browser is unreachable: playback pauses after 2 s, and the motors release the arm "
+        description="Time since which the holder's browser has been unreachable. Playback pauses after 2 s, and the motors release the arm "
         "after 30 s. Null while it is reachable."
     )
     paused: bool = Field(description="The playback was paused because the holder's browser was unreachable.")
@@ -244,16 +244,16 @@ class DatabaseStatus(_Schema):
     """The database as the station sees it. While it is unavailable, records are spooled on this computer."""
 
     unavailable_since: datetime | None = Field(
-        None, description="Since then the database is unavailable; null while it is available."
+        None, description="Time since which the database has been unavailable; null while it is available."
     )
     waiting: int = Field(0, ge=0, description="Number of spooled records that are not in the database yet.")
     spool_full_since: datetime | None = Field(
-        None, description="Since then this computer's disk cannot store records either; null while it can."
+        None, description="Time since which this computer's disk has been unable to store records; null while it can."
     )
 
 
 class Live(_Schema):
-    """The newest state of the station. Without a running device process it is old: see ``age_ms``."""
+    """The newest state of the station. Without a running device process it is out of date: see ``age_ms``."""
 
     device: DeviceState
     at: datetime = Field(
@@ -265,15 +265,15 @@ class Live(_Schema):
     side: Side = Field(description="The shoulder that the apparatus is set to.")
     mode: Mode
     torque: TorqueState = Field(
-        description="Of all drives together: on if one has torque, else unknown if one may have."
+        description="Torque of all drives together: on if one drive has torque, else unknown if one drive may have torque."
     )
     stops: int = Field(
         ge=0,
-        description="Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.",
+        description="Number of stops. Each Stop command and each latched stop adds one. Commands that can start motion carry this number.",
     )
     verified_since: datetime | None = Field(
-        description="Since then the apparatus is connected and every drive configured, without a break; null while not. "
-        "An earlier emergency-stop test does not count."
+        description="Time since which the apparatus has been connected and every drive configured, without interruption; else null. "
+        "An emergency-stop test from before this time does not count."
     )
     estop: EstopState
     pedal: PedalState

@@ -1,4 +1,4 @@
-"""The device's newest snapshot, and what the service knows in addition: patient, recording, times on the wall clock."""
+"""Tracks the device's newest snapshot and adds data of the service: patient, recording, times on the wall clock."""
 
 import time
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from kata.station.schemas import PatientRef, TextKey
 _STILL_STOPPING: Final = "still_stopping"
 """Code of the device's refusal to acknowledge while the arm slows down."""
 _TORQUE_OFF_NS: Final = 500_000_000
-"""Drives report that their torque is off within ten cycles of 20 ms after the command. Until then a stop shows no held arm."""
+"""Drives report torque off within ten cycles of 20 ms after the command. During this longer time a stop does not show a held arm."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class SnapshotTracker:
         self._reversal = None
 
     def clear(self) -> None:
-        """Forget snapshot and occupation: the device process has ended."""
+        """Discard snapshot and occupation, because the device process has ended."""
         self.snapshot = None
         self.occupation = None
 
@@ -88,7 +88,7 @@ class SnapshotTracker:
         return state
 
     def unknown_fields(self, offline: Refusal) -> dict[str, Any]:
-        """Return the same fields without a device process. ``offline``: the refusal of all commands but Stop."""
+        """Return the same fields for a station without a device process. ``offline``: the refusal of all commands except Stop."""
         refusal = msgspec.to_builtins(offline)
         axes = self.snapshot.axes if self.snapshot else ()
         return {
@@ -107,7 +107,7 @@ class SnapshotTracker:
         }
 
     def _note_verification(self, snapshot: Snapshot) -> None:
-        """Convert the device's monotonic time to the wall clock once per change, because stored events have that clock."""
+        """Convert the device's monotonic time to the wall clock once for each change, because stored events use the wall clock."""
         since_ns = snapshot.verified_since_ns
         if since_ns is None:
             self.verified_since = None
@@ -138,8 +138,8 @@ class SnapshotTracker:
     def _may_hold(self, snapshot: Snapshot) -> bool:
         """Return True if the motors hold the arm after a stop, or may hold it.
 
-        A stop of category 2 holds the arm from its beginning. The other stops end with torque off. After them the arm counts as held
-        if torque is unknown, or remains on, after the arm has slowed down.
+        A stop of category 2 holds the arm from its beginning. The other stops end with torque off. After such a stop the arm counts as held
+        if torque is unknown, or still on, after the arm has slowed down.
         """
         if snapshot.stop is None or snapshot.torque == "off":
             return False

@@ -42,7 +42,7 @@ from kata.station.subscriptions import Subscription, Subscriptions
 
 _REPLY_LIMIT_S: Final = 2.0
 _LOAD_LIMIT_S: Final = 35.0
-"""Limits a Load. The device answers it after checking the recording, and gives up after 30 s."""
+"""Longest wait for the reply to a Load. The device checks the recording first, for at most 30 s."""
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal after a timeout. The device may have carried out the command."""
 _NOT_NOW: Final = Refusal.of(
@@ -78,7 +78,7 @@ class _PendingCommand:
 
 
 class Station:
-    """One apparatus. Use it in the service's event loop only."""
+    """One apparatus as the service uses it. Use this class only in the service's event loop."""
 
     def __init__(
         self,
@@ -90,18 +90,21 @@ class Station:
         on_due: Callable[[Browser, Due], None] = lambda browser, due: None,
         not_commissioned: Refusal | None = None,
     ) -> None:
-        """``on_journal`` is called with each complete journal, and with None when a device process has ended and may have left
-        journals behind. ``not_commissioned``: refuses every motion for a patient. ``on_due`` is called when the station pauses or stops because the operator's browser is unreachable.
+        """Prepare the station without starting it.
+
+        ``on_journal`` is called with each complete journal, and with None when a device process has ended and may have left journals
+        behind. ``on_due`` is called when the station pauses or stops because the operator's browser is unreachable.
+        ``not_commissioned``: a refusal of every motion for a patient, or None.
         """
         self.config = config
         self.info = _info(config, simulated=simulated)
         self._on_journal = on_journal
         self._station_file = launch.station_file
         self._unfit: dict[CommandName, Refusal] = {}
-        """Commands that this station refuses as it is."""
+        """Commands that the station refuses because it is not commissioned."""
         self._setting_side = asyncio.Lock()
         self._stop_user: Callable[[], Awaitable[Refusal | None]] | None = None
-        """Stops the program that uses the drives in place of the device process; None while the device process does."""
+        """Stops the program that uses the drives instead of the device process; None while the device process uses them."""
         self._process = DeviceProcess(launch, self._take, self._ended, self._occupation_id)
         self._numbers = itertools.count(1)
         self._pending: dict[int, _PendingCommand] = {}
@@ -113,7 +116,7 @@ class Station:
         self.set_not_commissioned(not_commissioned)
 
     def set_not_commissioned(self, refusal: Refusal | None) -> None:
-        """Refuse every motion for a patient, or allow it again."""
+        """Refuse every motion for a patient with ``refusal``; None allows motions again."""
         commands: tuple[CommandName, ...] = ("load", "teach")
         self._unfit = dict.fromkeys(commands, refusal) if refusal else {}
         self._subscriptions.note_change()
@@ -123,7 +126,7 @@ class Station:
         self._process.start()
 
     async def close(self) -> None:
-        """Stop the device process: torque off, journal saved."""
+        """Stop the device process. It switches torque off and saves its journal."""
         await self._process.close()
         self._on_journal(None)
 
@@ -139,13 +142,13 @@ class Station:
     ) -> Refusal | None:
         """Send a command to the device. Return None when the device accepts it.
 
-        ``occupation``: the run or teaching that the command begins. ``refused_late`` is called when the device refuses the command
-        after the timeout. ``by``: the browser, which needs the lease for every command but Stop, and takes a free lease. None: the
-        station itself, which needs no lease.
+        ``occupation``: the run or teaching that the command begins. ``refused_late`` is called when the device refuses the command after
+        the timeout. ``by``: the browser that sends the command. For every command except Stop it needs the lease, and takes it if it is
+        free. None: the station itself, which needs no lease.
         """
         if self._stop_user is not None:
             return await self._stop_user() if isinstance(command, Stop) else _COMMISSIONING
-        # Checked last: another browser may have taken over while the recording was checked.
+        # Check the lease only now, because another browser may have taken over while the recording was checked.
         if by and not isinstance(command, Stop) and (elsewhere := self.operating.take(by)):
             return elsewhere
         # The mode may have changed while the recording was checked.
@@ -173,7 +176,7 @@ class Station:
         return refusal
 
     def refusal(self, name: CommandName) -> Refusal | None:
-        """Return why this command is refused, by the device's newest snapshot or because the station is not commissioned; else None."""
+        """Return the refusal of this command, by the newest snapshot or because the station is not commissioned; None if it is allowed."""
         if self._stop_user is not None:
             return _COMMISSIONING
         if not self._process.running or self._tracker.snapshot is None:
@@ -183,12 +186,12 @@ class Station:
     async def hand_over(self, stop: Callable[[], Awaitable[Refusal | None]]) -> Refusal | None:
         """End the device process, so that another program can use the drives. Return None when they are free.
 
-        :param stop: stops that program; a user's Stop calls it until :meth:`take_back`.
+        :param stop: stops the other program. Until :meth:`take_back` a user's Stop calls this function.
         """
         async with self._setting_side:
             if self._stop_user is not None:
                 return _COMMISSIONING
-            # Without a device process, or with one that does not connect, nothing holds an arm that this service has switched on.
+            # Without a connected device process no drive has torque that this service has switched on.
             running = self._process.running and self._tracker.snapshot is not None
             if running and (refusal := self._side_refusal()):
                 return refusal
@@ -198,7 +201,7 @@ class Station:
         return None
 
     def take_back(self, config: StationConfig | None = None) -> None:
-        """Start the device process again after :meth:`hand_over`. ``config``: the configuration from now on; None: as before."""
+        """Start the device process again after :meth:`hand_over`. ``config``: the new configuration; None: unchanged."""
         if config is not None:
             self.config = msgspec.structs.replace(config, side=self.config.side)
             self.info = _info(self.config, simulated=self.info.simulated)
@@ -210,9 +213,9 @@ class Station:
     async def set_side(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
         """Set the side of the apparatus. Return None if the side is set, or was set before.
 
-        Two drives then turn the other way round. A device process must know that before its first request to them, so the running one
-        ends and another starts. ``meanwhile`` is awaited in between. The new process verifies every drive, and the emergency stop must
-        be tested again.
+        Two drives then turn in the opposite direction. A device process must know the side before its first request to the drives.
+        Therefore the running process ends and another one starts. ``meanwhile`` is awaited between the two. The new process verifies every
+        drive, and the emergency stop must be tested again.
         """
         async with self._setting_side:
             if side == self.config.side:
@@ -230,11 +233,11 @@ class Station:
         return None
 
     def _side_refusal(self) -> Refusal | None:
-        """Return why the device process may not be restarted now.
+        """Return the refusal to restart the device process now; None if it may be restarted.
 
-        Offline with unknown torque, the apparatus may be turned: an apparatus that is switched off looks like that. Nothing is latched
-        then, and neither end nor start of a device process changes the torque of a drive that it has not switched on. If drives hold an
-        arm when the next process connects, it reports the fault ``torque_found``.
+        Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No stop is latched
+        in this state, and ending or starting a device process does not change the torque of a drive that it has not switched on. If drives
+        hold an arm when the next process connects, it reports the fault ``torque_found``.
         """
         snapshot = self._tracker.snapshot
         if snapshot is None or not self._process.running:
@@ -249,7 +252,7 @@ class Station:
 
     @property
     def torque(self) -> TorqueState:
-        """Torque of all drives. Unknown without a device process, and while a command that may switch it on has no reply."""
+        """Torque of all drives. It is unknown without a device process, and while a command that may switch torque on has no reply."""
         snapshot = self._tracker.snapshot
         if snapshot is None or not self._process.running:
             return "unknown"
@@ -259,10 +262,10 @@ class Station:
 
     @property
     def occupied(self) -> bool:
-        """True while the motors move or hold an arm, or may do so, and the control loop needs this computer.
+        """True while the motors move or hold an arm, or may do so, and the control loop therefore needs this computer.
 
-        Offline with unknown torque does not count: the loop controls nothing, and a station that is switched off at night looks like
-        that.
+        Offline with unknown torque does not count, because the loop controls nothing, and a station that is switched off at night has this
+        state.
         """
         live = self.live()
         return live.torque == "on" or (live.torque == "unknown" and live.mode != "offline")
@@ -312,7 +315,7 @@ class Station:
         return self._subscriptions.subscribed()
 
     def tell(self, item: object) -> None:
-        """Send an item to every listener besides the device's events."""
+        """Send an item to every listener, in addition to the device's events."""
         self._subscriptions.put(item)
 
     # -- messages of the device process ---------------------------------------------------------------------------
@@ -358,7 +361,7 @@ class Station:
         )
 
     def _occupy(self, occupation: Occupation | None) -> None:
-        """Store the run or teaching that has begun, and tell the device at once, before any command that could switch torque on."""
+        """Store the run or teaching that has begun, and send it to the device before any command that could switch torque on."""
         if occupation:
             self._tracker.begin(occupation)
             self._subscriptions.note_change()

@@ -1,4 +1,4 @@
-"""The listeners of a station: each is woken by a change and receives every event."""
+"""Manages the listeners of a station. A change wakes each of them, and each receives every event."""
 
 import asyncio
 from collections import deque
@@ -12,12 +12,12 @@ _MAX_WAITING: Final = 1000
 
 @dataclass
 class Subscription:
-    """One listener's wake-up signal, and its events since it last looked."""
+    """The wake-up signal of one listener, and the events that it has not read yet."""
 
     changed: asyncio.Event = field(default_factory=asyncio.Event)
     waiting: deque[object] = field(default_factory=deque)
     overflown: bool = False
-    """Events were dropped because too many were waiting."""
+    """True if events were dropped because too many were waiting."""
 
     def put(self, item: object) -> None:
         """Queue an event or another notice."""
@@ -29,7 +29,7 @@ class Subscription:
 
 
 class Subscriptions:
-    """All subscriptions. Use it in the service's event loop only."""
+    """All subscriptions. Use this class only in the service's event loop."""
 
     def __init__(self) -> None:
         self.changes = 0
