@@ -92,7 +92,9 @@ REACHING: Final[dict[Direction, PublishedRatio]] = {
 
 @dataclass(frozen=True)
 class BandRatio:
-    """The ratio within a band of elevation, or the reason for its absence. ``scapula_deg`` and ``joint_deg``: changes of the fitted lines."""
+    """The ratio within a band of elevation, or the reason for its absence. ``scapula_deg`` and ``joint_deg``: changes of the
+    fitted lines.
+    """
 
     from_deg: float
     to_deg: float

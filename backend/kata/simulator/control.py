@@ -28,7 +28,9 @@ class Estop(msgspec.Struct, frozen=True, tag_field="do", tag="estop"):
 
 
 class Rows(msgspec.Struct, frozen=True, tag_field="do", tag="rows"):
-    """The first rows of a motion that is too long for one line: times (n,) in s, poses (n, 5) in degrees. :class:`Guide` ends the motion."""
+    """The first rows of a motion that is too long for one line: times (n,) in s, poses (n, 5) in degrees. :class:`Guide` ends
+    the motion.
+    """
 
     times_s: list[float]
     poses_deg: list[list[float]]

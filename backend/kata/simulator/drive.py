@@ -1,11 +1,12 @@
-"""A drive without its protocol: position control with limited torque, and a bus watchdog.
+"""Simulates a drive without its protocol: position control with limited torque, and a bus watchdog.
 
-Radians, seconds and Nm. The registers of a protocol (:mod:`~kata.simulator.servos`, :mod:`~kata.simulator.modbus_drive`) set and read
-it; :func:`kata.simulator.plant.step_axis` runs its control together with the mechanics.
+Units are radians, seconds and Nm. The registers of a protocol (:mod:`~kata.simulator.servos`,
+:mod:`~kata.simulator.modbus_drive`) set and read
+the drive. :func:`kata.simulator.plant.step_axis` runs the drive's control together with the mechanics.
 
-The control is that of a servo drive: the position error determines a speed, and a PI control of the speed gives the torque. As a
-PID, this is P on the position, D on the measured speed, and an integral of both. The integral compensates friction and weight, but
-does not accumulate the drive's lag, D over P, as an error.
+The control is that of a servo drive: the position error determines a speed, and a PI control of the speed determines the torque. As a
+PID, this is P on the position, D on the measured speed, and an integral of both. The integral compensates friction and weight, but the
+drive's lag (D divided by P) does not accumulate in it as an error.
 """
 
 import math
@@ -27,13 +28,13 @@ from kata.simulator.parameters import (
 )
 
 COUNTS_A_RAD: Final = COUNTS_A_TURN / math.tau
-"""Of the encoder."""
+"""Number of encoder counts in a radian."""
 
 DriveEvent = Literal["goal", "torque"]
 
 
 class DriveReport(Struct, frozen=True):
-    """What a drive reports: rad, rad/s, Nm."""
+    """Values that a drive reports, in rad, rad/s and Nm."""
 
     angle: float
     speed: float
@@ -46,27 +47,27 @@ class Drive:
     def __init__(
         self, motor: int, parameters: DriveParameters, on_event: Callable[[int, DriveEvent, float], None]
     ) -> None:
-        """``on_event`` is called at each goal (degrees) and torque switching (1, 0)."""
+        """Create the drive without torque. ``on_event`` is called at each goal (degrees) and each torque switching (1, 0)."""
         self.motor = motor
         self.torque_on = False
         self.torque_nm = 0.0
         self.goal = 0.0
         self.watchdog_s = 0.0
-        """A longer silence on the bus stops the drive where it is; 0: never."""
+        """The drive stops at its present position after a longer silence on the bus; 0: never."""
         self.tripped = False
         self.contacts: dict[int, bool] = {}
-        """External port number to True if its contact is closed to ground."""
+        """True if the contact is closed to ground, by number of the external port."""
         self.frozen: DriveReport | None = None
         """The report that a faulty drive repeats."""
         self.angle = 0.0
-        """True angle of its shaft."""
+        """True angle of the shaft."""
         self.speed = 0.0
         self.p_nm_rad = 0.0
         self.i_nm_rad_s = 0.0
         self.lag_s = 0.0
-        """D over P."""
+        """The drive's lag: D divided by P."""
         self.limit_nm = 0.0
-        """Present torque limit, from its setting, the motor and the supply."""
+        """Present torque limit: the lowest of the limits by setting, motor and supply."""
         self.smoothed_goal = 0.0
         self.integral_nm = 0.0
         self._parameters = parameters
@@ -78,7 +79,7 @@ class Drive:
 
     @property
     def report(self) -> DriveReport:
-        """The report in its registers."""
+        """The report in the drive's registers."""
         return self.frozen or DriveReport(self._position, self.speed, self.torque_nm)
 
     @property
@@ -93,7 +94,7 @@ class Drive:
         self.limit_nm = min(limit_nm, self._available_nm)
 
     def switch(self, on: bool) -> None:
-        """Switch torque on or off. Switched on, the drive holds its position."""
+        """Switch torque on or off. When torque is switched on, the drive holds its position."""
         if on == self.torque_on:
             return
         self.torque_on = on
@@ -105,19 +106,19 @@ class Drive:
         self._on_event(self.motor, "torque", float(on))
 
     def set_goal(self, goal: float) -> None:
-        """Take a goal from the bus."""
+        """Set a goal that was received from the bus."""
         self.goal = goal
         self._on_event(self.motor, "goal", math.degrees(goal))
 
     def feed_watchdog(self) -> None:
-        """Feed the watchdog; every valid message on the bus does so."""
+        """Reset the watchdog's time. The bus calls this for every valid message."""
         self._silent_steps = 0
 
     # -- time -----------------------------------------------------------------------------------------------------
 
     @property
     def steps_to_trip(self) -> int:
-        """Silent steps until the watchdog trips, when it is active."""
+        """Number of silent steps until the active watchdog trips."""
         return int(self.watchdog_s / STEP_S + 1e-6) + 1 - self._silent_steps
 
     @property
@@ -126,7 +127,7 @@ class Drive:
         return self.watchdog_s > 0.0 and self.torque_on and not self.tripped
 
     def count_silent_steps(self, steps: int) -> bool:
-        """Count silent steps of the active watchdog; return True if it trips. Torque stays on."""
+        """Count silent steps of the active watchdog. Return True if it trips. Torque stays on."""
         self._silent_steps += steps
         if self.steps_to_trip > 0:
             return False
@@ -138,7 +139,7 @@ class Drive:
 
     @property
     def power_w(self) -> float:
-        """Power from its supply; 0 while the motor brakes."""
+        """Power in W that the drive takes from its supply; 0 while the motor brakes."""
         current = self.torque_nm / NM_AN_AMPERE
         return max(0.0, current * (RESISTANCE_OHM * current + NM_AN_AMPERE * self.speed)) / DRIVER_EFFICIENCY
 

@@ -1,4 +1,4 @@
-"""The five simulated drives behind a protocol: their wire, their faults and their registers."""
+"""Combines the five simulated drives of a protocol: their bus, their faults and their registers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, NamedTuple
@@ -11,12 +11,12 @@ from kata.simulator.modbus_bus import SimulatedModbusBus
 
 
 class SimulatedDrives(NamedTuple):
-    """The drives of an apparatus as their protocol shows them."""
+    """The drives of an apparatus with their protocol."""
 
     line: BusLine
     faults: FaultInjector
     registers: Sequence[DriveRegisters]
-    """In motor order."""
+    """Registers of the drives, in motor order."""
 
 
 MakeDrives = Callable[[SimulatedApparatus, int], SimulatedDrives]
@@ -36,4 +36,4 @@ def modbus_drives(apparatus: SimulatedApparatus, baud: int) -> SimulatedDrives:
 
 
 SIMULATED_DRIVES: Final[Mapping[str, MakeDrives]] = {"dynamixel": dynamixel_drives, "modbus": modbus_drives}
-"""By protocol."""
+"""Functions that make the drives, by protocol."""

@@ -1,6 +1,6 @@
-"""Simulated faults, which are set and cleared while the apparatus runs.
+"""Simulates faults, which are set and cleared while the apparatus runs.
 
-Some faults change the mechanics, a drive or a wire when they are set. The others change the answers on their way out.
+Some faults change the mechanics, a drive or a wire when they are set. The others change the drives' answers.
 """
 
 import random
@@ -46,22 +46,25 @@ _MAX_VALUE: Final = {
 }
 _NEEDS_VALUE: Final = frozenset({"delayed", "intermittent", "hardware_error", "exchanged_id", "hot", "supply_voltage"})
 _OTHER_MODEL: Final = 1030.0
-"""An XM430: it looks the same and has another torque constant."""
+"""Default model of an exchanged drive: an XM430, which looks the same and has another torque constant."""
 _MAX_NOISE_BYTES: Final = 8
 
 
 class SimulatedFault(msgspec.Struct, frozen=True):
     """One fault.
 
-    Of a drive, with its ``motor`` 1-5: ``off`` (power lost; comes back with torque off and RAM at its defaults), ``silent``
-    (works, never answers), ``stuck`` (the shaft is jammed), ``frozen`` (repeats its last measurement), ``garbage`` (its
-    answers are random bytes), ``wrong_crc``, ``delayed`` (``value`` in ms), ``intermittent`` (answers with probability
-    ``value``), ``duplicate_id`` (a second drive answers at the same time), ``hardware_error`` (``value`` is its code), ``reboot`` (once:
-    torque off, RAM at its defaults), ``exchanged`` (once: a factory-default drive with the same id is in its place), ``exchanged_id`` (the
-    same, with ``value`` as its id until it is cleared), ``exchanged_model`` (the same, with the model number ``value`` until it is cleared), ``hot`` (``value`` in degrees Celsius), ``supply_voltage`` (``value`` in V).
-    Of the bus: ``noise`` (before each answer; ``value`` bytes, else a few), ``echo`` (the adapter returns the sent bytes),
-    ``gone`` (the adapter is unplugged). Of the inputs: ``estop_wire_broken`` (the normally closed contact's), ``second_wire_broken`` (the
-    normally open one's), ``contact_welded`` (the normally closed contact stays closed), ``inputs_silent``.
+    Faults of a drive, which need its ``motor`` (1-5): ``off`` (power is lost; it returns with torque off and RAM at its defaults),
+    ``silent`` (the drive works but never answers), ``stuck`` (the shaft is jammed), ``frozen`` (the drive repeats its last measurement),
+    ``garbage`` (its answers are random bytes), ``wrong_crc``, ``delayed`` (by ``value`` ms), ``intermittent`` (it answers with the
+    probability ``value``), ``duplicate_id`` (a second drive answers at the same time), ``hardware_error`` (with the code ``value``),
+    ``reboot`` (once: torque off, RAM at its defaults), ``exchanged`` (once: replaced by a drive with factory settings and the same id),
+    ``exchanged_id`` (replaced by a drive with the id ``value`` until it is cleared), ``exchanged_model`` (replaced by a drive
+    with the model
+    number ``value`` until it is cleared), ``hot`` (``value`` in degrees Celsius), ``supply_voltage`` (``value`` in V).
+
+    Faults of the bus: ``noise`` (``value`` bytes, or a few, before each answer), ``echo`` (the adapter returns the sent bytes), ``gone``
+    (the adapter is unplugged). Faults of the inputs: ``estop_wire_broken`` (wire of the normally closed contact), ``second_wire_broken``
+    (wire of the normally open contact), ``contact_welded`` (the normally closed contact stays closed), ``inputs_silent``.
     """
 
     kind: FaultKind
@@ -91,7 +94,7 @@ class DriveRegisters(Protocol):
 
     @property
     def environment(self) -> tuple[float, int]:
-        """The supply's voltage, V, and the drive's temperature, degrees Celsius."""
+        """The supply's voltage in V, and the drive's temperature in degrees Celsius."""
 
     def expose(self, volt: float | None = None, temperature_c: int | None = None) -> None:
         """Change the supply's voltage and the drive's temperature."""
@@ -100,23 +103,23 @@ class DriveRegisters(Protocol):
         """Switch torque off and reset the drive to its power-up state."""
 
     def exchange(self, drive_id: int, model: int | None = None) -> None:
-        """Replace the drive by another with factory settings."""
+        """Replace the drive with another drive that has factory settings."""
 
     def fail(self, code: int) -> None:
-        """Set the hardware error, 0 for none."""
+        """Set the hardware error; 0 means none."""
 
     def stored(self, address: int, size: int) -> bytes:
-        """Return what is in its registers, without a request on the bus."""
+        """Return the contents of registers, without a request on the bus."""
 
     def store(self, address: int, data: bytes) -> None:
-        """Change its registers, without a request on the bus."""
+        """Change the contents of registers, without a request on the bus."""
 
 
 class FaultInjector:
     """Holds the present faults. Random effects depend only on the apparatus' seed."""
 
     def __init__(self, apparatus: SimulatedApparatus, registers: Sequence[DriveRegisters]) -> None:
-        """``registers`` in motor order."""
+        """Start without faults. ``registers``: those of the drives, in motor order."""
         self._apparatus = apparatus
         self._registers = registers
         self._faults: dict[tuple[FaultKind, int | None], SimulatedFault] = {}
@@ -125,7 +128,7 @@ class FaultInjector:
         """Voltage and temperature of each drive without a fault."""
 
     def fault(self, fault: SimulatedFault) -> None:
-        """Set a fault; it replaces one of the same kind and motor."""
+        """Set a fault. It replaces a fault of the same kind and motor."""
         self._faults[fault.kind, fault.motor] = fault
         self._set_wire_fault(fault.kind, broken=True)
         if fault.motor is None:
@@ -154,13 +157,13 @@ class FaultInjector:
                 pass
 
     def clear(self) -> None:
-        """Clear all faults; a drive without power gets it again."""
+        """Clear all faults. A drive without power gets power again."""
         for kind, motor in self._faults:
             self._set_wire_fault(kind, broken=False)
             if kind in ("exchanged_id", "exchanged_model") and motor is not None:
                 self._registers[motor - 1].exchange(motor)
             elif kind == "off" and motor is not None:
-                # The shaft may have been moved: after power-up the encoder only knows its position within a turn.
+                # The shaft may have been moved. After power-up the encoder knows its position only within one turn.
                 self._registers[motor - 1].reboot()
             elif kind == "stuck" and motor is not None:
                 self._apparatus.jam(motor, jammed=False)
@@ -185,7 +188,7 @@ class FaultInjector:
                 pass
 
     def has(self, kind: FaultKind, motor: int | None = None) -> bool:
-        """True if this fault is set."""
+        """Return True if this fault is set."""
         return (kind, motor) in self._faults
 
     @property
@@ -194,7 +197,7 @@ class FaultInjector:
         return {motor for kind, motor in self._faults if kind == "off"}
 
     def answers(self, motor: int, *, inputs: bool = False) -> bool:
-        """Return True if this drive answers now; ``inputs``: the request reads the contacts."""
+        """Return True if this drive answers now. ``inputs``: True if the request reads the contacts."""
         if not self._faults:
             return True
         if self.has("silent", motor) or (inputs and self.has("inputs_silent")):
@@ -211,7 +214,7 @@ class FaultInjector:
         if self.has("wrong_crc", motor):
             answer = answer[:-1] + bytes([answer[-1] ^ 0x55])
         if self.has("duplicate_id", motor):
-            # Two senders drive the same line: a bit that either sends as 0 becomes 0. At least one bit changes.
+            # Two senders drive the same line, so a bit is 0 if either of them sends 0. At least one bit changes.
             other = bytearray(self._random.randbytes(len(answer)))
             other[next(n for n, byte in enumerate(answer) if byte)] = 0
             answer = bytes(a & b for a, b in zip(answer, other, strict=True))

@@ -1,6 +1,6 @@
-"""The therapist's hand: takes the arm, presses the pedal, traces a motion and lets go. Internal angles in radians.
+"""Simulates the therapist's hand: it takes the arm, presses the pedal, traces a motion and lets go. Internal angles are in radians.
 
-It traces the motion with tremor and a slow deviation, like a human hand.
+The hand traces the motion with tremor and a slow deviation, like a human hand.
 """
 
 import math
@@ -19,25 +19,25 @@ from kata.simulator.parameters import SLOW_STEPS, STEP_S, TURNED, Waves
 Phase = Literal["away", "reaching", "tracing", "leaving"]
 
 STRIDE_S: Final = SLOW_STEPS * STEP_S
-"""Interval of the hand's targets; between them it moves linearly."""
+"""Interval between the hand's targets. Between two targets it moves linearly."""
 _DEVIATION_RAMP_S: Final = 1.0
-"""The hand's deviations grow from zero over this time after it has taken the arm."""
+"""Time in which the hand's deviations grow from zero, after it has taken the arm."""
 
 
 class HandRefusedError(Exception):
-    """The hand cannot do this now; the message is the reason."""
+    """The hand cannot do this now. The message is the reason."""
 
 
 class GuidedMotion:
-    """A motion for the hand, added in parts, so that a long one does not delay the servos' wire."""
+    """A motion for the hand. It is added in parts, so that a long motion does not delay the servos' bus."""
 
     def __init__(self) -> None:
-        """Begin without rows."""
+        """Start without rows."""
         self.times_s: list[float] = []
         self.angles: list[list[float]] = []
         """Motor angles in radians, one row for each time."""
         self.turned_angles: list[list[float]] = []
-        """The same motion of the other shoulder, as the drives of the turned apparatus see it."""
+        """The same motion for the other shoulder, in the drives' angles of the turned apparatus."""
 
     @property
     def rows(self) -> int:
@@ -47,7 +47,7 @@ class GuidedMotion:
     def add(self, times_s: Sequence[float], poses_deg: Sequence[Sequence[float]]) -> None:
         """Append rows: times (n,) and poses (n, 5).
 
-        :raises HandRefusedError: when they do not fit together or the apparatus cannot reach them.
+        :raises HandRefusedError: when times and poses do not fit together, or the apparatus cannot reach a pose.
         """
         if len(times_s) != len(poses_deg) or any(len(pose) != N_AXES for pose in poses_deg):
             raise HandRefusedError(texts.MOTION_NEEDS_FIVE_ANGLES())
@@ -70,7 +70,9 @@ class SimulatedHand:
     """Pulls the arm along a motion like a spring with a damper and limited force."""
 
     def __init__(self, seed: int | None = None, *, turned: bool = False) -> None:
-        """``seed``: another therapist with other deviations. ``turned``: the apparatus is set up for the other side."""
+        """Start away from the arm. ``seed``: chooses another therapist with other deviations. ``turned``: True if the
+        apparatus is turned.
+        """
         self.parameters = parameters.hand(seed)
         self.phase: Phase = "away"
         self.motion: str | None = None
@@ -95,7 +97,7 @@ class SimulatedHand:
         )
 
     def guide(self, name: str, motion: GuidedMotion, here_deg: Sequence[float], pedal: bool) -> None:
-        """Begin a motion of two rows or more; the arm's motor angles are ``here_deg``."""
+        """Begin a motion of two or more rows. ``here_deg``: present motor angles of the arm."""
         self.phase, self.motion, self._with_pedal = "reaching", name, pedal
         self._time_s, self._row = 0.0, 0
         self._times_s, self._angles = motion.times_s, motion.turned_angles if self._turned else motion.angles
@@ -111,7 +113,7 @@ class SimulatedHand:
         return max(0.0, self._ends_s - self._time_s) if self.phase != "away" else 0.0
 
     def next_target(self) -> list[float] | None:
-        """Return the target :data:`STRIDE_S` from now, radians; let go and return None at the end."""
+        """Return the target in radians for the time :data:`STRIDE_S` from now. At the end let go and return None."""
         target = self._target(STRIDE_S)
         if target is None:
             self.let_go()
@@ -136,7 +138,7 @@ class SimulatedHand:
         return self._traces_s + self._duration_s + 2 * self.parameters.rest_s
 
     def _target(self, dt_s: float) -> list[float] | None:
-        """Return the next target without deviations, radians; None at the end."""
+        """Return the next target in radians without deviations; None at the end."""
         assert self._reach is not None
         self._time_s += dt_s
         since_s = self._time_s - self._traces_s

@@ -11,25 +11,25 @@ from kata.simulator.modbus_bus import SimulatedModbusBus
 from kata.simulator.protocol import Instruction, InstructionParser
 
 _BYTE_GAP_NS: Final = 5_000_000
-"""Longest gap within a packet. After it the packet is dropped: its length was damaged, or its sender is gone."""
+"""Longest gap within a packet. After a longer gap the packet is dropped, because its length was damaged or its sender is gone."""
 
 
 class BusLine(Protocol):
-    """A protocol as the wire uses it. Times in ns; ``baud``: the sender's rate, 0 if unknown."""
+    """A protocol as the simulated wire uses it. Times are in ns. ``baud``: the sender's rate, 0 if unknown."""
 
     @property
     def due_ns(self) -> int | None:
-        """Time at which the drives have received the next message, or None."""
+        """Time at which the drives have received the next message; None if no message is incoming."""
 
     def receive(self, data: bytes, now_ns: int, baud: int) -> None:
-        """Receive bytes; their transmission begins after that of earlier bytes."""
+        """Receive bytes. Their transmission begins after that of earlier bytes."""
 
     def execute(self, now_ns: int) -> Iterator[tuple[int, BusAnswer]]:
-        """Execute the messages received until now; yield the time of each and its answer."""
+        """Execute the messages received until now. Yield each answer with the time of its message."""
 
 
 class DynamixelLine:
-    """Dynamixel: a packet contains its length and is received with its last byte."""
+    """Dynamixel: a packet contains its length, and is received when its last byte arrives."""
 
     def __init__(self, bus: ServoBus) -> None:
         self._bus = bus
@@ -62,7 +62,7 @@ class DynamixelLine:
 
 
 class ModbusLine:
-    """Modbus: a silence ends a frame; it is received at the end of the silence."""
+    """Modbus: a silence ends a frame. The frame is received at the end of the silence."""
 
     def __init__(self, bus: SimulatedModbusBus) -> None:
         self._bus = bus

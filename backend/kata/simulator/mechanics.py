@@ -1,4 +1,4 @@
-"""The boundary between drives and mechanics: one small protocol that every plant implements."""
+"""Defines the boundary between drives and mechanics: one small protocol that every plant implements."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -11,56 +11,56 @@ PlantName = Literal["simple", "mujoco"]
 NO_MUJOCO: Final = "MuJoCo is not installed: pip install kata[evaluate]"
 
 Hand = tuple[float, float, float, float, float]
-"""A hand on one axis: target angle, its change in each step of 1 ms, stiffness, damping and maximum torque; rad and Nm."""
+"""A hand on one axis: target angle, change of the target in each step of 1 ms, stiffness, damping and maximum torque, in rad and Nm."""
 
 
 class MechanicalAxis(Protocol):
-    """One axis as the simulated apparatus sees it. Radians and seconds."""
+    """One axis as the simulated apparatus uses it. Units are radians and seconds."""
 
     angle: float
-    """Of the drive's shaft, where the encoder is."""
+    """Angle of the drive's shaft, which has the encoder."""
     speed: float
     arm_angle: float
-    """Of the patient's arm, behind the gear's play and everything soft."""
+    """Angle of the patient's arm, after the gear's play and soft parts."""
     hand: Hand | None
 
 
 class Mechanics(Protocol):
-    """Five axes, the arm and the patient. The drives' control belongs to it: both advance together."""
+    """Five axes, the arm and the patient. The drives' control is included, because both advance together."""
 
     @property
     def joints(self) -> Sequence[MechanicalAxis]:
         """The five axes."""
 
     def advance(self, drives: Sequence[Drive], steps: int) -> None:
-        """Advance drives and mechanics by milliseconds; set angle, speed and torque of the drives."""
+        """Advance drives and mechanics by ``steps`` ms. Set angle, speed and torque of the drives."""
 
     def update_slow_loads(self) -> None:
         """Update slow loads, every :data:`~kata.simulator.parameters.SLOW_STEPS`."""
 
     def place(self, axis: int, angle: float) -> None:
-        """Put an axis (from 0) at an angle, at rest."""
+        """Put an axis (counted from 0) at an angle in rad, at rest."""
 
     def jam(self, axis: int, *, jammed: bool) -> None:
-        """Jam a shaft (axis from 0), or free it."""
+        """Jam a shaft (axis counted from 0), or free it."""
 
 
 class MakeMechanics(Protocol):
-    """Makes the mechanics of a seed for one side."""
+    """A function that makes the mechanics of a seed for one side."""
 
     def __call__(self, seed: int | None = None, *, turned: bool = False) -> Mechanics:
-        """``seed``: another patient and other gears. ``turned``: set up for the other side."""
+        """Make the mechanics. ``seed``: chooses another patient and other gears. ``turned``: True if set up for the other side."""
 
 
 def mechanics_named(
     name: PlantName, patient: PatientName = "healthy", balancer_kg: float | None = None
 ) -> MakeMechanics:
-    """Return the maker of a plant. ``patient`` and ``balancer_kg``: of the independent plant; the simple plant has only a healthy
-    patient and one balancer.
+    """Return the function that makes a plant. ``patient`` and ``balancer_kg`` apply only to the independent plant; the simple plant has
+    one healthy patient and one balancer.
 
-    MuJoCo is imported by this function alone, when the independent plant is asked for.
+    Only this function imports MuJoCo, and only for the independent plant.
 
-    :raises ImportError: when MuJoCo is not installed, with what to install.
+    :raises ImportError: when MuJoCo is not installed. The message says what to install.
     """
     if name == "simple":
         from kata.simulator.plant import Plant

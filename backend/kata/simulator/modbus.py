@@ -1,6 +1,6 @@
-"""Modbus RTU on the slave's side, after the Modbus application protocol 1.1b3 and the serial line guide 1.02.
+"""Implements Modbus RTU on the slave's side, after the Modbus application protocol 1.1b3 and the serial line guide 1.02.
 
-It is independent of the device's codec on purpose, so that each tests the other.
+It is intentionally independent of the device's codec, so that each tests the other.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ ILLEGAL_VALUE: Final = 3
 DEVICE_FAILURE: Final = 4
 
 LONGEST: Final = 256
-"""Longest frame, bytes."""
+"""Longest frame in bytes."""
 _SHORTEST: Final = 4
 _CHARACTER_BITS: Final = 11
 _SILENT_CHARACTERS: Final = 3.5
@@ -40,7 +40,7 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class ModbusRequest:
-    """One valid frame. ``data`` follows the function code."""
+    """One valid frame. ``data``: the bytes between the function code and the CRC."""
 
     slave: int
     function: int
@@ -48,7 +48,7 @@ class ModbusRequest:
 
 
 def silence_s(baud: int) -> float:
-    """Return the silence that ends a frame, in seconds."""
+    """Return the duration in s of the silence that ends a frame."""
     return _SILENT_CHARACTERS * _CHARACTER_BITS / baud
 
 

@@ -1,4 +1,4 @@
-"""The five Modbus drives on drive bus: which of them answer, and how."""
+"""Simulates the five Modbus drives on one bus: which of them answer, and how."""
 
 import struct
 from collections.abc import Sequence
@@ -19,17 +19,17 @@ _BROADCASTS: Final = (modbus.WRITE_SINGLE_REGISTER, modbus.WRITE_MULTIPLE_REGIST
 
 
 class SimulatedModbusBus:
-    """Executes requests at the drives and returns their answers. Its only clock is ``now_ns``."""
+    """Executes requests at the drives and returns their answers. The caller passes the time as ``now_ns``."""
 
     def __init__(self, apparatus: SimulatedApparatus, baud: int = 1_000_000) -> None:
-        """``baud``: the drives' rate."""
+        """Create the drives. ``baud``: their rate."""
         self._apparatus = apparatus
         self._baud = baud
         self.drives = [ModbusDrive(drive) for drive in apparatus.drives]
         self.faults = FaultInjector(apparatus, self.drives)
 
     def execute(self, request: ModbusRequest, baud: int, now_ns: int) -> list[BusAnswer]:
-        """Execute a request and return the answers; no drive reacts to another baud rate."""
+        """Execute a request and return the answers. Drives do not react to another baud rate."""
         self._apparatus.advance(now_ns)
         if baud != self._baud:
             return []
@@ -52,7 +52,7 @@ class SimulatedModbusBus:
         inputs = request.function == modbus.READ_DISCRETE_INPUTS
         if self.faults.answers(drive.drive.motor, inputs=inputs):
             return True
-        _answer(drive, request)  # It executes the request without an answer.
+        _answer(drive, request)  # The drive executes the request without an answer.
         return False
 
     def _timed(self, drive: ModbusDrive, answer: bytes) -> BusAnswer:
@@ -61,7 +61,7 @@ class SimulatedModbusBus:
 
 
 def _answer(drive: ModbusDrive, request: ModbusRequest) -> bytes:
-    """Return the answer's frame, also for a refusal."""
+    """Execute a request. Return the answer's frame, or an exception frame after a refusal."""
     slave, function = drive.slave, request.function
     try:
         return modbus.frame(slave, function, _execute(drive, function, request.data))
@@ -92,7 +92,7 @@ def _execute(drive: ModbusDrive, function: int, data: bytes) -> bytes:
         case modbus.READ_WRITE_MULTIPLE_REGISTERS:
             address, count = _words(data[:4], 2)
             _check(1 <= count <= _MAX_READ)
-            drive.read(address, count)  # Refuse before writing anything.
+            drive.read(address, count)  # Refuse the request before writing anything.
             to_address, *values = _block(data[4:], _MAX_WRITTEN_AND_READ)
             drive.write(to_address, values)
             return _registers(drive.read(address, count))
@@ -111,7 +111,7 @@ def _words(data: bytes, count: int) -> tuple[int, ...]:
 
 
 def _block(data: bytes, most: int) -> tuple[int, ...]:
-    """Return address and values from address, quantity, byte count and values."""
+    """Return address and values. ``data`` contains address, quantity, byte count and values."""
     address, count = _words(data[:4], 2)
     _check(1 <= count <= most and data[4:5] == bytes([2 * count]))
     return (address, *_words(data[5:], count))

@@ -1,4 +1,4 @@
-"""The registers of a Modbus drive. Positions in 0.01 deg, torques in 0.01 Nm, speeds in 0.1 deg/s.
+"""Simulates the registers of a Modbus drive. Units: 0.01 deg for positions, 0.01 Nm for torques, 0.1 deg/s for speeds.
 
 Values of 32 bits take two registers, high word first, and can only be written together.
 """
@@ -15,7 +15,7 @@ from kata.simulator.parameters import DRIVES
 TORQUE_ENABLE, CLEAR, WATCHDOG_MS, TORQUE_LIMIT = 0x0000, 0x0001, 0x0002, 0x0003
 MIN_POSITION, MAX_POSITION, RESPONSE_DELAY_US = 0x0004, 0x0006, 0x0008
 MIN_VOLTAGE, MAX_VOLTAGE, MAX_TEMPERATURE = 0x0009, 0x000A, 0x000B
-"""Read only, 0.1 V and degrees Celsius. Beyond them the drive has an error and switches torque off."""
+"""Read-only limits in 0.1 V and degrees Celsius. Beyond a limit the drive has an error and switches torque off."""
 GOAL_POSITION = 0x0010
 STATUS, ERROR, PRESENT_POSITION, PRESENT_SPEED, PRESENT_TORQUE = 0x0020, 0x0021, 0x0022, 0x0024, 0x0025
 PRESENT_VOLTAGE, PRESENT_TEMPERATURE = 0x0026, 0x0027
@@ -35,7 +35,7 @@ _WATCHDOG_STEPS: Final = 127
 
 
 class ModbusDrive:
-    """One drive on the bus; its slave id is the motor's number unless it was exchanged."""
+    """One drive on the bus. Its slave id is the motor's number unless the drive was exchanged."""
 
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
@@ -45,7 +45,7 @@ class ModbusDrive:
 
     @property
     def response_delay_s(self) -> float:
-        """Delay of its answers, seconds."""
+        """Delay of the drive's answers, in seconds."""
         return self._delay_us * 1e-6
 
     def reboot(self) -> None:
@@ -60,12 +60,12 @@ class ModbusDrive:
         self._tune()
 
     def exchange(self, drive_id: int, model: int | None = None) -> None:
-        """Replace the drive by another at its power-up values. This protocol has no register for a model."""
+        """Replace the drive with another drive that has its power-up values. This protocol has no register for a model."""
         self.slave = drive_id
         self.reboot()
 
     def fail(self, code: int) -> None:
-        """Set the error, 0 for none. An error switches torque off."""
+        """Set the error; 0 means none. An error switches torque off."""
         self._error = code
         if code:
             self.drive.switch(on=False)
@@ -81,7 +81,7 @@ class ModbusDrive:
             self.fail(_TEMPERATURE_ERROR)
 
     def inputs(self, address: int, count: int) -> list[bool]:
-        """Return the discrete inputs: True if a contact wired to this drive is closed.
+        """Return the discrete inputs: True for each closed contact that is wired to this drive.
 
         :raises RefusedError: when an input does not exist.
         """
@@ -91,7 +91,7 @@ class ModbusDrive:
         return contacts[address : address + count]
 
     def read(self, address: int, count: int) -> list[int]:
-        """Return registers.
+        """Return the values of registers.
 
         :raises RefusedError: when a register does not exist.
         """
@@ -102,7 +102,7 @@ class ModbusDrive:
             raise RefusedError(ILLEGAL_ADDRESS) from error
 
     def write(self, address: int, values: Sequence[int]) -> None:
-        """Write all registers, or none.
+        """Write all given registers, or none of them.
 
         :raises RefusedError: when a register is read-only, a value is invalid, or the drive's state forbids it.
         """
@@ -137,20 +137,20 @@ class ModbusDrive:
             drive.set_goal(math.radians(goal / 100))
 
     def stored(self, address: int, size: int) -> bytes:
-        """Return what is in its registers, high byte first, without a request on the bus."""
+        """Return the contents of registers, high byte first, without a request on the bus."""
         return struct.pack(f">{size // 2}H", *self.read(address, size // 2))
 
     def store(self, address: int, data: bytes) -> None:
-        """Change its registers, without a request on the bus."""
+        """Change the contents of registers, without a request on the bus."""
         self.write(address, struct.unpack(f">{len(data) // 2}H", data))
 
     def _tune(self) -> None:
-        """Set the drive's gains, the same as the servos' after tuning."""
+        """Set the drive's gains to those of the tuned servos."""
         gains = DRIVES[self.drive.motor - 1]
         self.drive.tune(gains.p_nm_rad, gains.i_nm_rad_s, gains.d_nm_s_rad, self._torque_limit / 100)
 
     def _registers(self) -> dict[int, int]:
-        """Return the present registers."""
+        """Return the present value of every register, by address."""
         drive, report = self.drive, self.drive.report
         return dict(
             (

@@ -1,9 +1,9 @@
-"""Motors from their data sheets, and the documented position control of an X-series servo in front of them.
+"""Models motors from their data sheets, and the documented position control of an X-series servo.
 
 Source of the control: ROBOTIS e-manual, X series, "Position PID Gain": ``K_P = P / 128``, ``K_I = I / 65536``, ``K_D = D / 16`` on the
-position error in pulses; the output is a PWM of 885 units at full voltage (0.113 % each). The manual states neither the control period
-nor what the D term differentiates nor its anti-windup gain. Assumed: 1 ms, the measured position, and an integral that holds while the
-output is limited in the integral's direction.
+position error in pulses. The output is a PWM of 885 units at full voltage (0.113 % each). The manual does not state the control period,
+the signal that the D term differentiates, or the anti-windup gain. We assume 1 ms, the measured position, and an integral that does not
+grow while the output is limited in the integral's direction.
 """
 
 import math
@@ -15,21 +15,21 @@ from kata.simulator.parameters import COUNTS_A_TURN, NM_AN_AMPERE, RESISTANCE_OH
 FULL_PWM: Final = 885
 """Largest PWM, register 36."""
 CONTROL_PERIOD_S: Final = 0.001
-"""Assumed, see above."""
+"""Assumed; see the module's docstring."""
 _PULSES_A_RAD: Final = COUNTS_A_TURN / math.tau
 _P, _I, _D = 128, 65_536, 16
 
 
 @dataclass(frozen=True)
 class Motor:
-    """A geared DC motor as felt at its output shaft."""
+    """A geared DC motor. Its values apply at the output shaft."""
 
     nm_an_ampere: float
     v_s_a_rad: float
-    """Back-EMF: the supply's voltage over the no-load speed."""
+    """Back-EMF constant: the supply's voltage divided by the no-load speed."""
     resistance_ohm: float
     backlash_deg: float | None
-    """None: no data sheet gives it."""
+    """None if no data sheet states it."""
 
 
 def _from_data_sheet(stall_nm: float, stall_a: float, volts: float, no_load_rpm: float, backlash_deg: float) -> Motor:
@@ -37,7 +37,7 @@ def _from_data_sheet(stall_nm: float, stall_a: float, volts: float, no_load_rpm:
 
 
 MOTORS: Final = {
-    # Sun et al. 2025, Table 1. Its resistance and back-EMF are derived, see kata.simulator.parameters.
+    # Sun et al. 2025, Table 1. Resistance and back-EMF are derived; see kata.simulator.parameters.
     "PX-320": Motor(NM_AN_AMPERE, NM_AN_AMPERE, RESISTANCE_OHM, None),
     # ROBOTIS e-manual, pages of the models: stall torque and current, voltage, no-load speed, backlash.
     "XH540-V270": _from_data_sheet(9.2, 2.4, 24.0, 34.0, 0.25),
@@ -45,7 +45,7 @@ MOTORS: Final = {
     "XM540-W270": _from_data_sheet(10.6, 4.4, 12.0, 30.0, 0.25),
     "XM540-W150": _from_data_sheet(7.3, 4.4, 12.0, 53.0, 0.25),
 }
-"""By model name; the X series includes its gear of 272.5 : 1 or 152.3 : 1."""
+"""Motors by model name. The X series includes its gear of 272.5 : 1 or 152.3 : 1."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class PositionGains:
 
 
 class PositionControl:
-    """Position PID of one servo and its motor. It calculates torque; it holds no registers and moves nothing."""
+    """The position PID of one servo and its motor. It only calculates torque."""
 
     def __init__(self, motor: Motor) -> None:
         self.motor = motor
@@ -68,16 +68,16 @@ class PositionControl:
         self._sum_pulses = 0.0
 
     def reset(self) -> None:
-        """Forget the integral, as when torque is switched on."""
+        """Reset the integral. A servo does this when its torque is switched on."""
         self._sum_pulses = self.pwm = self.current_a = 0.0
 
     def step(
         self, gains: PositionGains, goal_rad: float, angle_rad: float, speed_rad_s: float, supply: tuple[float, float]
     ) -> float:
-        """Advance by one control period; return the torque at the shaft, Nm.
+        """Advance by one control period. Return the torque at the shaft in Nm.
 
-        :param angle_rad: true angle; the servo measures it in whole pulses.
-        :param supply: volts at full PWM and the current limit in amperes.
+        :param angle_rad: true angle, which the servo measures in whole pulses.
+        :param supply: voltage at full PWM in V, and current limit in A.
         """
         volts, limit_a = supply
         pulses = _PULSES_A_RAD

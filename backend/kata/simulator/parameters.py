@@ -1,9 +1,9 @@
-"""Every physical number of the simulated apparatus, with its unit and reason. Axis order 1-5.
+"""Defines every physical number of the simulated apparatus, with its unit and reason. Values are in axis order 1-5.
 
-None is measured on the apparatus. The paper (Sun et al. 2025, Table 1) only gives torques, voltage, current, speed and supplies of
-motors 1-4. The figures of motor 5 are not published; it follows worst. The other numbers reproduce the paper's statements: a motor of
-4 Nm carries the arm at 60 deg/s with half of its torque, a released arm sinks instead of falling (a balancer carries most of it), and
-motor 5 is weak, loose and late. No number is fitted to a motion.
+No number was measured on the apparatus. The paper (Sun et al. 2025, Table 1) only states torques, voltage, current, speed and supplies of
+motors 1-4. The figures of motor 5 are not published; in the paper it has the largest errors. The other numbers reproduce the paper's
+statements: a motor of 4 Nm carries the arm at 60 deg/s with half of its torque; a released arm sinks instead of falling, because a
+balancer carries most of it; motor 5 is weak, has much play and follows late. No number is fitted to a motion.
 
 A seed varies the parameters that differ between patients, gears and days (:data:`VARIED`), but not the settings of a drive's maker.
 """
@@ -18,32 +18,32 @@ from kata.motion.axes import APPARATUS_SIGNS
 STEP_S: Final = 0.001
 """Step of the drives' control and of the mechanics."""
 SLOW_STEPS: Final = 10
-"""Steps between updates of slow values (weight, stiffness, tone, the hand's target, the supplies). At 60 deg/s the arm moves 0.6 deg in
-them, which is 0.01 Nm of its weight."""
+"""Number of steps between updates of slow values (weight, stiffness, tone, the hand's target, the supplies). In this time the arm moves
+0.6 deg at 60 deg/s, which changes the torque of its weight by 0.01 Nm."""
 
 VARIATION: Final = 0.3
-"""A seed varies each parameter independently by up to this share, up or down."""
+"""Largest relative change, up or down, with which a seed varies each parameter independently."""
 
-# -- drives: construction and tuning of their maker ----------------------------------------------------------------------
+# -- drives: construction, and tuning by their maker ---------------------------------------------------------------------
 
 COUNTS_A_TURN: Final = 4096
-"""Of the position encoder on the output shaft. The speed is measured on the rotor, before the gear, with a high resolution."""
+"""Counts of the position encoder on the output shaft. The speed is measured on the rotor, before the gear, with a high resolution."""
 GOAL_SMOOTHING_S: Final = 0.008
-"""Time constant with which a drive takes up a new goal, so that the steps between goals do not reach its gear."""
+"""Time constant with which a drive smooths a new goal, so that the steps between goals do not reach its gear."""
 
 NM_AN_AMPERE: Final = 2.0
-"""Table 1: 10 Nm at 5 A. Also the generated voltage, V s/rad."""
+"""Source: Table 1, 10 Nm at 5 A. The same number is the generated voltage in V s/rad."""
 RESISTANCE_OHM: Final = 1.26
-"""Table 1: at 75 rpm (7.85 rad/s, which generates 15.7 V) 22 V drive 5 A."""
+"""Source: Table 1. At 75 rpm (7.85 rad/s, which generates 15.7 V) a voltage of 22 V gives 5 A."""
 SUPPLY_V: Final = 24.0
 SUPPLY_W: Final = 240.0
-"""Table 1: three supplies of 24 V and 10 A."""
+"""Source: Table 1, three supplies of 24 V and 10 A."""
 DRIVER_EFFICIENCY: Final = 0.9
-"""Efficiency of a drive's electronics: with it two motors at 75 rpm and 10 Nm need a little more than 240 W."""
+"""Efficiency of a drive's electronics. With this value two motors at 75 rpm and 10 Nm need slightly more than 240 W."""
 SUPPLIES: Final = ((0, 1), (2, 3), (4,))
 """Axes (from 0) of each supply."""
 HEATING_S: Final = 30.0
-"""Time constant of a winding's temperature: a cold motor can exceed its rated torque for about this long."""
+"""Time constant of a winding's temperature. A cold motor can exceed its rated torque for about this time."""
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,14 @@ class DriveParameters:
     p_nm_rad: float
     i_nm_rad_s: float
     d_nm_s_rad: float
-    """On the measured speed. D over P is the drive's lag behind a moving goal, in seconds."""
+    """Gain of the measured speed. D divided by P is the drive's lag behind a moving goal, in seconds."""
 
 
 _STRONG: Final = DriveParameters(rated_nm=4.0, maximum_nm=10.0, p_nm_rad=160.0, i_nm_rad_s=400.0, d_nm_s_rad=7.2)
-"""A lag of 45 ms and damping of 0.8 to 1 of critical: as fast as 4 Nm on this arm allow. A step of 4 deg, as at 10 Hz and 40 deg/s,
-already needs more torque than available."""
+"""This gives a lag of 45 ms and damping of 0.8 to 1 of critical, the fastest control that 4 Nm allow on this arm. A step of 4 deg, as at
+10 Hz and 40 deg/s, already needs more torque than available."""
 _WEAK: Final = DriveParameters(rated_nm=2.0, maximum_nm=5.0, p_nm_rad=12.0, i_nm_rad_s=60.0, d_nm_s_rad=1.50)
-"""Motor 5: a small motor with a pinion and much backlash is only stable with a low P. A lag of 125 ms."""
+"""Gains of motor 5. A small motor with a pinion and much backlash is only stable with a low P. Its lag is 125 ms."""
 
 DRIVES: Final = (_STRONG, _STRONG, _STRONG, _STRONG, _WEAK)
 
@@ -71,15 +71,15 @@ DRIVES: Final = (_STRONG, _STRONG, _STRONG, _STRONG, _WEAK)
 
 @dataclass(frozen=True)
 class JointParameters:
-    """One axis from the rotor to the patient. Inertias and friction as felt at the drive's shaft."""
+    """One axis from the rotor to the patient. Inertia and friction apply at the drive's shaft."""
 
     rotor_kg_m2: float
-    """Rotor and gear, before the backlash."""
+    """Inertia of rotor and gear, before the backlash."""
     arm_kg_m2: float
-    """Link and patient, behind the backlash."""
+    """Inertia of link and patient, after the backlash."""
     rotor_viscous_nm_s: float
     rotor_coulomb_nm: float
-    """Gear and seals, which cause most of the friction."""
+    """Friction of gear and seals, which is the largest part of the friction."""
     arm_viscous_nm_s: float
     arm_coulomb_nm: float
     play_deg: float
@@ -87,15 +87,15 @@ class JointParameters:
     gear_nm_rad: float
     """Stiffness of teeth, belt and cuff while flanks touch."""
     gear_nm_s: float
-    """Their damping: about a fifth of critical, so that flanks do not ring for long."""
+    """Damping of teeth, belt and cuff: about a fifth of critical, so that flanks do not vibrate for long."""
     weight_nm: float
-    """Largest torque of the arm's weight, less the balancer's share."""
+    """Largest torque of the arm's weight, without the part that the balancer carries."""
     girdle_nm: float
-    """Torque that returns the shoulder girdle to its rest, motors 1 and 2, like that of a pendulum."""
+    """Torque that returns the shoulder girdle to its rest position (motors 1 and 2), like that of a pendulum."""
     stiffness_nm: float
-    """Passive resistance of the capsule at the end of the ROM; it grows quadratically over the last 15 degrees."""
+    """Passive resistance of the capsule at the end of the ROM. It grows quadratically over the last 15 degrees."""
     tone_nm: float
-    """Largest torque by which muscle tone resists a movement; it varies within seconds, differently each time."""
+    """Largest torque with which muscle tone resists a movement. It varies within seconds, differently each time."""
 
 
 _SCAPULA: Final = JointParameters(
@@ -150,7 +150,7 @@ VARIED: Final = tuple(field.name for field in fields(JointParameters))
 # -- geometry, degrees of motor angle, of the unturned apparatus ---------------------------------------
 
 REST_DEG: Final = (15.05, 108.94, 8.0, 0.0, 0.0)
-"""Scapula in the middle, the arm hanging."""
+"""Motor angles with the scapula in its middle position and the arm hanging."""
 ROM_DEG: Final = ((-19.0, 43.0), (88.0, 129.0), (0.0, 120.0), (-20.0, 190.0), (-90.0, 40.0))
 """The patient's passive range of motion (Table 2; motors 1 and 2 through the linkage)."""
 STIFFENING_RANGE_DEG: Final = 15.0
@@ -158,14 +158,14 @@ STOPS_DEG: Final = ((-24.0, 47.0), (84.0, 133.0), (-5.0, 125.0), (-25.0, 195.0),
 """The mechanical stops: 5 degrees beyond the ROM."""
 STOP_NM_RAD: Final = 300.0
 STOP_NM_S: Final = 6.0
-"""Rubber stops: 4 Nm compress them by less than a degree, and an arm does not bounce."""
+"""Stiffness and damping of the rubber stops. 4 Nm compress them by less than a degree, and an arm does not bounce."""
 TURNED: Final = (1, 1, *APPARATUS_SIGNS["left"][2:])
 """Signs of the drives' angles when the apparatus is turned to the other side (:mod:`kata.motion.sides`)."""
 
 TONE_HZ: Final = (0.05, 0.3)
 """Frequencies of the muscle tone."""
 TONE_SPEED_DEG_S: Final = 5.0
-"""Tone hardly resists slower movements."""
+"""Speed below which tone hardly resists a movement."""
 
 # -- the therapist's hand --------------------------------------------------------------------------------------------------
 
@@ -176,14 +176,14 @@ class HandParameters:
 
     stiffness_nm_rad: tuple[float, ...] = (500.0, 500.0, 500.0, 500.0, 150.0)
     damping_nm_s: tuple[float, ...] = (15.0, 15.0, 15.0, 15.0, 2.5)
-    """Of two hands on the arm; less about the arm's own axis, where the lever is the forearm."""
+    """Stiffness and damping of two hands on the arm. They are lower about the arm's own axis, where the lever is the forearm."""
     strength_nm: float = 15.0
     reach_deg_s: float = 30.0
-    """Speed at which it takes the arm to the start of a motion."""
+    """Speed at which the hand moves the arm to the start of a motion."""
     rest_s: float = 0.3
     """Pause before and after a motion, in which the pedal is pressed and released."""
     tremor_deg: float = 0.04
-    """Root mean square. Physiological tremor is a few tenths of a millimetre at the hand, half a metre from the joint."""
+    """Root mean square of the tremor. Physiological tremor is a few tenths of a millimetre at the hand, half a metre from the joint."""
     tremor_hz: tuple[float, float] = (8.0, 12.0)
     wander_deg: float = 0.2
     """Root mean square of the slow deviation from the motion."""
@@ -194,12 +194,12 @@ HAND: Final = HandParameters()
 
 
 def random_stream(name: str, seed: int | None) -> random.Random:
-    """Return the random source of one part of the simulation; parts do not affect each other."""
+    """Return the random source of one part of the simulation. The sources of different parts are independent."""
     return random.Random(f"{name} {seed}")
 
 
 def joints(seed: int | None) -> tuple[JointParameters, ...]:
-    """Return the five joints of a seed; without one, the nominal joints."""
+    """Return the five joints of a seed; without a seed, the nominal joints."""
     if seed is None:
         return JOINTS
     vary = random_stream("plant", seed).uniform
@@ -210,7 +210,7 @@ def joints(seed: int | None) -> tuple[JointParameters, ...]:
 
 
 def hand(seed: int | None) -> HandParameters:
-    """Return the therapist's hand of a seed; without one, the nominal hand."""
+    """Return the therapist's hand of a seed; without a seed, the nominal hand."""
     if seed is None:
         return HAND
     vary = random_stream("hand's ways", seed).uniform
@@ -226,7 +226,7 @@ def hand(seed: int | None) -> HandParameters:
 
 @dataclass(frozen=True)
 class Waves:
-    """A sum of sines that never repeats within a session: frequencies in rad/s and phases."""
+    """A sum of sines that does not repeat within a session. ``parts``: frequencies in rad/s and phases."""
 
     amplitude: float
     parts: tuple[tuple[float, float], ...]

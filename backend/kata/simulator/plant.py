@@ -1,8 +1,8 @@
-"""The mechanics: five drives' shafts, the backlash of their gears, and the patient. Internal angles in radians.
+"""Simulates the mechanics: five drives' shafts, the backlash of their gears, and the patient. Internal angles are in radians.
 
-Each axis has two bodies, rotor and arm, with the gear's backlash between them: touching flanks transmit torque. The encoder is on the
-rotor's side, so it does not measure the backlash. Coulomb friction reduces a body's speed in each step by at most that speed, which
-models sticking and slipping without a separate case. Numbers: :mod:`kata.simulator.parameters`.
+Each axis has two bodies, rotor and arm, with the gear's backlash between them. Touching flanks transmit torque. The encoder is on the
+rotor's side, so it does not measure the backlash. In each step Coulomb friction reduces a body's speed by at most that speed. This
+models sticking and slipping without a separate case. The numbers are in :mod:`kata.simulator.parameters`.
 """
 
 import math
@@ -41,11 +41,11 @@ class Joint:
     """One axis: angles and speeds of rotor and arm, and the loads on the arm."""
 
     def __init__(self, axis: int, parameters: JointParameters, turned: bool) -> None:
-        """``axis`` from 0; ``turned``: the apparatus is set up for the other side."""
+        """Create an axis at rest. ``axis``: counted from 0. ``turned``: True if the apparatus is set up for the other side."""
         sign = TURNED[axis] if turned else 1.0
         self.parameters = parameters
         self.angle = self.arm_angle = sign * math.radians(REST_DEG[axis])
-        """Radians, of the drive's shaft and of the arm behind the backlash."""
+        """Angles in radians of the drive's shaft, and of the arm after the backlash."""
         self.speed = self.arm_speed = 0.0
         self.jammed = False
         self.load_nm = 0.0
@@ -70,12 +70,12 @@ class Plant:
     """The five axes with the patient's loads."""
 
     def __init__(self, seed: int | None = None, *, turned: bool = False) -> None:
-        """``seed``: another patient and other gears, see :data:`~kata.simulator.parameters.VARIED`."""
+        """Create the axes. ``seed``: chooses another patient and other gears; see :data:`~kata.simulator.parameters.VARIED`."""
         self.joints = tuple(Joint(n, parameters, turned) for n, parameters in enumerate(joints(seed)))
         self._rest = tuple(joint.angle for joint in self.joints)
         self._girdle_side = -1.0 if turned else 1.0
         random_source = random_stream("tone", seed)
-        # Mean and amplitude are half of the maximum, so the tone is never negative.
+        # Mean and amplitude are half of the maximum, so that the tone is never negative.
         self._tone = tuple(Waves.drawn(random_source, 0.5 / math.sqrt(6), TONE_HZ) for _ in self.joints)
         self._slow_s = 0.0
 
@@ -91,26 +91,26 @@ class Plant:
         joint.speed = joint.arm_speed = 0.0
 
     def jam(self, axis: int, *, jammed: bool) -> None:
-        """Jam a shaft, which then does not move, or free it. ``axis`` from 0."""
+        """Jam a shaft, so that it does not move, or free it. ``axis``: counted from 0."""
         joint = self.joints[axis]
         joint.jammed = jammed
         joint.speed = joint.arm_speed = 0.0
 
     def update_slow_loads(self) -> None:
-        """Update the slow loads: weight by pose, stiffness and tone. Due every :data:`SLOW_STEPS`."""
+        """Update the slow loads: weight by pose, stiffness and tone. The caller calls this every :data:`SLOW_STEPS` steps."""
         one, two, three, four, five = self.joints
         cos3, cos4 = math.cos(three.arm_angle), math.cos(four.arm_angle)
-        # Motor 3 carries motor 4: the arm points to (sin 4, cos 4 sin 3, -cos 4 cos 3), and its height determines the weight.
+        # Motor 3 carries motor 4. The arm's direction is (sin 4, cos 4 sin 3, -cos 4 cos 3), and its height determines the weight.
         # On the other side both angles and their torques change their sign.
         weights = (
-            # The girdle's weight turns the scapula downwards; on the other side motors 1 and 2 turn the other way.
+            # The girdle's weight turns the scapula downwards. On the other side the angles of motors 1 and 2 have the opposite sign.
             self._girdle_side * one.parameters.weight_nm
             - one.parameters.girdle_nm * math.sin(one.arm_angle - self._rest[0]),
             -self._girdle_side * two.parameters.weight_nm
             - two.parameters.girdle_nm * math.sin(two.arm_angle - self._rest[1]),
             -three.parameters.weight_nm * cos4 * math.sin(three.arm_angle),
             -four.parameters.weight_nm * math.sin(four.arm_angle) * cos3,
-            # The forearm's weight on motor 5 grows as the upper arm is raised.
+            # The torque of the forearm's weight on motor 5 increases as the upper arm is raised.
             -five.parameters.weight_nm * math.sqrt(max(0.0, 1.0 - (cos3 * cos4) ** 2)) * math.sin(five.arm_angle),
         )
         self._slow_s += SLOW_STEPS * STEP_S
@@ -120,9 +120,9 @@ class Plant:
 
 
 def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
-    """Advance one axis, its drive's control and its mechanics, by some milliseconds.
+    """Advance one axis (its drive's control and its mechanics) by ``steps`` ms.
 
-    It is one flat loop on local floats because a simulation spends most of its time here.
+    The function is one flat loop on local floats, because a simulation spends most of its time here.
     """
     parameters = joint.parameters
     angle, speed, arm_angle, arm_speed = joint.angle, joint.speed, joint.arm_angle, joint.arm_speed

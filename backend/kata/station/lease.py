@@ -1,6 +1,7 @@
 """Implements the lease: one browser operates the apparatus, others watch. The caller passes the time.
 
-Stop needs no lease. For reasons, and for actions without the holder's browser, see docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
+Stop needs no lease. For reasons, and for actions without the holder's browser, see
+docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
 """
 
 from collections import Counter
@@ -159,7 +160,9 @@ class Lease:
         return "pause" if mode == "playing" else None
 
     def note_pause(self) -> None:
-        """Note that the playback was paused because the holder's browser is absent. The page shows this until the holder sends a command."""
+        """Note that the playback was paused because the holder's browser is absent. The page shows this until the holder sends
+        a command.
+        """
         if self._held:
             self._held.paused = True
 

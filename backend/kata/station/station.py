@@ -235,7 +235,8 @@ class Station:
     def _side_refusal(self) -> Refusal | None:
         """Return the refusal to restart the device process now; None if it may be restarted.
 
-        Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No stop is latched
+        Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No
+        stop is latched
         in this state, and ending or starting a device process does not change the torque of a drive that it has not switched on. If drives
         hold an arm when the next process connects, it reports the fault ``torque_found``.
         """

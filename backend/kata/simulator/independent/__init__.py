@@ -1,1 +1,1 @@
-"""The independent plant: apparatus and patient as a MuJoCo model. MuJoCo is imported only when such a plant is made."""
+"""Simulates the independent plant: apparatus and patient as a MuJoCo model. MuJoCo is imported only when this plant is created."""

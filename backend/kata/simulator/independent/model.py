@@ -1,12 +1,13 @@
 """Generates the MJCF model of apparatus and arm from the parameters.
 
-Frame: the apparatus' own, origin in O. Unturned (right shoulder) X points forward, Y to the patient's left, Z up. Turned by 180 deg
-about X, Z points down: gravity and the arm's links are mirrored in z, while the scapula's linkage is the same hardware
-(:mod:`kata.motion.sides`). The joints' axes are the same on both sides, so a joint's angle is the drive's angle.
+Frame: that of the apparatus, with its origin in O. On the unturned apparatus (right shoulder) X points forward, Y to the patient's left,
+Z up. On the apparatus turned by 180 deg about X, Z points down. Gravity and the arm's links are then mirrored in z, while the scapula's
+linkage is the same hardware
 
 Each axis ``n`` has a body with coaxial joints in series: ``rotor{n}`` (shaft and encoder), ``gap{n}`` (the gear's play, a joint between
-two limits), for motors 3 to 5 ``tissue{n}`` (link, cuff and soft tissue) and for motor 5 ``slip5``. The tendon ``arm{n}`` is their sum:
-the angle of the arm. The scapula's legs are cranks with rods that ``connect`` constraints close to the board.
+two limits), for motors 3 to 5 also ``tissue{n}`` (link, cuff and soft tissue), and for motor 5 also ``slip5``. The tendon ``arm{n}`` is
+the sum of these joints, which is the arm's angle. The scapula's legs are cranks with rods; ``connect`` constraints attach the rods to the
+board.
 """
 
 import math
@@ -21,17 +22,17 @@ from kata.simulator.parameters import STEP_S, STOPS_DEG, TURNED
 
 GRAVITY_M_S2: Final = 9.81
 _SMALL: Final = 1e-3
-"""Armature of joints without a body of their own, kg m2; without it the mass matrix is singular."""
+"""Armature in kg m2 of joints that have no body of their own. Without it the mass matrix would be singular."""
 _FLANK_S: Final = 0.003
-"""Time constant with which touching flanks and their constraint return: three steps."""
+"""Time constant of the constraint between touching flanks: three steps."""
 _STICKS: Final = f'solreffriction="{2 * STEP_S} 1" solimpfriction="0.99 0.99 0.001"'
-"""Friction that does not creep: MuJoCo's default lets a loaded joint creep by half a degree a second."""
+"""Parameters of friction without creep. With MuJoCo's defaults a loaded joint creeps by 0.5 deg/s."""
 Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class LinkageGeometry:
-    """Points of one leg in the apparatus' frame at phi = psi = 0, metres; ``theta_deg`` is the motor's angle there."""
+    """Points of one leg in the apparatus' frame at phi = psi = 0, in metres. ``theta_deg`` is the motor's angle in this pose."""
 
     pivot: Vector
     crank_end: Vector
@@ -41,7 +42,7 @@ class LinkageGeometry:
 
 
 def linkage_geometry() -> tuple[LinkageGeometry, LinkageGeometry]:
-    """Return both legs. The linkage's x, y and z are the apparatus' Y, -X and Z."""
+    """Return the geometry of both legs. The linkage's axes x, y and z are the apparatus' axes Y, -X and Z."""
     one_deg, two_deg = LINKAGE.inverse_deg([0.0, 0.0]).tolist()
     t1, t2 = math.radians(one_deg), math.radians(two_deg)
     w1, w2 = math.radians(LINKAGE.w1_deg), math.radians(LINKAGE.w2_deg)
@@ -97,7 +98,7 @@ def mjcf(values: IndependentParameters, *, turned: bool) -> str:
 
 
 def _leg(values: IndependentParameters, n: int, leg: LinkageGeometry) -> str:
-    """Return crank and rod of motor ``n`` + 1, drawn at phi = psi = 0."""
+    """Return crank and rod of motor ``n`` + 1 in their position at phi = psi = 0."""
     crank, rod = _minus(leg.crank_end, leg.pivot), _minus(leg.board_end, leg.crank_end)
     along = np.array(rod) / np.linalg.norm(rod)
     first = np.cross(along, [1.0, 0.0, 0.0] if abs(along[0]) < 0.7 else [0.0, 1.0, 0.0])
@@ -116,7 +117,7 @@ def _leg(values: IndependentParameters, n: int, leg: LinkageGeometry) -> str:
 
 
 def _arm(values: IndependentParameters, up: float, *, turned: bool) -> str:
-    """Return the links of motors 3 and 4, the cuff of motor 5 and the patient's arm, hanging."""
+    """Return the links of motors 3 and 4, the cuff of motor 5, and the hanging arm of the patient."""
     down = -up
     upper, fore = values.upper_arm_m, values.forearm_m
     bent = math.radians(values.elbow_flexion_deg)
@@ -158,7 +159,7 @@ def _axis_joints(
     """Return the coaxial joints of axis ``n`` (from 0) in series."""
     place = f'axis="{_text(axis)}"'
     play = values.backlash_deg[n] / 2
-    # MuJoCo's soft limit gives way by torque x (1 - d) / d / inertia x time constant^2; between two soft joints the inertia is twice _SMALL.
+    # MuJoCo's soft limit yields by torque x (1 - d) / d / inertia x time constant^2. Between two soft joints the inertia is twice _SMALL.
     impedance = 1.0 / (1.0 + 2 * _SMALL / (values.gear_nm_rad * _FLANK_S**2))
     joints = (
         f'<joint name="rotor{n + 1}" {place} ref="{ref_deg}" armature="{values.rotor_kg_m2[n]}" '
@@ -196,7 +197,7 @@ def _stops(n: int, *, turned: bool) -> tuple[float, float]:
 
 
 def _slender(mass: float, gyration_m: float, radius_m: float) -> Vector:
-    """Return the inertia of a slender segment about its centre; the third value is about its own axis."""
+    """Return the inertia of a slender segment about its centre. The third value is the inertia about its own axis."""
     across = mass * gyration_m**2
     return across, across, mass * radius_m**2 / 2
 

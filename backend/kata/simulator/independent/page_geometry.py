@@ -1,4 +1,4 @@
-"""The geometry of apparatus and arm for the page's drawing, from the numbers of the MuJoCo model. Imports no MuJoCo."""
+"""Provides the geometry of apparatus and arm for the page's drawing, from the numbers of the MuJoCo model. It does not import MuJoCo."""
 
 from typing import Any
 

@@ -14,7 +14,7 @@ Five = tuple[float, float, float, float, float]
 
 @dataclass(frozen=True)
 class IndependentParameters:
-    """Values of ``parameters.toml`` by name; units and sources are there."""
+    """Values of ``parameters.toml`` by name. The file states their units and sources."""
 
     shoulder_m: tuple[float, float, float]
     upper_arm_m: float
@@ -59,16 +59,16 @@ class IndependentParameters:
 
 @cache
 def entries() -> dict[str, dict[str, Any]]:
-    """Return every entry of the file: ``value``, ``unit``, ``source`` and, if a seed varies it, ``vary``."""
+    """Return every entry of the file by name. An entry has ``value``, ``unit``, ``source`` and, if a seed varies the value, ``vary``."""
     return tomllib.loads(FILE.read_text())
 
 
 def independent_parameters(
     seed: int | None = None, arm_scale: float = 1.0, balancer_kg: float | None = None
 ) -> IndependentParameters:
-    """Return the parameters of a seed; without one, the nominal ones.
+    """Return the parameters of a seed; without a seed, the nominal parameters.
 
-    :param arm_scale: size of the patient's arm: lengths by this factor, masses by its cube.
+    :param arm_scale: size of the patient's arm. Lengths are multiplied by this factor, masses by its cube.
     :param balancer_kg: replaces the balancer's weight.
     """
     vary = random_stream("independent plant", seed).uniform

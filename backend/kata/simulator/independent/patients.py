@@ -1,4 +1,4 @@
-"""The patients of the independent plant: passive range, stiffness by stage, tone, pain and guarding. Motors 3 to 5, degrees and Nm."""
+"""Simulates the patients of the independent plant: passive range, stiffness, tone, pain and guarding on motors 3 to 5, in deg and Nm."""
 
 import math
 from dataclasses import dataclass
@@ -7,37 +7,37 @@ from typing import Final, Literal
 PatientName = Literal["healthy", "freezing", "frozen", "thawing", "large", "small"]
 Ends = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 _LARGEST: Final = 3.0
-"""Largest exponent of the passive torque: 20 times the torque at the peak."""
+"""Largest exponent of the passive torque. It limits this torque to 20 times the torque at the peak."""
 
 
 @dataclass(frozen=True)
 class SimulatedPatient:
     """One patient's shoulder.
 
-    Beyond its peak the passive torque grows exponentially. ``end_feel_deg`` is the movement over which it grows by e: a small value is
-    a hard end-feel. The form and all values without a source are assumed.
+    Beyond its peak the passive torque grows exponentially. ``end_feel_deg`` is the movement over which it grows by the factor e: a small
+    value is a hard end-feel. The exponential form and all values without a source are assumed.
     """
 
     peaks_deg: Ends
     """Ends of abduction, flexion and external rotation at which the passive torque is ``peak_torque_nm``."""
     end_feel_deg: float
     damping_nm_s: float
-    """Of the capsule."""
+    """Damping of the capsule."""
     tone_nm: float
     """Mean torque of muscle tone against a movement."""
     irritability: float
-    """0 to 1: how strongly pain near the end of range makes the patient guard."""
+    """Strength, 0 to 1, with which pain near the end of range makes the patient guard."""
     guarding_nm: float
     """Torque of full guarding against a movement."""
     arm_scale: float = 1.0
 
 
 _HEALTHY_PEAKS: Final[Ends] = ((-60.0, 130.0), (-60.0, 200.0), (-100.0, 50.0))
-"""The paper's healthy subject reached the apparatus' range (Table 2); assumed: peaks are 10 deg beyond it."""
+"""The paper's healthy subject reached the apparatus' range (Table 2). We assume that the peaks are 10 deg beyond it."""
 _FROZEN_PEAKS: Final[Ends] = ((-60.0, 98.4), (-50.0, 116.9), (-54.3, 4.5))
-"""Rundquist et al., Arch Phys Med Rehabil 2003, 84, 1473: mean peaks of ten subjects with idiopathic adhesive capsulitis, humerus to trunk:
-abduction 98.4, flexion 116.9, external and internal rotation at the side 4.5 and 54.3 deg. They are of active motion. Adduction and
-extension are assumed."""
+"""Source: Rundquist et al., Arch Phys Med Rehabil 2003, 84, 1473: mean peaks of ten subjects with idiopathic adhesive capsulitis, humerus
+to trunk: abduction 98.4, flexion 116.9, external and internal rotation at the side 4.5 and 54.3 deg. They are peaks of active motion.
+Adduction and extension are assumed."""
 
 
 def _between(share: float) -> Ends:
@@ -51,7 +51,7 @@ def _between(share: float) -> Ends:
 
 PATIENTS: Final[dict[PatientName, SimulatedPatient]] = {
     "healthy": SimulatedPatient(_HEALTHY_PEAKS, 8.0, 0.10, 0.10, 0.0, 0.0),
-    # Pain limits before the capsule does: a soft end and strong guarding.
+    # Pain limits the motion before the capsule does, hence a soft end-feel and strong guarding.
     "freezing": SimulatedPatient(_between(0.15), 15.0, 0.30, 0.25, 1.0, 2.0),
     "frozen": SimulatedPatient(_FROZEN_PEAKS, 6.0, 0.50, 0.20, 0.5, 1.0),
     "thawing": SimulatedPatient(_between(0.5), 10.0, 0.30, 0.15, 0.2, 0.5),
@@ -61,10 +61,10 @@ PATIENTS: Final[dict[PatientName, SimulatedPatient]] = {
 
 
 class PassiveShoulder:
-    """The passive and reflex torques of one patient. Angles in radians, as the drives count them."""
+    """Calculates the passive and reflex torques of one patient. Angles are the drives' angles in radians."""
 
     def __init__(self, patient: SimulatedPatient, peak_nm: float, signs: tuple[int, ...]) -> None:
-        """``signs``: of the drives' angles of motors 3 to 5 on this side."""
+        """Prepare the ends of the range. ``signs``: signs of the drives' angles of motors 3 to 5 on this side."""
         self._patient = patient
         self._peak_nm = peak_nm
         self._soft = 1.0 / math.radians(patient.end_feel_deg)
@@ -74,10 +74,10 @@ class PassiveShoulder:
         ]
         self._ends = tuple((low, high) for low, high in ends)
         self.guarding = 0.0
-        """0 to 1: present guarding."""
+        """Present guarding, 0 to 1."""
 
     def passive_nm(self, n: int, angle: float, speed: float) -> float:
-        """Return the torque of the capsule on axis ``n`` (0: motor 3)."""
+        """Return the torque of the capsule in Nm on axis ``n`` (0 is motor 3)."""
         low, high = self._ends[n]
         soft, limit = self._soft, _LARGEST
         beyond_high, beyond_low = (angle - high) * soft, (low - angle) * soft
@@ -91,7 +91,7 @@ class PassiveShoulder:
         )
 
     def pain(self, angles: list[float]) -> float:
-        """Return the pain of a posture, 0 to 1: it begins one end-feel before a peak and is full at the peak."""
+        """Return the pain of a posture, 0 to 1. It is 0 up to one ``end_feel_deg`` before a peak and 1 at the peak."""
         width = 1.0 / self._soft
         return max(
             min(1.0, max(0.0, 1.0 - min(high - angle, angle - low) / width))
@@ -99,7 +99,7 @@ class PassiveShoulder:
         )
 
     def update_guarding(self, angles: list[float], fastest: float, half_speed: float, share: float) -> float:
-        """Move guarding by ``share`` towards what pain and speed demand; return the torque against movement."""
+        """Move guarding by ``share`` towards the value for this pain and speed. Return the torque in Nm against movement."""
         demand = self._patient.irritability * self.pain(angles) * (0.5 + 0.5 * fastest / (fastest + half_speed))
         self.guarding += (demand - self.guarding) * share
         return self.guarding * self._patient.guarding_nm

@@ -1,4 +1,4 @@
-"""The independent plant: MuJoCo mechanics, documented servo control, and a patient with a frozen or a healthy shoulder.
+"""Implements the independent plant: MuJoCo mechanics, documented servo control, and a patient with a frozen or a healthy shoulder.
 
 It shares no mechanics with :mod:`kata.simulator.plant`. Both implement :class:`kata.simulator.mechanics.Mechanics`.
 """
@@ -31,7 +31,7 @@ from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
 _JAMMED_NM_S: Final = 1e5
 _PLACING: Final = ((400.0, 20.0),) * 4 + ((100.0, 3.0),)
-"""Stiffness and damping, Nm/rad and Nm s/rad, that draw the axes to a place."""
+"""Stiffness (Nm/rad) and damping (Nm s/rad) with which the axes are moved to a place."""
 _PLACING_STEPS: Final = 1500
 
 
@@ -47,10 +47,10 @@ class _Axis:
         self.goals: deque[float] = deque(maxlen=round(values.goal_delay_ms[n]) + 1)
         self.was_on = False
         self.resistance_nm = 0.0
-        """Of tone and guarding against a movement."""
+        """Resistance of tone and guarding against a movement."""
 
     def gains(self, drive: Drive) -> PositionGains | None:
-        """Return the drive's gains, None while its torque is off."""
+        """Return the drive's gains; None while its torque is off."""
         if not drive.torque_on:
             self.was_on = False
             return None
@@ -63,12 +63,12 @@ class _Axis:
         )
 
     def drive_nm(self, gains: PositionGains, goal: float, supply: tuple[float, float]) -> float:
-        """Return the torque that the drive reports in this millisecond: its current times the nominal factor. ``supply``: volts and amperes."""
+        """Advance the control by 1 ms. Return the torque that the drive reports: current times nominal factor. ``supply``: V and A."""
         self.goals.append(goal)
         return self.control.step(gains, self.goals[0], self.angle, self.speed, supply)
 
     def hand_nm(self) -> float:
-        """Return the torque of the hand in this millisecond, and move its target."""
+        """Move the hand's target by 1 ms. Return the hand's torque."""
         assert self.hand is not None
         angle, step, stiffness, damping, strength = self.hand
         angle += step
@@ -88,7 +88,9 @@ class IndependentPlant:
         patient: PatientName = "healthy",
         balancer_kg: float | None = None,
     ) -> None:
-        """``seed``: another patient, other gears and drives. ``balancer_kg`` replaces the parameters' balancer."""
+        """Build the model. ``seed``: chooses another patient, other gears and drives. ``balancer_kg`` replaces the balancer of
+        the parameters.
+        """
         person = PATIENTS[patient]
         values = independent_parameters(seed, person.arm_scale, balancer_kg)
         self.parameters = values
@@ -101,7 +103,7 @@ class IndependentPlant:
         self._rotor_v = np.array([self.model.joint(f"rotor{n}").dofadr[0] for n in range(1, 6)])
         self._joints = tuple(self._series(n) for n in range(1, 6))
         self._ctrl, self._qpos, self._qvel = self.data.ctrl, self.data.qpos, self.data.qvel
-        """Views of MuJoCo's memory: asking for them takes as long as a fifth of a step."""
+        """Views of MuJoCo's memory. They are stored because getting them takes a fifth of a step's time."""
         self._tone_speed = math.radians(values.tone_speed_deg_s)
         self._jammed_damping = self.model.dof_damping[self._rotor_v].copy()
         self.shoulder = PassiveShoulder(person, values.peak_torque_nm, signs[2:])
@@ -164,7 +166,7 @@ class IndependentPlant:
             axis.resistance_nm = self._tone_nm * (0.5 + tone.at(self._slow_s)) + (guarding_nm if n >= 2 else 0.0)
 
     def place(self, axis: int, angle: float) -> None:
-        """See :class:`~kata.simulator.mechanics.Mechanics`. Motors 1 and 2 are drawn there, so that the linkage stays closed."""
+        """See :class:`~kata.simulator.mechanics.Mechanics`. Motors 1 and 2 are moved there by torque, so that the linkage stays closed."""
         goals = [one.angle for one in self.axes]
         goals[axis] = angle
         if axis >= 2:
@@ -202,7 +204,7 @@ class IndependentPlant:
         return max(found)
 
     def _settle_girdle(self) -> None:
-        """Let the relaxed girdle carry what hangs on it at rest: its torques are in balance there."""
+        """Set the girdle's constant torques so that it is in balance with its load at rest."""
         dofs = [self.model.joint(name).dofadr[0] for name in ("phi", "psi")]
         self.data.ctrl[:] = [*[0.0] * 10, *self._constant]
         mujoco.mj_forward(self.model, self.data)
@@ -214,13 +216,13 @@ class IndependentPlant:
         self._read()
 
     def _series(self, n: int) -> tuple[int, ...]:
-        """Return the places of the joints that lie between drive ``n`` and the arm. Each has one degree of freedom."""
+        """Return the indices of the joints between drive ``n`` and the arm. Each joint has one degree of freedom."""
         names = (f"{kind}{n}" for kind in ("rotor", "gap", "tissue", "slip"))
         known = {self.model.joint(number).name for number in range(self.model.njnt)}
         return tuple(int(self.model.joint(name).qposadr[0]) for name in names if name in known)
 
     def _read(self) -> None:
-        """Read the axes' state."""
+        """Read the state of the axes from the model."""
         angles, speeds = self._qpos.tolist(), self._qvel.tolist()
         for axis, joints in zip(self.axes, self._joints, strict=True):
             axis.angle, axis.speed = angles[joints[0]], speeds[joints[0]]
