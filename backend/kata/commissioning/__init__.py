@@ -1,1 +1,1 @@
-"""Commissioning: the steps that turn a box of drives into a station with a checked configuration and a record."""
+"""Commissions a station: the steps from new drives to a station with a checked configuration and a record."""

@@ -1,4 +1,4 @@
-"""Step 11: the six motions of Table 2, played by the control program that treats patients, with a weight and empty."""
+"""Step 11: plays the six motions of Table 2 with the control loop that treats patients, with a weight and without."""
 
 from typing import Final
 
@@ -17,11 +17,11 @@ from kata.motion.taught import Taught
 from kata.motion.tracking import MotorTracking, compare
 
 LIMITS_DEG: Final = {1: 4.0, 2: 4.0, 3: 5.0, 4: 4.0, 5: 6.0, 6: 8.0}
-"""By motion: the largest error that the paper reports for its motors (Section 4, start excepted). A commissioned station is far better."""
+"""Limit of the error by motion: the largest error that the paper reports for its motors (Section 4, start excepted)."""
 
 
 def play_motions(bench: Bench) -> None:
-    """Play the motions; record peak and RMSE of the motors that each motion moves."""
+    """Play the motions. Record peak error and RMSE of the motors that each motion moves."""
     for load, action in LOADS:
         bench.confirm(action)
         bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
@@ -38,7 +38,7 @@ def play_motions(bench: Bench) -> None:
 
 
 def _played(station: DirectStation, motion: BasicMotion, taught: Taught) -> list[MotorTracking]:
-    """Play one motion; return the figures of its motors."""
+    """Play one motion. Return the figures of its motors."""
     angles = motor_angles_deg(taught.poses_deg)
     load = Load(
         run_id=f"motion {motion.number}",

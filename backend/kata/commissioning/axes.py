@@ -1,4 +1,4 @@
-"""Steps 4 and 5: which drive moves which axis, in which direction, and the sign of its torque."""
+"""Steps 4 and 5: find the axis and direction that each drive moves, and check the sign of its torque."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -22,8 +22,8 @@ MOVES: Final = {
     4: texts.LIFT_ARM_FORWARD,
     5: texts.TURN_FOREARM_OUT,
 }
-"""By motor: the motion in its positive direction, on the unturned apparatus. The linkage gives motors 1 and 2 the opposite sign of
-the scapula's angles; each of them moves little in the other's motion (:mod:`kata.motion.linkage`)."""
+"""The motion of each motor in its positive direction, on the unturned apparatus. The linkage gives motors 1 and 2 the opposite sign of
+the scapula's angles. Each of these two moves little in the other's motion (:mod:`kata.motion.linkage`)."""
 
 _SEEN_DEG: Final = 8.0
 _STILL_DEG: Final = 0.3
@@ -32,7 +32,7 @@ _POSITION: Final = 132
 _TEST_DEG: Final = 3.0
 _PUSH_DEG: Final = 0.15
 _PUSH_NM: Final = 0.3
-"""A push of a hand is some Nm; friction hides 0.2 Nm."""
+"""Torque from which a push counts. A push of a hand has some Nm; friction hides 0.2 Nm."""
 
 
 class PositionWatch:
@@ -43,11 +43,11 @@ class PositionWatch:
         self._line = line
         self._last = read_counts(line, self._axes)
         self.moved_deg: Floats = np.zeros(len(self._axes))
-        """By axis, in the encoder's direction."""
+        """Movement of each axis in the encoder's direction."""
         self.largest_jump_deg = 0.0
 
     def look(self) -> Floats:
-        """Read the positions; return how far each drive has moved since the last look."""
+        """Read the positions. Return the movement of each drive since the last call."""
         now = read_counts(self._line, self._axes)
         step = np.array([wrapped_deg(value) for value in (now - self._last) * DEG_PER_COUNT])
         self._last = now
@@ -69,7 +69,7 @@ def read_counts(line: DriveLine, axes: Sequence[Axis]) -> Floats:
 
 
 def find_axes(bench: Bench) -> None:
-    """Let the technician move each axis. The drive with its id must move most; its sign is the axis' direction."""
+    """Let the technician move each axis. The drive with the axis' id must move most. The sign of its movement is the axis' direction."""
     directions = []
     with bench.line() as line:
         for motor in AXES:
@@ -85,7 +85,7 @@ def find_axes(bench: Bench) -> None:
 
 
 def _moved_by_hand(bench: Bench, line: DriveLine, motor: int) -> Floats:
-    """Return how far each drive moved until all are still again."""
+    """Return the movement of each drive until all drives are at rest again."""
     watch = PositionWatch(bench, line)
     still = 0
 
@@ -101,7 +101,7 @@ def _moved_by_hand(bench: Bench, line: DriveLine, motor: int) -> Floats:
 
 
 def check_torque(bench: Bench) -> None:
-    """Move each motor a little, then let the technician push it: motion and torque must have the right signs."""
+    """Move each motor slightly, then let the technician push it. Movement and torque must have the correct signs."""
     bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
     with live_drives(bench) as drives:
         drives.hold()

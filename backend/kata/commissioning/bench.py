@@ -1,4 +1,4 @@
-"""What the steps of commissioning share: the port, the technician, the clock, and the configuration so far."""
+"""Holds the objects that the steps of commissioning share: the port, the technician, the clock, and the configuration so far."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -17,7 +17,7 @@ from kata.device.config import Axis, ConfigError, StationConfig
 from kata.messages import Text
 
 LOOK_S: Final = 0.02
-"""Time between two looks at the drives while the technician acts."""
+"""Time between two reads of the drives while the technician acts."""
 _PATIENCE_S: Final = 120
 """Longest time for one instruction."""
 FACTORY_BAUD: Final = 57_600
@@ -45,17 +45,17 @@ ManualActionKind = Literal[
 
 @dataclass(frozen=True)
 class ManualAction:
-    """What the technician is asked to do. ``number``: of the motor or the pose, or 0."""
+    """An instruction to the technician. ``number``: number of the motor or the pose; 0 for neither."""
 
     kind: ManualActionKind
     text: Text
     number: int = 0
     seen: bool = False
-    """True if the drives show when it is done; False if the technician confirms it."""
+    """True if the drives show when the action is done. False if the technician confirms it."""
 
 
 class Technician(Protocol):
-    """The person at the apparatus, as a terminal, a page or a test shows instructions to them."""
+    """The person at the apparatus. A terminal, a page or a test implements this interface."""
 
     def instruct(self, instruction: ManualAction) -> None:
         """Show an instruction. Return at once."""
@@ -68,7 +68,7 @@ class Technician(Protocol):
 
 
 class StepError(Exception):
-    """A step found a fault. The message names it."""
+    """A step found a fault. The message names the fault."""
 
     def __init__(self, fault: Text) -> None:
         super().__init__(fault)
@@ -77,7 +77,7 @@ class StepError(Exception):
 
 @dataclass
 class Bench:
-    """The workplace of the steps. ``draft`` is the configuration so far; a step that has passed replaces it."""
+    """The workplace of the steps. ``draft`` is the configuration so far. Each passed step may replace it."""
 
     draft: StationConfig
     technician: Technician
@@ -85,9 +85,9 @@ class Bench:
     sleep: Callable[[float], None]
     now_ns: Callable[[], int]
     values: list[RecordedValue] = field(default_factory=list)
-    """Of the present step."""
+    """Recorded values of the present step."""
     curves: list[RecordedCurve] = field(default_factory=list)
-    """Of the present step."""
+    """Recorded curves of the present step."""
 
     @contextmanager
     def line(self, baud: int | None = None) -> Iterator[DriveLine]:
@@ -106,15 +106,15 @@ class Bench:
         self.values.append(RecordedValue(name, motor, before, after))
 
     def confirm(self, instruction: ManualAction) -> None:
-        """Ask for something that the technician confirms."""
+        """Show an instruction, and wait until the technician confirms it."""
         self.technician.instruct(instruction)
         while not self.technician.has_confirmed():
             self.sleep(LOOK_S)
 
     def watch(self, instruction: ManualAction, is_done: Callable[[], bool], fault: Text | None = None) -> None:
-        """Ask for something that the drives show. ``is_done`` looks at them.
+        """Show an instruction, and wait until ``is_done`` returns True. ``is_done`` reads the drives.
 
-        :raises StepError: ``fault``, when nothing is seen.
+        :raises StepError: with ``fault``, when nothing is detected in time.
         """
         self.technician.instruct(replace(instruction, seen=True))
         end_ns = self.now_ns() + _PATIENCE_S * 1_000_000_000
@@ -135,15 +135,15 @@ class Bench:
             raise StepError(texts.CONFIGURATION_REFUSED(reason=str(error))) from error
 
     def change_axes(self, change: Callable[[int, Axis], Axis]) -> None:
-        """Replace the draft's axes. ``change`` gets the motor's number and its axis."""
+        """Replace the draft's axes. ``change`` receives the motor's number and its axis, and returns the new axis."""
         self.change(axes=tuple(change(motor, axis) for motor, axis in enumerate(self.draft.axes, start=1)))
 
 
 @contextmanager
 def named(motor: int, drive_id: int) -> Iterator[None]:
-    """Name the motor that does not answer or refuses.
+    """Convert a LineError in the block into a StepError that names the motor.
 
-    :raises StepError: instead of a LineError.
+    :raises StepError: when a LineError occurs in the block.
     """
     try:
         yield

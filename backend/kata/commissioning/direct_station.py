@@ -1,6 +1,6 @@
-"""The device's control loop in this process and thread, without the service: it plays motions for commissioning and evaluation.
+"""Runs the device's control loop in this thread, without the service, to play motions for commissioning and evaluation.
 
-Playback is the one that treats patients: the same loop, supervision, references and driver.
+Patients are treated with the same loop, supervision, references and driver.
 """
 
 from collections.abc import Callable
@@ -31,21 +31,21 @@ from kata.device.messages import (
 from kata.system.realtime import Granted
 
 _NEVER_NS: Final = 2**62
-"""Commands are executed in the next cycle, so they do not expire."""
+"""Expiry of commands. Commands are executed in the next cycle, so they need not expire."""
 _SPARE_S: Final = 30.0
-"""A wait is given up this long after its expected end."""
+"""A wait ends with an error this long after its expected end."""
 
 
 class PlaybackError(Exception):
-    """A motion could not be taught or played to its end; the message is the reason."""
+    """A motion could not be taught or played to its end. The message is the reason."""
 
 
 class RefusedPlayError(PlaybackError):
-    """A command was refused before anything moved."""
+    """A command was refused before a motor moved."""
 
 
 class DirectStation:
-    """One apparatus and its control, from its switching on."""
+    """One apparatus and its control, from switching it on."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class DirectStation:
         now_ns: Callable[[], int],
         sleep: Callable[[float], None],
     ) -> None:
-        """``config``: with its side. ``now_ns`` and ``sleep``: the clock of the transport.
+        """Connect. ``config`` contains the side. ``now_ns`` and ``sleep``: the clock of the transport.
 
         :raises PlaybackError: when the apparatus does not connect.
         """
@@ -75,7 +75,7 @@ class DirectStation:
     def play(self, load: Load, duration_s: float) -> Journal:
         """Load a recording, approach its start, play it and return.
 
-        :raises PlaybackError: when a command is refused, the apparatus stops, or the arm is taken back because it resists.
+        :raises PlaybackError: when a command is refused, the apparatus stops, or the arm moves back because it met resistance.
         """
         self._link.reversal = ""
         self.send(structs.replace(load, side=self.config.side))
@@ -92,9 +92,9 @@ class DirectStation:
         return self._link.journal()
 
     def send(self, command: Command) -> None:
-        """Send a command and run its cycle.
+        """Send a command and run the cycle that executes it.
 
-        :raises RefusedPlayError: when it is refused.
+        :raises RefusedPlayError: when the command is refused.
         """
         self._link.queue(command)
         self._cycle()
@@ -103,9 +103,9 @@ class DirectStation:
             raise RefusedPlayError(f"{refusal.message} {refusal.next_step}")
 
     def until(self, done: Callable[[], bool], failure: str, duration_s: float) -> None:
-        """Run cycles until something is done.
+        """Run cycles until ``done`` returns True.
 
-        :raises PlaybackError: ``failure``, some time after ``duration_s``; or when the apparatus stops.
+        :raises PlaybackError: with ``failure``, some time after ``duration_s``; or when the apparatus stops.
         """
         limit_ns = self._now_ns() + int((duration_s + _SPARE_S) * 1e9)
         while not done():
@@ -127,7 +127,7 @@ class DirectStation:
             raise PlaybackError(" ".join([self._link.reversal, *causes] if self._link.reversal else causes))
 
     def after_cycle(self) -> None:
-        """Do nothing; an evaluation looks at its simulated arm here."""
+        """Do nothing. An evaluation overrides this to read its simulated arm."""
 
 
 class _DirectLink:
@@ -148,7 +148,7 @@ class _DirectLink:
         self._requests = 0
         self.snapshot: Snapshot | None = None
         self.reversal = ""
-        """Why the arm was taken back since the last Load; empty if it was not."""
+        """Reason why the arm moved back since the last Load; empty if it did not."""
 
     def queue(self, command: Command) -> None:
         """Queue a command for the next cycle."""
@@ -211,7 +211,7 @@ class _DirectLink:
 
 
 def _prepare(number: int, command: Command, config: StationConfig) -> QueuedCommand:
-    """Return a command as the device process passes it to the control thread."""
+    """Return a command in the form in which the device process passes it to the control thread."""
     built = references.build(command, config) if isinstance(command, Load) else None
     if isinstance(built, references.Reference):
         return QueuedCommand(number, command, built.trajectory, None, built.correction)

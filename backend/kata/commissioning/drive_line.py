@@ -1,4 +1,4 @@
-"""Single requests to Dynamixel drives at one baud rate, without a station's configuration and its cycle."""
+"""Sends single requests to Dynamixel drives at one baud rate, without a station's configuration and its cycle."""
 
 import struct
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _WRITE: Final = 0x03
 _REBOOT: Final = 0x08
 _ALERT: Final = 0x80
 _PATIENCE_NS: Final = 25_000_000
-"""Waits this long for an answer beyond its bytes: the adapter's latency timer (16 ms by default) and the drive's return delay."""
+"""Time to wait for an answer in addition to its bytes: for the adapter's latency timer (16 ms by default) and the return delay."""
 _SEARCH_NS: Final = 120_000_000
 """The answers to a broadcast ping end with a silence of this length."""
 _PING_BYTES: Final = OVERHEAD + 3
@@ -35,7 +35,7 @@ class LineError(Exception):
     """A drive did not answer, or refused a write."""
 
     def __init__(self, drive_id: int, *, damaged: bool = False, error: int = 0) -> None:
-        """``damaged``: bytes came, but no valid answer. ``error``: of the drive's answer; 0: none."""
+        """``damaged``: True if bytes arrived, but no valid answer. ``error``: error of the drive's answer; 0 for none."""
         super().__init__(f"drive {drive_id}: {f'error {error}' if error else 'damaged' if damaged else 'silent'}")
         self.damaged = damaged
 
@@ -44,15 +44,15 @@ class DriveLine:
     """An open port at one baud rate."""
 
     def __init__(self, transport: Transport, baud: int) -> None:
-        """``transport``: open at ``baud``."""
+        """Prepare for requests. ``transport``: open at ``baud``."""
         self._transport = transport
         self._baud = baud
         self._byte_ns = BITS_A_BYTE * 1_000_000_000 // baud
         self.requests = 0
         self.damaged = 0
-        """Requests whose answer came with other bytes, or was damaged."""
+        """Number of requests whose answer was damaged or came with other bytes."""
         self.latencies_ns: list[int] = []
-        """How late each answer was after its bytes could have passed."""
+        """Delay of each answer after the earliest time at which its bytes can have passed."""
 
     def find(self) -> dict[int, FoundDrive]:
         """Return every drive that answers at this baud rate, by id. Drives that share an id damage each other's answer."""
@@ -64,9 +64,9 @@ class DriveLine:
         }
 
     def read(self, drive_id: int, address: int, length: int) -> bytes:
-        """Return registers.
+        """Return the contents of registers.
 
-        :raises LineError: when no valid answer comes in some attempts.
+        :raises LineError: when no valid answer comes in several attempts.
         """
         damaged = False
         for _ in range(_ATTEMPTS):
@@ -77,7 +77,7 @@ class DriveLine:
         raise LineError(drive_id, damaged=damaged)
 
     def read_once(self, drive_id: int, address: int, length: int) -> tuple[bytes | None, bool]:
-        """Return registers, None without a valid answer; and whether other bytes arrived."""
+        """Return the contents of registers (None without a valid answer), and whether other bytes arrived."""
         request = encode(drive_id, _READ, struct.pack("<HH", address, length))
         answers, other_bytes = self._exchange(request, _PATIENCE_NS, size=OVERHEAD + length, wanted=(drive_id, length))
         valid = [data for answered, error, data in answers if answered == drive_id and len(data) == length]
@@ -86,7 +86,7 @@ class DriveLine:
     def write(self, drive_id: int, address: int, data: bytes) -> None:
         """Write registers.
 
-        :raises LineError: when the drive does not answer, or refuses.
+        :raises LineError: when the drive does not answer or refuses the write.
         """
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
         damaged = False
@@ -106,10 +106,10 @@ class DriveLine:
     def _exchange(
         self, request: bytes, patience_ns: int, *, size: int, wanted: tuple[int, int] | None = None
     ) -> tuple[list[tuple[int, int, bytes]], bool]:
-        """Send a request; return the answers, and whether other bytes arrived.
+        """Send a request. Return the answers, and whether other bytes arrived.
 
-        :param size: bytes of an answer.
-        :param wanted: id and length of the only answer; None: several may come, each within the patience.
+        :param size: number of bytes of an answer.
+        :param wanted: id and length of the only answer; None: several answers may come, each within ``patience_ns`` after the one before.
         """
         transport, parser = self._transport, StatusParser()
         earliest_ns = transport.now_ns() + (len(request) + size) * self._byte_ns

@@ -1,4 +1,4 @@
-"""Step 1: find the drives, and give each its id and its baud rate, one drive at a time."""
+"""Step 1: finds the drives and sets id and baud rate of each, one drive at a time."""
 
 from typing import Final
 
@@ -28,11 +28,11 @@ _PRESENT_BYTES: Final = 27
 """Registers that differ between two drives: tick, current, velocity, position, voltage, temperature."""
 _TRIES: Final = 25
 _TOLERATED_SHARE: Final = 0.04
-"""Of damaged answers. A sound bus has none; one bad answer in the sample is no finding."""
+"""Tolerated share of damaged answers. A good bus has none. One damaged answer in the sample is tolerated."""
 
 
 def assign_ids(bench: Bench) -> None:
-    """Give the drives the ids 1 to 5 and the station's baud rate. Drives that have them are left alone."""
+    """Set the drives' ids to 1 to 5, and the station's baud rate. If all drives have them already, change nothing."""
     bench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
     if not _all_have_their_ids(bench):
         for motor in AXES:
@@ -45,7 +45,7 @@ def assign_ids(bench: Bench) -> None:
 
 
 def _all_have_their_ids(bench: Bench) -> bool:
-    """Return True if exactly the ids 1 to 5 answer at the station's baud rate, and no drive at the factory's."""
+    """Return True if exactly the ids 1 to 5 answer at the station's baud rate, and no drive answers at the factory's baud rate."""
     with bench.line() as line:
         if sorted(line.find()) != list(AXES):
             return False
@@ -99,9 +99,9 @@ def _search(bench: Bench, motor: int) -> FoundDrive:
 
 
 def check_answers(line: DriveLine, motor: int, drive_id: int) -> float:
-    """Read a drive some times. Return the percentage of damaged answers.
+    """Read a drive several times. Return the percentage of damaged answers.
 
-    :raises StepError: when drives share the id, answers are damaged, or none comes.
+    :raises StepError: when drives share the id, too many answers are damaged, or the drive does not answer.
     """
     sample = [line.read_once(drive_id, _PRESENT, _PRESENT_BYTES) for _ in range(_TRIES)]
     valid = sum(data is not None for data, _ in sample)

@@ -1,4 +1,4 @@
-"""Step 3: the emergency stop and the pedal, before any motor has torque."""
+"""Step 3: checks the emergency stop and the pedal before any motor has torque."""
 
 from collections.abc import Callable
 from contextlib import closing
@@ -13,13 +13,13 @@ from kata.device.pedal import UsbPedal
 from kata.messages import Text
 
 _CONTACT_S: Final = 0.2
-"""The contacts of a switch move within 20 ms; a state that lasts this long is its state."""
+"""A state of the contacts counts if it lasts this long. The contacts of a switch move within 20 ms."""
 _PLUG_IN_S: Final = 30.0
-"""Until then an unplugged cable may read as a broken wire."""
+"""Time for plugging in a cable. During this time an unplugged cable is not reported as a broken wire."""
 
 
 def check_inputs(bench: Bench) -> None:
-    """Press, release and unplug the emergency stop; press and release the pedal."""
+    """Let the technician press, release and unplug the emergency stop, and press and release the pedal. Check the contacts."""
     with bench.line() as line:
         contacts, missing = _Contacts(bench, line), texts.ESTOP_NOT_SEEN()
         bench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
@@ -38,14 +38,14 @@ def check_inputs(bench: Bench) -> None:
 
 
 def _check_pedal(bench: Bench, is_down: Callable[[], bool | None], missing: Text) -> None:
-    """Let the technician press and release the pedal. ``is_down`` returns None while that is unknown."""
+    """Let the technician press and release the pedal. ``is_down`` returns None while the state is unknown."""
     bench.watch(ManualAction("press_pedal", texts.PRESS_PEDAL()), lambda: is_down() is True, missing)
     bench.watch(ManualAction("release_pedal", texts.RELEASE_PEDAL()), lambda: is_down() is False, missing)
     bench.add_value("pedal", after="pressed, released: seen")
 
 
 class _Contacts:
-    """Reads the contacts, and names a fault of theirs."""
+    """Reads the contacts of emergency stop and pedal, and reports their faults."""
 
     def __init__(self, bench: Bench, line: DriveLine) -> None:
         self._bench = bench
@@ -62,9 +62,9 @@ class _Contacts:
         return self._closed(self._inputs.pedal_port)
 
     def estop(self, *, pressed: bool, steady_s: float = _CONTACT_S) -> Callable[[], bool]:
-        """Return a look that is True when both contacts agree that the switch is pressed, or released.
+        """Return a function that returns True when both contacts show that the switch is pressed (or released).
 
-        The look raises a StepError that names the broken wire or the welded contact, when the contacts contradict each other for
+        The function raises a StepError that names the broken wire or the welded contact if the contacts contradict each other for
         ``steady_s``.
         """
         self._steady = None
@@ -91,7 +91,7 @@ class _Contacts:
 
 
 def _contradiction(closed: bool, *, pressed: bool) -> Text:
-    """Return the fault of contacts that are both closed, or both open."""
+    """Return the fault that explains why both contacts are closed, or both open."""
     if closed:
         return texts.CONTACT_WELDED()
     return texts.SECOND_WIRE_BROKEN() if pressed else texts.ESTOP_WIRE_BROKEN()

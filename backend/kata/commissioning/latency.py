@@ -1,4 +1,4 @@
-"""Measures how late the drives' answers arrive, and the rate that an adapter can carry. It writes no register."""
+"""Measures the latency of the drives' answers, and calculates the cycle rate that an adapter allows. It writes no register."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,34 +13,34 @@ from kata.device.bus.serial_transport import SerialTransport, Transport
 from kata.device.config import StationConfig
 
 _TRIES: Final = 5
-"""Requests to a drive before it counts as silent."""
+"""Number of requests without an answer after which a drive counts as silent."""
 _REQUESTS: Final = 100
-"""To each drive that answers."""
+"""Number of requests to each drive that answers."""
 _BLOCK: Final = 126
 _BLOCK_BYTES: Final = 20
-"""Current, velocity, position, voltage and temperature: as long as a drive's part of a cycle's answer."""
+"""Number of bytes read: current, velocity, position, voltage and temperature. A drive's part of a cycle's answer is as long."""
 LOOP_NS: Final = 2_500_000
-"""Time of a cycle beside bytes and latency: the rest of the loop's work and the margin for a later answer
+"""Time of a cycle in addition to bytes and latency: for the rest of the loop's work, and the margin for a later answer
 (:mod:`kata.device.bus.dynamixel.requests`)."""
 _PERCENTILE: Final = 99
 
 
 @dataclass(frozen=True)
 class LatencyFigures:
-    """What was measured. Times in ms; NaN without an answer."""
+    """The result of a measurement. Times are in ms; NaN without an answer."""
 
     requests: int
-    """Answers that were expected."""
+    """Number of expected answers."""
     damaged: int
     silent: tuple[int, ...]
-    """Motors that did not answer."""
+    """Numbers of the motors that did not answer."""
     median_ms: float
     late_ms: float
-    """99 % of the times were within this one."""
+    """99 % of the times were at most this long."""
     carried_hz: float
-    """The highest rate of cycles that leaves time for one as long as ``late_ms``; 0 without an answer."""
+    """The highest cycle rate that leaves enough time for ``late_ms``; 0 without an answer."""
     words: str
-    """What was timed, as a sentence with a place for the median."""
+    """Name of the measured time, as a sentence with a place for the median."""
 
     @property
     def measured(self) -> str:
@@ -51,9 +51,9 @@ class LatencyFigures:
 def measure_adapter(
     station: StationConfig, open_transport: Callable[[str, int], Transport] = SerialTransport
 ) -> LatencyFigures:
-    """Read each drive of a station some times.
+    """Read each drive of a station many times. Return the figures.
 
-    :raises BusError: when the port cannot be opened, or is gone.
+    :raises BusError: when the port cannot be opened or is gone.
     """
     transport = open_transport(station.port, station.baud)
     try:
@@ -69,9 +69,9 @@ def measure_adapter(
 def measure_bus(
     station: StationConfig, open_transport: Callable[[str, int], Transport] = SerialTransport
 ) -> LatencyFigures:
-    """Read some cycles with the station's own driver, whatever its protocol is.
+    """Read many cycles with the station's own driver, for any protocol. Return the figures.
 
-    :raises BusError: when the port cannot be opened, or is gone.
+    :raises BusError: when the port cannot be opened or is gone.
     """
     opened: list[Transport] = []
 
@@ -101,7 +101,7 @@ def measure_bus(
 def _figures(
     counts: tuple[int, int, tuple[int, ...]], times_ns: Sequence[float], beside_ns: float, words: str
 ) -> LatencyFigures:
-    """Return the figures of some times. ``counts``: requests, damaged answers, silent motors. ``beside_ns``: time of a cycle that is not in them."""
+    """Return the figures of measured times. ``counts``: requests, damaged answers, silent motors. ``beside_ns``: rest of a cycle's time."""
     if not times_ns:
         return LatencyFigures(*counts, float("nan"), float("nan"), 0.0, words)
     late_ns = float(np.percentile(times_ns, _PERCENTILE))
@@ -110,7 +110,7 @@ def _figures(
 
 
 def _measure(line: DriveLine, drive_id: int) -> bool:
-    """Read one drive; return False if it is silent."""
+    """Read one drive many times. Return False if it is silent."""
     if all(line.read_once(drive_id, _BLOCK, _BLOCK_BYTES)[0] is None for _ in range(_TRIES)):
         return False
     for _ in range(_REQUESTS):

@@ -1,6 +1,6 @@
-"""All five drives with torque, through the driver that treats patients, at a part of their torque.
+"""Moves all five drives with a part of their torque, through the driver that treats patients.
 
-The emergency stop is read in every cycle. It switches torque off, and ends the step.
+The emergency stop is read in every cycle. If it is pressed, torque is switched off and the step ends.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,18 +22,18 @@ from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 
 TORQUE_SHARE: Final = 0.5
-"""Of the configured torque: enough for friction and the arm's weight, and a person can hold against it."""
+"""Share of the configured torque. It is enough for friction and the arm's weight, and a person can hold against it."""
 SPEED_DEG_S: Final = 15.0
 _VERIFY_CYCLES: Final = 600
 _LATE_SHARE: Final = 0.1
-"""Share of a cycle that it may begin late; a later one waits for the next deadline."""
+"""Share of its period by which a cycle may begin late. A later cycle waits for the next deadline."""
 _MISSES: Final = 20
-"""Cycles in a row without an answer after which a drive is silent."""
+"""Number of consecutive cycles without an answer after which a drive counts as silent."""
 
 
 @dataclass(frozen=True)
 class LiveSample:
-    """One cycle: time of its deadline in s, a multiple of the period, setpoints, measured angles and torques in axis order."""
+    """One cycle: time of its deadline in s (a multiple of the period), and setpoints, measured angles and torques in axis order."""
 
     t_s: float
     setpoint_deg: Floats
@@ -42,7 +42,7 @@ class LiveSample:
 
 
 class LiveDrives:
-    """The drives of a bench through the driver. Made by :func:`live_drives`."""
+    """The drives of a bench, used through the driver. :func:`live_drives` creates it."""
 
     def __init__(self, bench: Bench, share: float) -> None:
         self._bench = bench
@@ -96,10 +96,10 @@ class LiveDrives:
         self._torque = False
 
     def cycle(self) -> LiveSample:
-        """Run one cycle: read everything, and send the setpoints while torque is on.
+        """Run one cycle: read drives and inputs, and send the setpoints if torque is on.
 
-        :raises StepError: while torque is on, when the emergency stop is pressed or unknown, or a drive's watchdog tripped because this
-            computer was too slow; always when a drive is silent.
+        :raises StepError: when a drive is silent; and while torque is on, when the emergency stop is pressed or unknown, or a drive's
+            watchdog has tripped because this computer was too slow.
         """
         self._cycle()
         if self._torque:
@@ -119,16 +119,16 @@ class LiveDrives:
         )
 
     def settle(self, seconds: float) -> list[LiveSample]:
-        """Run cycles for a time; return them."""
+        """Run cycles for a time. Return their samples."""
         return [self.cycle() for _ in range(round(seconds * self._config.cycle_hz))]
 
     def move(self, goal_deg: Floats, speed_deg_s: float = SPEED_DEG_S) -> list[LiveSample]:
-        """Move the setpoints to a posture without a jerk; return the cycles. The drives must have torque."""
+        """Move the setpoints smoothly to a posture. Return the samples of the cycles. The drives must have torque."""
         way = MinimumJerkMove(self.setpoint_deg.copy(), np.asarray(goal_deg, dtype=np.float64), speed_deg_s)
         return self.follow(way.at(n / self._config.cycle_hz) for n in range(1, self._cycles(way.duration_s) + 1))
 
     def follow(self, setpoints_deg: Iterator[Floats]) -> list[LiveSample]:
-        """Send these setpoints, one a cycle; return the cycles."""
+        """Send these setpoints, one in each cycle. Return the samples of the cycles."""
         samples = []
         for setpoint in setpoints_deg:
             self.setpoint_deg = setpoint
@@ -136,9 +136,9 @@ class LiveDrives:
         return samples
 
     def move_axis(self, axis: int, by_deg: float) -> list[LiveSample]:
-        """Move one axis (from 0) and settle.
+        """Move one axis (counted from 0) and let it settle. Return the samples of the cycles.
 
-        :raises StepError: when it does not follow.
+        :raises StepError: when the axis does not follow.
         """
         began = float(self.angle_deg[axis])
         goal = self.setpoint_deg.copy()
@@ -152,7 +152,7 @@ class LiveDrives:
         return samples
 
     def read_only(self) -> None:
-        """Run one cycle without a setpoint and without looking at the emergency stop."""
+        """Run one cycle without sending a setpoint and without checking the emergency stop."""
         self._cycle()
 
     def _cycles(self, seconds: float) -> int:
@@ -162,7 +162,7 @@ class LiveDrives:
         self._next_ns += self._period_ns
         late_ns = self._bench.now_ns() - self._next_ns
         if late_ns > _LATE_SHARE * self._period_ns:
-            # The cycles keep their even grid: one that is missed is left out.
+            # Cycles stay on their even grid. A missed cycle is omitted.
             self._next_ns += (late_ns // self._period_ns + 1) * self._period_ns
         self._bench.sleep(max(0.0, (self._next_ns - self._bench.now_ns()) / 1e9))
         sample = self.bus.read()
@@ -182,7 +182,7 @@ class LiveDrives:
 
 @contextmanager
 def live_drives(bench: Bench, share: float = TORQUE_SHARE) -> Iterator[LiveDrives]:
-    """Configure the drives with a share of their torque. Torque is off and the port closed at the end.
+    """Configure the drives with a share of their torque. At the end of the block torque is switched off and the port closed.
 
     :raises StepError: when a drive or the bus cannot be used.
     """

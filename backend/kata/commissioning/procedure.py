@@ -1,7 +1,6 @@
-"""The procedure: the steps in their order, and what is recorded of each.
+"""Defines the procedure of commissioning: runs the steps in their order, and records each step.
 
-The issue of commissioning lists the emergency stop after the range. Here its contacts are checked before any motor has torque, because
-the later steps rely on it.
+The emergency stop's contacts are checked before any motor has torque, because the later steps rely on it.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,7 +36,7 @@ from kata.messages import Text, text_of
 
 @dataclass(frozen=True)
 class CommissioningStep:
-    """One step: its key in the record, its title, what it will do, and the function that does it."""
+    """One step: its key in the record, its title, the description of its action, and the function that performs it."""
 
     key: str
     title: Text
@@ -59,16 +58,16 @@ _FUNCTIONS: Final[dict[str, Callable[[Bench], None]]] = {
     "acceptance": play_motions,
 }
 STEPS: Final = tuple(CommissioningStep(step.key, step.title, step.does, _FUNCTIONS[step.key]) for step in STEP_TEXTS)
-"""In their order."""
+"""The steps in their order."""
 
 
 def first_draft(name: str, port: str) -> StationConfig:
-    """Return the configuration from which a new station begins: two contacts of the emergency stop, five drives with ids 1 to 5."""
+    """Return the first configuration of a new station: two contacts of the emergency stop, five drives with ids 1 to 5."""
     return StationConfig(name=name, port=port, inputs=Inputs(estop_second_port=3))
 
 
 def run_step(step: CommissioningStep, bench: Bench, now: Callable[[], datetime]) -> RecordedStep:
-    """Run a step. A step that fails leaves the draft as it was."""
+    """Run a step. A failed step does not change the draft."""
     draft, began = bench.draft, now()
     bench.values.clear()
     bench.curves.clear()
@@ -94,7 +93,7 @@ def run_step(step: CommissioningStep, bench: Bench, now: Callable[[], datetime])
 
 
 def begin_record(config: StationConfig, by: str, previous: str = "") -> CommissioningRecord:
-    """Return an empty record. ``previous``: digest of the record before."""
+    """Return an empty record. ``previous``: digest of the previous record."""
     return CommissioningRecord(
         station=config.name,
         by=by,
@@ -109,9 +108,9 @@ def begin_record(config: StationConfig, by: str, previous: str = "") -> Commissi
 def commission(
     bench: Bench, record: CommissioningRecord, now: Callable[[], datetime], begin: str | None = None
 ) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:
-    """Run the steps until one fails. Yield each step before it runs with None, and after it with the record so far.
+    """Run the steps until one fails. Yield each step before it runs (with None) and after it has run (with the record so far).
 
-    :param begin: key of the first step to run; by default the first that the record has not passed.
+    :param begin: key of the first step to run; by default the first step that has not passed in the record.
     """
     for step in _remaining(record, begin):
         yield step, None
@@ -125,7 +124,7 @@ def commission(
 def check(
     bench: Bench, record: CommissioningRecord, now: Callable[[], datetime], by: str = ""
 ) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:
-    """Run the periodic check, as :func:`commission` runs the procedure. The configuration stays.
+    """Run the periodic check, as :func:`commission` runs the procedure. The configuration is not changed.
 
     :param by: who runs it.
     """

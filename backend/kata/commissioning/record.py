@@ -1,4 +1,4 @@
-"""The commissioning record: who, when, values before and after, and hashes that show a later change of record or configuration."""
+"""Defines the commissioning record: person, times, values before and after, and hashes that reveal a later change."""
 
 import glob
 import hashlib
@@ -14,13 +14,13 @@ from kata.system.files import replace_file
 
 FORMAT: Final = 1
 CHECKED: Final = ("registers", "inputs", "stops", "lags")
-"""Steps of the periodic check. Its lags and frictions, beside those of the configuration, show drift."""
+"""Steps of the periodic check. A comparison of its lags and frictions with those of the configuration shows drift."""
 _NOT_COMMISSIONED: Final[dict[str, Any]] = {"name": "-", "port": "/dev/null", "side": "right"}
-"""Fields that may change without a new commissioning: they do not concern the drives."""
+"""Fields that may change without a new commissioning, because they do not concern the drives."""
 
 
 class RecordedValue(msgspec.Struct, frozen=True):
-    """One value before and after a step. ``motor``: 1 to 5, or 0 for the station. None: there is none."""
+    """One value before and after a step; None if there is none. ``motor``: 1 to 5, or 0 for the station."""
 
     name: str
     motor: int
@@ -29,11 +29,11 @@ class RecordedValue(msgspec.Struct, frozen=True):
 
 
 class RecordedCurve(msgspec.Struct, frozen=True):
-    """Response of a motor to a step of its setpoint. Angles from the angle before the step, times from the step on."""
+    """Response of a motor to a step of its setpoint. Angles and times are relative to those before the step."""
 
     motor: int
     load: str
-    """weight or empty."""
+    """"weight" or "empty"."""
     step_deg: float
     p_gain: int
     i_gain: int
@@ -43,7 +43,7 @@ class RecordedCurve(msgspec.Struct, frozen=True):
 
 
 class RecordedStep(msgspec.Struct, frozen=True):
-    """One run of a step. ``fault``: its text and key, if it failed. Times in ISO 8601, UTC."""
+    """One run of a step. ``fault`` and ``fault_key``: text and key of the fault if the step failed. Times are in ISO 8601, UTC."""
 
     step: str
     began_at: str
@@ -54,11 +54,11 @@ class RecordedStep(msgspec.Struct, frozen=True):
     values: tuple[RecordedValue, ...] = ()
     curves: tuple[RecordedCurve, ...] = ()
     by: str = ""
-    """Who ran a periodic check; empty in a commissioning, whose record names who did it."""
+    """The person who ran a periodic check. Empty in a commissioning, whose record names the person."""
 
 
 class CommissioningRecord(msgspec.Struct, frozen=True):
-    """Everything that one commissioning did. ``digest`` covers all other fields."""
+    """The record of one commissioning. ``digest`` covers all other fields."""
 
     station: str
     by: str
@@ -67,13 +67,13 @@ class CommissioningRecord(msgspec.Struct, frozen=True):
     configuration: str
     """The configuration after the last step, as TOML."""
     configuration_digest: str
-    """Of the configuration as it was written then. It identifies the configuration; :func:`has_configuration` judges it."""
+    """Digest of the configuration when it was written. It only identifies it; to compare configurations use :func:`has_configuration`."""
     passed: bool = False
     """True when every step has passed and the configuration was written."""
     checks: tuple[RecordedStep, ...] = ()
-    """Steps of the periodic checks since then. They change no configuration."""
+    """Steps of the periodic checks since the commissioning. They do not change the configuration."""
     previous: str = ""
-    """Digest of the record before this one; empty for the first."""
+    """Digest of the previous record; empty for the first record."""
     format: int = FORMAT
     digest: str = ""
 
@@ -83,9 +83,9 @@ class RecordError(ValueError):
 
 
 def configuration_digest(config: StationConfig) -> str:
-    """Return a hash of everything that commissioning determines. Name, port and side do not count.
+    """Return a hash of all fields that commissioning determines. Name, port and side are excluded.
 
-    A later release may add fields, and then returns another hash for the same configuration. Compare configurations with
+    A later release with additional fields returns another hash for the same configuration. Compare configurations with
     :func:`has_configuration`.
     """
     return _sha256(as_toml(_commissioned_part(config)).encode())
@@ -103,10 +103,10 @@ def configuration_of(record: CommissioningRecord) -> StationConfig:
 
 
 def has_configuration(record: CommissioningRecord, config: StationConfig) -> bool:
-    """Return True if the station was commissioned with this configuration. Name, port and side do not count.
+    """Return True if the station was commissioned with this configuration. Name, port and side are ignored.
 
-    Both are decoded by this release. A field that was added since then counts as changed only if the station's file sets it to another
-    value than its default.
+    This release decodes both configurations. A field that was added after the commissioning counts as changed only if the station's file
+    sets it to another value than its default.
     """
     try:
         return _commissioned_part(configuration_of(record)) == _commissioned_part(config)
@@ -122,7 +122,7 @@ def sealed(record: CommissioningRecord) -> CommissioningRecord:
 def read_record(path: Path) -> CommissioningRecord | None:
     """Return a record; None if there is no file.
 
-    :raises RecordError: when it cannot be read, or does not match its digest.
+    :raises RecordError: when the record cannot be read or does not match its digest.
     """
     try:
         data = path.read_bytes()
@@ -137,7 +137,7 @@ def read_record(path: Path) -> CommissioningRecord | None:
 
 
 def readable_record(path: Path) -> CommissioningRecord | None:
-    """Return a record; None if there is none that can be used."""
+    """Return the record; None if it is missing or cannot be used."""
     try:
         return read_record(path)
     except RecordError:
@@ -145,7 +145,7 @@ def readable_record(path: Path) -> CommissioningRecord | None:
 
 
 def write_record(record: CommissioningRecord, path: Path) -> None:
-    """Write a record. The file is replaced as a whole."""
+    """Write a record. The file is replaced atomically."""
     replace_file(path, msgspec.json.format(msgspec.json.encode(record), indent=1) + b"\n")
 
 
@@ -155,14 +155,16 @@ def record_path(station: Path) -> Path:
 
 
 def record_paths(station: Path) -> list[Path]:
-    """Return the paths of the records beside a station's file, former ones first."""
+    """Return the paths of the records beside a station's file, oldest first."""
     present = record_path(station)
     former = sorted(station.parent.glob(f"{glob.escape(station.stem)}.commissioning.*.json"))
     return [*former, *([present] if present.exists() else [])]
 
 
 def _digest(data: bytes) -> str:
-    """Return the hash of a record as JSON. It covers the fields that the record has, so a record of an earlier release keeps its hash."""
+    """Return the hash of a record as JSON. It covers only the fields that the record has, so that a record of an earlier
+    release keeps its hash.
+    """
     fields = msgspec.json.decode(data)
     return _sha256(msgspec.json.encode(fields | {"digest": ""}))
 

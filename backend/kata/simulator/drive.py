@@ -144,8 +144,8 @@ class Drive:
         return max(0.0, current * (RESISTANCE_OHM * current + NM_AN_AMPERE * self.speed)) / DRIVER_EFFICIENCY
 
     def supply(self, share: float, dt_s: float) -> None:
-        """Calculate the torque limit: by the supply's voltage at this speed, by ``share`` of the present torque when the supply's
-        power is insufficient, and by the rated torque when the winding is warm.
+        """Update the torque limit. The supply's voltage limits it at this speed. If the supply's power is insufficient, ``share``
+        of the present torque limits it. If the winding is warm, the rated torque limits it.
         """
         self._heat_nm2 += (self.torque_nm**2 - self._heat_nm2) * (dt_s / HEATING_S)
         warm = self._heat_nm2 > self._parameters.rated_nm**2

@@ -1,4 +1,4 @@
-"""The simulator's process, whose loop serves the wire and the control socket; and its start by the parent."""
+"""Runs the simulator's process, whose loop serves the wire and the control socket, and starts it from the parent."""
 
 import argparse
 import contextlib
@@ -35,11 +35,11 @@ _MODULE: Final = ("-m", "kata.simulator")
 
 ServoProtocol = Literal["dynamixel", "modbus"]
 ServedPlant = Literal["simple", "mujoco", "none"]
-"""As :data:`~kata.simulator.mechanics.PlantName`; none: without mechanics."""
+"""As :data:`~kata.simulator.mechanics.PlantName`, and "none": without mechanics."""
 
 
 def main() -> int:
-    """Entry of ``python -m kata.simulator``."""
+    """Run ``python -m kata.simulator``. Return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m kata.simulator", description=__doc__)
     parser.add_argument("--control", type=Path, required=True, help="path of the control socket")
     parser.add_argument("--seed", type=int, default=None, help="vary patient, gears and hand by up to 30 %%")
@@ -77,7 +77,7 @@ def main() -> int:
     wire = Wire(line, faults, port, AdapterLatency(*arguments.latency))
     control = ControlServer(arguments.control, apparatus, faults)
     scheduling.set_time_slice(scheduling.SHORT_NS)
-    with contextlib.suppress(OSError):  # if granted: on a busy computer the drives would otherwise answer late
+    with contextlib.suppress(OSError):  # if granted; without it the drives would answer late on a busy computer
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()
     gc.freeze()
@@ -92,14 +92,14 @@ def main() -> int:
 
 
 def _apparatus(plant: ServedPlant, seed: int | None) -> SimulatedApparatus:
-    """:raises ImportError: when MuJoCo is needed and not installed."""
+    """Create the apparatus. :raises ImportError: when MuJoCo is needed and not installed."""
     if plant == "none":
         return SimulatedApparatus(seed, still=True)
     return SimulatedApparatus(seed, make_mechanics=mechanics_named(plant))
 
 
 def _serve(apparatus: SimulatedApparatus, wire: Wire, control: ControlServer, *, spin: bool) -> None:
-    """Serve until the parent closes our standard input."""
+    """Serve until the parent closes this process's standard input."""
     stdin = sys.stdin.fileno()
     while True:
         sources = [*wire.sources, stdin, *control.sockets]
@@ -115,10 +115,10 @@ def _serve(apparatus: SimulatedApparatus, wire: Wire, control: ControlServer, *,
 
 
 def _sleep_s(wire: Wire, now_ns: int, *, spin: bool) -> float:
-    """Return the time until the next work, at most a tick.
+    """Return the time in s until the next work, at most one tick.
 
-    Waking up takes time, so with ``spin`` the process busy-waits shortly before the work is due. It does not busy-wait longer, because
-    that would keep the kernel worker that moves the pseudo-terminal's bytes from its core.
+    With ``spin`` the process busy-waits shortly before the work is due, because waking up takes time. It does not busy-wait longer,
+    because it would then keep the kernel worker that moves the pseudo-terminal's bytes from running on its core.
     """
     due_ns = wire.due_ns
     remaining_ns = _TICK_NS if due_ns is None else min(_TICK_NS, max(0, due_ns - now_ns))
@@ -126,11 +126,11 @@ def _sleep_s(wire: Wire, now_ns: int, *, spin: bool) -> float:
 
 
 class SimulatorError(Exception):
-    """The simulator could not be started; the message is the reason."""
+    """The simulator could not be started. The message is the reason."""
 
 
 class SimulatorProcess:
-    """A simulator as a child process; it ends when it is closed, or with its parent."""
+    """A simulator as a child process. It ends when it is closed or when its parent ends."""
 
     def __init__(
         self,
@@ -142,14 +142,14 @@ class SimulatorProcess:
         plant: ServedPlant = "simple",
         latency_ms: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Start the simulator and wait until it is ready; its log is in ``folder``.
+        """Start the simulator and wait until it is ready. Its log is in ``folder``.
 
-        Without mechanics (``plant`` "none") it keeps transmission times to some microseconds, which uses a whole core.
-        ``latency_ms``: of the adapter, a fixed time and up to how much more.
+        Without mechanics (``plant`` "none") it keeps transmission times accurate to some microseconds, which uses a whole core.
+        ``latency_ms``: latency of the adapter, as a fixed time and the maximum of an additional random time.
 
-        :raises SimulatorError: when it does not start, for example with an unsupported baud rate.
+        :raises SimulatorError: when the simulator does not start, for example with an unsupported baud rate.
         """
-        # Each start has its own short path: a socket's path may have 107 bytes.
+        # Use a new short path for each start, because a socket's path may have at most 107 bytes.
         self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)
         self._control = Path(self._socket_folder.name) / "simulator.sock"
         command = [sys.executable, *_MODULE, "--control", str(self._control)]
@@ -170,7 +170,7 @@ class SimulatorProcess:
         return self._control
 
     def wait(self) -> int:
-        """Wait until the simulator has ended; return its status."""
+        """Wait until the simulator has ended. Return its exit status."""
         return self._child.wait()
 
     def client(self) -> SimulatorClient:
@@ -179,7 +179,7 @@ class SimulatorProcess:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id of the simulator."""
         return self._child.pid
 
     def close(self) -> None:

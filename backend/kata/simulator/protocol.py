@@ -1,6 +1,6 @@
-"""Dynamixel Protocol 2.0 on the drives' side, after the ROBOTIS e-manual.
+"""Implements Dynamixel Protocol 2.0 on the drives' side, after the ROBOTIS e-manual.
 
-It is independent of the device's codec on purpose, so that each tests the other.
+It is intentionally independent of the device's codec, so that each tests the other.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +32,7 @@ FAST_BULK_READ: Final = 0x9A
 
 CLEAR_KEY: Final = bytes.fromhex("44 58 4c 22")
 BACKUP_KEY: Final = b"CTRL"
-"""What follows the option of Clear and of Control Table Backup."""
+"""Parameters that follow the option of Clear and of Control Table Backup."""
 
 RESULT_FAIL: Final = 0x01
 INSTRUCTION_ERROR: Final = 0x02
@@ -42,7 +42,7 @@ DATA_LENGTH_ERROR: Final = 0x05
 DATA_LIMIT_ERROR: Final = 0x06
 ACCESS_ERROR: Final = 0x07
 ALERT: Final = 0x80
-"""Set in the error byte of every answer while a hardware error is present."""
+"""Bit that is set in the error byte of every answer while a hardware error is present."""
 
 
 @dataclass(frozen=True)
@@ -74,10 +74,10 @@ def status(drive_id: int, error: int, data: bytes = b"") -> bytes:
 
 
 def fast_blocks(answers: Sequence[tuple[int, int, bytes]], lengths: Sequence[int]) -> list[bytes]:
-    """Return the answer packet of a Fast Sync or Bulk Read in the parts that each drive adds, from ``(drive id, error, data)`` in order.
+    """Return the parts that the drives add to the answer packet of a Fast Sync or Bulk Read. ``answers``: drive id, error, data, in order.
 
-    The drives were asked for ``lengths`` bytes. The header, which the first drive sends, contains the length of the packet
-    even if some drives do not answer. Nothing is stuffed; each part ends with the CRC of all bytes so far.
+    The drives were asked for ``lengths`` bytes. The first drive sends the header. It contains the length of the packet even if some
+    drives do not answer. Bytes are not stuffed. Each part ends with the CRC of all bytes so far.
     """
     size = 1 + sum(lengths) + 4 * len(lengths)
     sent = HEADER + bytes([BROADCAST]) + size.to_bytes(2, "little") + bytes([STATUS])
@@ -95,20 +95,20 @@ def fast_blocks(answers: Sequence[tuple[int, int, bytes]], lengths: Sequence[int
 
 @lru_cache(maxsize=256)
 def _decode(packet: bytes) -> Instruction:
-    """Decode a packet; cached because the same reads are sent repeatedly."""
+    """Decode a packet. Results are cached, because the same reads are sent repeatedly."""
     body = unstuff(packet[7:-2])
     valid = crc16.umts(packet[:-2]) == int.from_bytes(packet[-2:], "little")
     return Instruction(packet[4], body[0], body[1:], len(packet), valid)
 
 
 class InstructionParser:
-    """Assembles packets, valid or not, from received bytes; skips noise between them."""
+    """Assembles packets, valid or not, from received bytes, and skips noise between them."""
 
     def __init__(self) -> None:
         self._received = bytearray()
 
     def reset(self) -> None:
-        """Drop an incomplete packet."""
+        """Discard an incomplete packet."""
         self._received.clear()
 
     def feed(self, data: bytes) -> Iterator[Instruction]:

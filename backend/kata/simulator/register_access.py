@@ -1,4 +1,4 @@
-"""Which registers a read or write of a servo reaches, and which error it has (ROBOTIS e-Manual, Protocol 2.0)."""
+"""Calculates the registers that a read or write of a servo accesses, and its error (ROBOTIS e-Manual, Protocol 2.0)."""
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +19,7 @@ def is_indirect(begin: int, end: int) -> bool:
 
 
 def places(table: bytearray, begin: int, end: int) -> tuple[int, ...]:
-    """Return where each byte of a span is, Indirect Data resolved."""
+    """Return the address of each byte of a span. Indirect Data is resolved."""
     return _places(begin, end, bytes(table[168:224]), bytes(table[578:634]))
 
 
@@ -40,7 +40,7 @@ def _getter(wanted: Sequence[int]) -> Callable[[bytearray], tuple[int, ...]]:
 
 
 def written_parts(table: bytearray, address: int, data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the addresses and bytes that a write reaches, Indirect Data resolved."""
+    """Yield the addresses and bytes that a write changes. Indirect Data is resolved."""
     end = address + len(data)
     if not is_indirect(address, end):
         yield address, data
@@ -59,7 +59,7 @@ def is_readable(begin: int, end: int) -> bool:
 
 
 def write_error(table: bytearray, address: int, data: bytes, *, tripped: bool) -> int:
-    """Return the error of a write that reaches these addresses, 0 for none. ``tripped``: by the bus watchdog."""
+    """Return the error of a write to these addresses; 0 for none. ``tripped``: True if the bus watchdog has tripped."""
     touched = range(address, address + len(data))
     items = [ct.ITEM_OF.get(place) for place in touched]
     if not all(item is not None and item.writable for item in items):

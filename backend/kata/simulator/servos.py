@@ -1,6 +1,7 @@
-"""An X-series servo: its control table, and the effects of its values on the drive (ROBOTIS e-Manual).
+"""Simulates an X-series servo: its control table, and the effects of its values on the drive (ROBOTIS e-Manual).
 
-Scale factors convert the gains in the table to torque. They make the registers' steps fine enough for the gains in :mod:`~kata.simulator.parameters`.
+Scale factors convert the gains in the table to torque. They are chosen so that the registers' steps are fine enough for the
+gains in :mod:`~kata.simulator.parameters`.
 """
 
 import math
@@ -18,65 +19,65 @@ ZERO_COUNT: Final = 2048
 AMPERE_A_UNIT: Final = 0.00269
 _RAD_S_A_UNIT: Final = 0.229 * math.tau / 60
 _MODEL: Final = 1120
-"""XM540-W270."""
+"""Model number of an XM540-W270."""
 
 P_NM_RAD: Final = 0.10
 I_NM_RAD_S: Final = 0.50
 D_NM_S_RAD: Final = 0.01
-"""Value of one unit in the registers of the gains."""
+"""Torque per rad, per rad s and per rad/s of one unit in the registers of the gains."""
 _WATCHDOG_STEP_S: Final = 0.02
 BOOT_NS: Final = 300_000_000
-"""A servo that starts answers nothing for this long. The manual states no time."""
+"""Time after a start in which a servo does not answer. The manual states no time."""
 
 _GOAL_POSITION_BYTES: Final = frozenset(range(116, 120))
 _COORDINATES: Final = frozenset((ct.DRIVE_MODE, ct.OPERATING_MODE, *range(20, 24)))
 _LIMITS: Final = frozenset((ct.TEMPERATURE_LIMIT, *range(32, 36)))
 _TRIPPED: Final = 0xFF
 _SINGLE_TURN_OFFSET: Final = 1_024
-"""In position control mode, a Homing Offset beyond this is ignored."""
+"""A Homing Offset larger than this is ignored in position control mode."""
 _IN_POSITION_COUNTS: Final = 20
-"""The manual states no limit for "in position"."""
+"""Largest distance that counts as "in position". The manual states no limit."""
 
 
 class _Inspected:
-    """What faults and tests see of a servo without a request on the bus."""
+    """Values of a servo that faults and tests use without a request on the bus."""
 
     table: bytearray
     _volt: float
     _temperature_c: int
 
     def stored(self, address: int, size: int) -> bytes:
-        """Return what is in its registers, without a request on the bus."""
+        """Return the contents of registers, without a request on the bus."""
         return bytes(self.table[address : address + size])
 
     def store(self, address: int, data: bytes) -> None:
-        """Change its registers, without a request on the bus."""
+        """Change the contents of registers, without a request on the bus."""
         self.table[address : address + len(data)] = data
 
     @property
     def environment(self) -> tuple[float, int]:
-        """The supply's voltage, V, and the servo's temperature, degrees Celsius."""
+        """The supply's voltage in V, and the servo's temperature in degrees Celsius."""
         return self._volt, self._temperature_c
 
 
 class Servo(_Inspected):
-    """One servo on the bus. The table stores written values; values that the drive changes are updated when they are read."""
+    """One servo on the bus. The table stores written values. Values that the drive changes are updated when they are read."""
 
     def __init__(self, drive: Drive, baud: int, model: int = _MODEL) -> None:
-        """Its id is the motor's number.
+        """Create a servo whose id is the motor's number.
 
-        :raises ValueError: when it does not support the baud rate.
+        :raises ValueError: when the servo does not support the baud rate.
         """
         self.drive = drive
         self.registered: tuple[int, bytes] | None = None
         """Address and data of a registered write that waits for an Action."""
         self.boot_until_ns = 0
-        """It answers nothing before this time."""
+        """The servo does not answer before this time."""
         self.zero = ZERO_COUNT
         """The encoder's count at angle 0, from its mounting and the turns since power-up."""
-        self.mounted_sign = 1  # -1: mounted so that it counts down while the angle grows.
-        self.gain_share = 1.0  # Of the nominal torque for the same gain: motors and gears differ.
-        self.plugged_in = True  # False: connected neither to the bus nor to power.
+        self.mounted_sign = 1  # -1: mounted so that it counts down while the angle increases.
+        self.gain_share = 1.0  # Share of the nominal torque for the same gain, because motors and gears differ.
+        self.plugged_in = True  # False: disconnected from the bus and from power.
         self.table = ct.factory_table(model)
         self._model = model
         self._backup: bytes | None = None
@@ -88,12 +89,12 @@ class Servo(_Inspected):
 
     @property
     def id(self) -> int:
-        """Its id on the bus."""
+        """The servo's id on the bus."""
         return self.table[ct.ID]
 
     @property
     def alert(self) -> int:
-        """Alert bit of the error byte of its answers."""
+        """Alert bit of the error byte of the servo's answers."""
         return protocol.ALERT if self.table[ct.HARDWARE_ERROR] else 0
 
     @property
@@ -103,13 +104,13 @@ class Servo(_Inspected):
 
     @property
     def return_delay_s(self) -> float:
-        """Return delay in register 9, seconds."""
+        """Return delay in register 9, in seconds."""
         return self.table[ct.RETURN_DELAY] * 2e-6
 
     # -- the table --------------------------------------------------------------------------------------------------
 
     def read(self, address: int, length: int, now_ns: int) -> tuple[int, bytes]:
-        """Return error byte and data."""
+        """Return error byte and data of a read."""
         end = address + length
         if not access.is_readable(address, end):
             return protocol.ACCESS_ERROR, b""
@@ -121,7 +122,7 @@ class Servo(_Inspected):
         return 0, bytes(self.table[address:end])
 
     def write(self, address: int, data: bytes, *, ram_only: bool = False) -> int:
-        """Write registers, all or none; return the error byte. ``ram_only``: as by the secondary id."""
+        """Write all given registers or none of them. Return the error byte. ``ram_only``: refuse EEPROM, as with the secondary id."""
         if address + len(data) > ct.END or not data:
             return protocol.ACCESS_ERROR
         parts = list(access.written_parts(self.table, address, data))
@@ -145,7 +146,7 @@ class Servo(_Inspected):
     # -- instructions -------------------------------------------------------------------------------------------------
 
     def register(self, address: int, data: bytes) -> int:
-        """Store a write for an Action; return the error byte."""
+        """Store a write for an Action. Return the error byte."""
         if error := self._error_of(access.written_parts(self.table, address, data)):
             return error
         self.registered = (address, data)
@@ -153,20 +154,20 @@ class Servo(_Inspected):
         return 0
 
     def act(self) -> int:
-        """Execute the registered write; return the error byte."""
+        """Execute the registered write. Return the error byte."""
         registered, self.registered = self.registered, None
         self.table[ct.REGISTERED] = 0
         return self.write(*registered) if registered else protocol.INSTRUCTION_ERROR
 
     def reboot(self, now_ns: int | None = None) -> None:
-        """Torque off, RAM back to its defaults or its backup, hardware error forgotten. ``now_ns``: begin of the boot time."""
+        """Switch torque off, reset RAM to its defaults or its backup, and clear the hardware error. ``now_ns``: begin of the boot time."""
         if now_ns is not None:
             self.boot_until_ns = now_ns + BOOT_NS
         self.table[ct.EEPROM_END :] = ct.ram_of(self.table, self._backup)
         self._power_up()
 
     def reset(self, option: int, now_ns: int) -> int:
-        """Reset to factory values, except id (option 1) and baud rate (option 2), and reboot; return the error byte."""
+        """Reset to factory values and reboot. Option 1 keeps the id, option 2 id and baud rate. Return the error byte."""
         if option not in (0xFF, 1, 2):
             return protocol.DATA_RANGE_ERROR
         drive_id, baud = self.table[ct.ID], self.table[ct.BAUD]
@@ -179,7 +180,7 @@ class Servo(_Inspected):
         return 0
 
     def clear(self) -> int:
-        """Reset the turns of the present position; return the error byte. Not while it moves."""
+        """Reset the turns of the present position. Return the error byte. A moving servo refuses."""
         self._update_moving()
         if self.table[ct.MOVING]:
             return protocol.RESULT_FAIL
@@ -187,7 +188,7 @@ class Servo(_Inspected):
         return 0
 
     def back_up(self, option: int, now_ns: int) -> int:
-        """Store the table (option 1), or restore its EEPROM and reboot (option 2); return the error byte."""
+        """Store the table (option 1), or restore its EEPROM and reboot (option 2). Return the error byte."""
         if self.drive.torque_on or option not in (1, 2) or (option == 2 and self._backup is None):
             return protocol.RESULT_FAIL
         if option == 1 or self._backup is None:
@@ -201,12 +202,14 @@ class Servo(_Inspected):
     # -- from outside ---------------------------------------------------------------------------------------------------
 
     def mount(self, zero: int, sign: int = 1) -> None:
-        """Mount the encoder so that it counts ``zero`` at angle 0, before power-up. ``sign`` -1: the other way round."""
+        """Mount the encoder before power-up so that its count is ``zero`` at angle 0. ``sign``: -1 if it counts in the
+        opposite direction.
+        """
         self.zero, self.mounted_sign = zero, sign
         self._power_up()
 
     def exchange(self, drive_id: int, model: int | None = None) -> None:
-        """Replace the drive by another with default registers, except id and baud rate."""
+        """Replace the drive with another drive that has default registers, except id and baud rate."""
         self._model = _MODEL if model is None else model
         self._volt = ct.MODELS.get(self._model, ct.UNKNOWN_MODEL).volt
         self.table[:] = ct.factory_table(self._model)
@@ -216,7 +219,7 @@ class Servo(_Inspected):
         self.reboot()
 
     def fail(self, code: int) -> None:
-        """Set the hardware error, 0 for none. Errors in register 63 switch torque off."""
+        """Set the hardware error; 0 means none. Errors that register 63 selects switch torque off."""
         self.table[ct.HARDWARE_ERROR] = code
         if self._shut_down:
             self.drive.switch(on=False)
@@ -228,7 +231,7 @@ class Servo(_Inspected):
         self._check_limits()
 
     def _check_limits(self) -> None:
-        """Add the errors of voltage and temperature. Only a start clears them."""
+        """Add the errors of voltage and temperature. Only a restart clears them."""
         in_range = self._word(ct.MIN_VOLTAGE) <= round(10 * self._volt) <= self._word(ct.MAX_VOLTAGE)
         error = 0 if in_range else ct.VOLTAGE_ERROR
         error |= ct.OVERHEATING_ERROR if self._temperature_c > self.table[ct.TEMPERATURE_LIMIT] else 0
@@ -259,18 +262,18 @@ class Servo(_Inspected):
         return 0 if ignored else int(offset)
 
     def _counts(self, angle: float) -> int:
-        """Return the position that the servo reports for an angle of its shaft, radians."""
+        """Return the position that the servo reports for an angle of its shaft in radians."""
         return self._sign * (self.zero + round(angle * COUNTS_A_RAD)) + self._offset
 
     def _angle(self, counts: int) -> float:
         return (self._sign * (counts - self._offset) - self.zero) / COUNTS_A_RAD
 
     def _forget_turns(self) -> None:
-        """Reset the position, without the Homing Offset, to one turn: 0 to 4095."""
+        """Reset the position, without the Homing Offset, to the range of one turn: 0 to 4095."""
         self.zero -= self._sign * ((self._counts(self.drive.angle) - self._offset) // COUNTS_A_TURN * COUNTS_A_TURN)
 
     def _power_up(self) -> None:
-        """Switch torque off; the encoder then only knows its position within a turn."""
+        """Switch torque off and reset the turns, because after power-up the encoder knows its position only within one turn."""
         self.registered = None
         self.drive.switch(on=False)
         self._apply(range(ct.EEPROM_END, ct.GOAL_CURRENT), b"")
@@ -280,7 +283,7 @@ class Servo(_Inspected):
             self.drive.switch(on=not self._shut_down)
 
     def _apply(self, touched: range, before: bytes | bytearray) -> None:
-        """Apply written registers to the drive. ``before``: the bytes there before."""
+        """Apply written registers to the drive. ``before``: their previous bytes."""
         table, drive = self.table, self.drive
         drive.feed_watchdog()
         if ct.OPERATING_MODE in touched and before and before[ct.OPERATING_MODE - touched.start] != table[11]:
@@ -319,7 +322,7 @@ class Servo(_Inspected):
     # -- values that the drive changes ------------------------------------------------------------------------------------
 
     def _update_table(self, begin: int, end: int, now_ns: int) -> None:
-        """Update those of these registers that the drive changes."""
+        """Update the registers in this range that the drive changes."""
         table, drive = self.table, self.drive
         table[ct.TORQUE_ENABLE] = drive.torque_on
         if drive.tripped:
@@ -359,13 +362,13 @@ class Servo(_Inspected):
 
 
 def _reset_goals(table: bytearray) -> None:
-    """Reset gains, goals and profile, as another operating mode does."""
+    """Reset gains, goals and profile. A change of the operating mode does this."""
     ram = ct.ram_of(table)
     for span in (range(76, 80), range(80, 86), range(88, 92), range(100, 104), range(108, 116)):
         table[span.start : span.stop] = ram[span.start - ct.EEPROM_END : span.stop - ct.EEPROM_END]
 
 
 def _pwm(report: DriveReport) -> int:
-    """Return the PWM for torque and speed, in 0.113 %."""
+    """Return the PWM for torque and speed, in units of 0.113 %."""
     volt = RESISTANCE_OHM * report.torque_nm / NM_AN_AMPERE + NM_AN_AMPERE * report.speed
     return round(max(-885, min(885, 885 * volt / SUPPLY_V)))

@@ -1,4 +1,4 @@
-"""The drives' side of the pseudo-terminal: delivers requests and answers with their transmission times."""
+"""Simulates the drives' side of the pseudo-terminal: delivers requests and answers after their transmission times."""
 
 import contextlib
 import fcntl
@@ -16,16 +16,16 @@ from kata.simulator.fault_injector import FaultInjector
 from kata.simulator.lines import BusLine
 
 _GET_TERMIOS_2: Final = 0x802C542A
-"""TCGETS2: unlike termios it has the rate as a number, also when it was set as a number (as Rust libraries do)."""
+"""TCGETS2. Unlike termios it returns the rate as a number, even if the rate was set as a number (as Rust libraries do)."""
 _TERMIOS_2: Final = struct.Struct("@4I20s2I")
-"""Four sets of flags, line discipline and control characters, input and output rate."""
+"""Format of four sets of flags, line discipline and control characters, and input and output rate."""
 
 
 class Wire:
-    """A pseudo-terminal with a constant path, like a serial adapter's path by id, also after it was unplugged."""
+    """A pseudo-terminal with a constant path, like a serial adapter's path by id. The path stays the same after unplugging."""
 
     def __init__(self, line: BusLine, faults: FaultInjector, path: Path, latency: AdapterLatency | None = None) -> None:
-        """``path``: becomes a link to the pseudo-terminal. ``latency``: of the adapter."""
+        """Open the pseudo-terminal. ``path``: becomes a link to it. ``latency``: latency of the adapter."""
         self._latency = latency or AdapterLatency()
         self._line = line
         self._faults = faults
@@ -38,12 +38,12 @@ class Wire:
 
     @property
     def sources(self) -> list[int]:
-        """File descriptors to wait for."""
+        """The file descriptors to wait for."""
         return [] if self._fd is None else [self._fd]
 
     @property
     def due_ns(self) -> int | None:
-        """Time of the next work, or None."""
+        """Time of the next work; None if there is none."""
         sending_ns = self._outgoing[0][0] if self._outgoing else None
         return min((due for due in (sending_ns, self._line.due_ns) if due is not None), default=None)
 
@@ -66,7 +66,7 @@ class Wire:
         while self._outgoing and self._outgoing[0][0] <= now_ns:
             _, _, data = heapq.heappop(self._outgoing)
             if self._fd is not None:
-                # Without a reader the bytes are lost, as on a real wire.
+                # Without a reader the bytes are lost, as on a real bus.
                 with contextlib.suppress(BlockingIOError):
                     os.write(self._fd, data)
         if self._faults.has("gone") != (self._fd is None):
