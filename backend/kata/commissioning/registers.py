@@ -1,4 +1,4 @@
-"""Step 2: check each drive, then write and verify every configured register."""
+"""Step 2: checks each drive, then writes and verifies every configured register."""
 
 from typing import Final
 
@@ -15,14 +15,14 @@ from kata.motion.axes import AXES
 
 _TEMPERATURE_LIMIT: Final = 31
 _SHUTDOWN_MARGIN_C: Final = 30
-"""An unused drive is at least this much below the temperature at which it switches off (80 deg C by default)."""
+"""An unused drive must be at least this far below the temperature at which it switches off (80 deg C by default)."""
 _HARDWARE_ERROR: Final = 70
 _VOLTAGE: Final = 144
 _TEMPERATURE: Final = 146
 
 
 def write_registers(bench: Bench) -> None:
-    """Check model, firmware, voltage and temperature of each drive; write and verify the registers of all."""
+    """Check model, firmware, voltage and temperature of each drive. Write and verify the registers of all drives."""
     before: dict[tuple[int, str], bytes] = {}
     with bench.line() as line:
         for motor, axis in zip(AXES, bench.draft.axes, strict=True):
@@ -32,7 +32,7 @@ def write_registers(bench: Bench) -> None:
                 line.write(axis.id, TORQUE_ENABLE, b"\0")
                 for register in configured_registers(bench.draft, axis):
                     before[motor, register.name] = line.read(axis.id, register.address, len(register.data))
-    # The driver writes the registers and reads each back; its verification then reads all again.
+    # The driver writes the registers and reads each one back. Its verification then reads all of them again.
     with live_drives(bench, share=1.0):
         pass
     with bench.line() as line:

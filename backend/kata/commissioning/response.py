@@ -1,4 +1,4 @@
-"""Steps 9 and 10: the step response of each motor, and the lag and friction with which it follows its setpoint."""
+"""Steps 9 and 10: measures the step response of each motor, and identifies its lag and friction."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -18,19 +18,23 @@ from kata.motion.identify_load import IdentifiedAxis, identify_load
 from kata.motion.linkage import Floats
 
 STEP_DEG: Final = 2.0
-"""Large enough for a coarse encoder (0.09 deg) and friction, small enough to stay far from the torque limit of motor 5."""
+"""Height of the step. It is large compared with the encoder's resolution (0.09 deg) and friction, but stays far from the
+torque limit of motor 5.
+"""
 _STEP_S: Final = 1.5
 _SETTLED_S: Final = 0.3
 _CURVE_HZ: Final = 50
 LARGEST_OVERSHOOT: Final = 0.6
-"""Share of the step. Ours: a motor that swings over by more rings, which a patient feels. The paper states no figure."""
+"""Largest overshoot as a share of the step. We chose it, because the paper states no figure. A motor with more overshoot
+vibrates, which a patient feels.
+"""
 LARGEST_STEADY_ERROR_DEG: Final = 0.5
 _EXCITATION_S: Final = 24.0
 LEAST_EXPLAINED: Final = 0.9
-"""Share of the lead that the model must explain. With less, a feed-forward would not make the motor follow better."""
+"""Share of the lead that the model must explain. Otherwise a feed-forward would not improve the tracking."""
 _ENDS_S: Final = 1.0
 _MISSED_SHARE: Final = 0.05
-"""Share of the cycles that a computer may miss while the motors move. They are filled in; with so many the lags differ by at most 5 %."""
+"""Share of cycles that the computer may miss while the motors move. They are interpolated. At this share the lags differ by at most 5 %."""
 _MISSED_IN_A_ROW: Final = 5
 
 
@@ -38,7 +42,7 @@ LOADS: Final = (
     ("weight", ManualAction("free_arm", texts.FREE_ARM())),
     ("empty", ManualAction("empty_arm", texts.EMPTY_ARM())),
 )
-"""Name of each load, and how the technician makes it."""
+"""Name of each load, and the instruction with which the technician sets it up."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,8 @@ class StepResponse:
 def step_response(times_s: Floats, angles_deg: Floats, step_deg: float) -> StepResponse:
     """Return the figures of a response.
 
-    :param times_s: ``(n,)``, from the step on.
-    :param angles_deg: ``(n,)``, from the angle before the step.
+    :param times_s: ``(n,)``, times since the step.
+    :param angles_deg: ``(n,)``, angles relative to the angle before the step.
     :param step_deg: height of the step, not 0.
     """
     share = angles_deg / step_deg
@@ -65,7 +69,7 @@ def step_response(times_s: Floats, angles_deg: Floats, step_deg: float) -> StepR
 
 
 def check_gains(bench: Bench) -> None:
-    """Measure the step response of each motor, with the test weight and empty."""
+    """Measure the step response of each motor, with the test weight and without."""
     for load, action in LOADS:
         bench.confirm(action)
         bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
@@ -86,7 +90,7 @@ def check_gains(bench: Bench) -> None:
 
 
 def _to_middle(bench: Bench, drives: LiveDrives) -> None:
-    """Move every axis at least a step away from its ends."""
+    """Move every axis at least two steps away from its ends."""
     margin = 2 * STEP_DEG
     goal = [
         min(max(angle, axis.min_deg + margin), axis.max_deg - margin)
@@ -97,7 +101,7 @@ def _to_middle(bench: Bench, drives: LiveDrives) -> None:
 
 
 def _respond(drives: LiveDrives, motor: int) -> tuple[Floats, Floats]:
-    """Return the times of a step response and the angles from the angle before the step."""
+    """Return the times since the step, and the angles relative to the angle before the step."""
     axis = motor - 1
     rest = drives.settle(0.2)
     began = float(np.mean([sample.angle_deg[axis] for sample in rest]))
@@ -114,7 +118,7 @@ def _respond(drives: LiveDrives, motor: int) -> tuple[Floats, Floats]:
 
 
 def _curve(bench: Bench, motor: int, load: str, times: Floats, angles: Floats) -> RecordedCurve:
-    """Return a response at about 50 samples a second, which shows every swing of a motor."""
+    """Return a response with about 50 samples a second, which is enough to show every oscillation of a motor."""
     every = max(1, bench.draft.cycle_hz // _CURVE_HZ)
     axis = bench.draft.axes[motor - 1]
     return RecordedCurve(
@@ -130,7 +134,7 @@ def _curve(bench: Bench, motor: int, load: str, times: Floats, angles: Floats) -
 
 
 def find_lags(bench: Bench) -> None:
-    """Move all axes slowly and fast, and identify lag, friction and what the drive's integral takes up; refuse a poor fit.
+    """Move all axes slowly and fast. Identify lag, friction and the effect of the drive's integral. Refuse a poor fit.
 
     No arm is in the apparatus, so the weight is not identified.
     """
@@ -169,7 +173,7 @@ def find_lags(bench: Bench) -> None:
 
 
 def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:
-    """Return the lags; the ends of the movement are left out.
+    """Return the identified axes. The ends of the movement are omitted.
 
     :raises StepError: when the cycles were too uneven, or a motor did not move.
     """
@@ -182,8 +186,8 @@ def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:
 
 
 def _evenly(samples: list[LiveSample]) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return times, setpoints, angles and torques without a gap. In a cycle that the computer missed, the drives had the last
-    setpoint, and angle and torque lie between their neighbours.
+    """Return times, setpoints, angles and torques without a gap. For a cycle that the computer missed, the setpoint is the last one
+    sent, and angle and torque are interpolated.
 
     :raises StepError: when the computer missed many cycles, or several in a row.
     """
@@ -209,7 +213,7 @@ def _evenly(samples: list[LiveSample]) -> tuple[Floats, Floats, Floats, Floats]:
 def check_fit(motor: int, lag: IdentifiedAxis) -> None:
     """Refuse a poor fit.
 
-    :raises StepError: when the model explains too little, or gives an impossible lag.
+    :raises StepError: when the model explains too little or gives an impossible value.
     """
     possible = (
         0.0 < lag.lag_s <= LARGEST_LAG_S and lag.lag2_s2 <= LARGEST_LAG2_S2 and lag.friction_deg <= LARGEST_FRICTION_DEG

@@ -1,4 +1,4 @@
-"""Whether a station is commissioned: its record, compared with its configuration, and when the periodic check is due."""
+"""Determines from its record and configuration whether a station is commissioned, and when the periodic check is due."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -16,7 +16,7 @@ CHECK_EVERY: Final = timedelta(days=7)
 
 @dataclass(frozen=True)
 class CommissioningStatus:
-    """``missing``: why the station is not commissioned; None if it is. ``due_at``: of the next periodic check."""
+    """``missing``: the reason why the station is not commissioned; None if it is. ``due_at``: date of the next periodic check."""
 
     missing: Text | None
     due_at: datetime | None = None
@@ -24,7 +24,7 @@ class CommissioningStatus:
 
 
 def commissioning_status(station: Path, config: StationConfig) -> CommissioningStatus:
-    """Return the status of the station with this file, whose content is ``config``."""
+    """Return the status of the station with this file. ``config``: the file's content."""
     try:
         record = read_record(record_path(station))
     except RecordError:
@@ -38,7 +38,7 @@ def commissioning_status(station: Path, config: StationConfig) -> CommissioningS
     newest = {ran.step: ran for ran in record.checks}
     if not all(ran.passed for ran in newest.values()):
         return CommissioningStatus(texts.CHECK_FAILED())
-    # A check counts from its oldest step on; before the first check, the commissioning does.
+    # The date of a check is that of its oldest step. Without a check, it is the date of the commissioning.
     ended = [ran.ended_at for ran in newest.values()] or [record.steps[-1].ended_at]
     due_at = datetime.fromisoformat(min(ended)) + CHECK_EVERY
     return CommissioningStatus(None, due_at, datetime.fromisoformat(record.steps[-1].ended_at))

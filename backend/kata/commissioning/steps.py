@@ -1,4 +1,4 @@
-"""Keys and texts of the steps in their order. The functions are in :mod:`kata.commissioning.procedure`."""
+"""Defines keys and texts of the steps in their order. The functions are in :mod:`kata.commissioning.procedure`."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -10,7 +10,7 @@ from kata.messages import Text
 
 @dataclass(frozen=True)
 class StepTexts:
-    """Key of a step in the record, its title, and what it will do."""
+    """Key of a step in the record, its title, and the description of its action."""
 
     key: str
     title: Text
@@ -33,7 +33,7 @@ STEP_TEXTS: Final = (
 
 
 def passed_steps(steps: tuple[RecordedStep, ...]) -> set[str]:
-    """Return the keys of the steps whose last run has passed, with every step before them."""
+    """Return the keys of the steps whose last run has passed after every step before them had passed."""
     order = [step.key for step in STEP_TEXTS]
     passed: list[str] = []
     for ran in steps:

@@ -1,4 +1,4 @@
-"""Step 8: torque-off, the drives' watchdog, and the emergency stop with torque."""
+"""Step 8: checks torque-off, the drives' watchdog, and the emergency stop with torque."""
 
 from collections.abc import Callable
 from typing import Final
@@ -12,7 +12,7 @@ _WATCHDOG_STEP_S: Final = 0.02
 
 
 def check_stops(bench: Bench) -> None:
-    """Let each way of stopping act on motors that hold."""
+    """Test each way of stopping while the motors hold."""
     bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
     with live_drives(bench) as drives:
         drives.hold()
@@ -29,7 +29,7 @@ def check_stops(bench: Bench) -> None:
 
 
 def _all_off(bench: Bench, drives: LiveDrives) -> float:
-    """Return after how long no drive has torque, ms."""
+    """Return the time in ms until no drive has torque."""
     begin_ns = bench.now_ns()
     drives.read_only()
     while any(drives.torque_on):
@@ -40,7 +40,7 @@ def _all_off(bench: Bench, drives: LiveDrives) -> float:
 
 
 def _check_watchdog(bench: Bench, drives: LiveDrives) -> None:
-    """Say nothing on the bus, as when the process is killed."""
+    """Send nothing on the bus, as after the end of the process. Every drive's watchdog must trip."""
     bench.sleep(bench.draft.bus_watchdog_ms / 1000 + 2 * _WATCHDOG_STEP_S)
     begin_ns = bench.now_ns()
     drives.read_only()
@@ -52,7 +52,7 @@ def _check_watchdog(bench: Bench, drives: LiveDrives) -> None:
 
 
 def _check_estop(bench: Bench, drives: LiveDrives) -> None:
-    """Press the emergency stop while the motors hold."""
+    """Let the technician press the emergency stop while the motors hold. Torque must go off."""
 
     def is_off() -> bool:
         try:

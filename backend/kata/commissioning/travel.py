@@ -1,4 +1,4 @@
-"""Step 7: the range of each motor, and that its position is unambiguous after power-up."""
+"""Step 7: finds the range of each motor, and checks that its position is unambiguous after power-up."""
 
 from typing import Final
 
@@ -16,18 +16,18 @@ from kata.motion.axes import AXES, N_AXES
 from kata.motion.linkage import Floats
 
 INSIDE_DEG: Final = 2.0
-"""The proposed limits are this far inside the ends that a hand reached: more than the play and a hand's push on a soft stop."""
+"""Distance of the proposed limits inside the ends that a hand reached. It is larger than the play and the compression of a soft stop."""
 _NEEDED_SHARE: Final = 0.8
-"""Of the range in Table 2: with less, something blocks the axis, or the technician did not reach the ends."""
+"""Smallest share of the range in Table 2. With less, something blocks the axis, or the technician did not reach the ends."""
 _TURN_DEG: Final = 360.0
 _JUMP_DEG: Final = 45.0
-"""Between two looks. A hand is slower."""
+"""Largest movement between two reads. A hand is slower."""
 _BOOT_S: Final = 1.0
 _RESTART_DEG: Final = 1.0
 
 
 def find_range(bench: Bench) -> None:
-    """Let the technician move each axis to both ends; propose limits; restart the drives and compare their positions."""
+    """Let the technician move each axis to both ends. Set limits. Restart the drives and compare their positions."""
     limits = []
     for motor in AXES:
         low, high = _ends(bench, motor)
@@ -52,7 +52,7 @@ def find_range(bench: Bench) -> None:
 
 
 def _ends(bench: Bench, motor: int) -> tuple[float, float]:
-    """Return the lowest and highest angle that the technician reached."""
+    """Return the lowest and the highest angle that the technician reached."""
     with bench.line() as line:
         watch = PositionWatch(bench, line)
         begin = float(_angles(bench)[motor - 1])
@@ -69,7 +69,7 @@ def _ends(bench: Bench, motor: int) -> tuple[float, float]:
 
 
 def _angles(bench: Bench) -> Floats:
-    """Return the motors' angles within the turn around the middle of each range, as the driver does after power-up."""
+    """Return the motors' angles within one turn around the middle of each range, as the driver does after power-up."""
     with bench.line() as line:
         counts = read_counts(line, bench.draft.axes)
     angles = []
@@ -81,7 +81,7 @@ def _angles(bench: Bench) -> Floats:
 
 
 def _check_restart(bench: Bench) -> None:
-    """Restart every drive: the driver must find the same angles, although the drives have forgotten their turns."""
+    """Restart every drive. The driver must then find the same angles, although the drives have lost their turns."""
     before = _angles(bench)
     with bench.line() as line:
         for axis in bench.draft.axes:

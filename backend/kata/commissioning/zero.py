@@ -1,7 +1,7 @@
-"""Step 6: the zero of each motor, by a fixture in two reference poses, on both sides, and by gravity.
+"""Step 6: finds the zero of each motor with a fixture in two reference poses, and checks it on both sides and against gravity.
 
-The encoder is on the motor's side of the gear. Each motor therefore presses its play to both ends while the fixture holds the arm; the
-middle is the arm's angle.
+The encoder is on the motor's side of the gear. Each motor therefore presses its play to both ends while the fixture holds the arm.
+The middle of the two angles is the arm's angle.
 """
 
 from typing import Final
@@ -18,25 +18,27 @@ from kata.motion.axes import AXES, CANONICAL_SIDE, N_AXES, Side
 from kata.motion.linkage import Floats, motor_angles_deg
 
 POSES_DEG: Final = ((0.0, 0.0, 0.0, 0.0, 0.0), (-10.0, -8.0, 60.0, 60.0, -45.0))
-"""The fixture's two poses, angles as of a pose (:mod:`kata.motion.axes`). Ours: the paper describes no fixture."""
+"""The fixture's two poses, as angles of a pose (:mod:`kata.motion.axes`). We chose them, because the paper describes no fixture."""
 POSE_TOLERANCE_DEG: Final = 1.0
-"""A fixture that is seated holds each axis to a few tenths of a degree; a wrong hole is tens of degrees away."""
+"""Largest deviation from a pose. A seated fixture holds each axis within a few tenths of a degree. A wrong hole is tens of degrees away."""
 _PRESS_DEG: Final = 3.0
 _PRESS_S: Final = 0.6
 _GRAVITY_DEG: Final = 60.0
 _GRAVITY_NM: Final = 0.15
-"""The test weight gives a multiple of this at 60 deg; half of the difference between up and down, which is friction, is left out."""
+"""Smallest torque of the weight. The test weight gives a multiple of it at 60 deg. The mean of the torques up and down
+excludes friction.
+"""
 
 
 def find_zeros(bench: Bench) -> None:
-    """Fit both poses, set the zeros, check them on the other side and against gravity."""
+    """Measure both poses and set the zeros. Check them on the other side and against gravity."""
     before = [zero_count(axis) for axis in bench.draft.axes]
     first, play = _measure(bench, CANONICAL_SIDE, 0)
     _shift(bench, first - _expected(CANONICAL_SIDE, 0))
     second, _ = _measure(bench, CANONICAL_SIDE, 1)
     off = second - _expected(CANONICAL_SIDE, 1)
     _check_pose(off, _expected(CANONICAL_SIDE, 1) - _expected(CANONICAL_SIDE, 0), pose=2)
-    # Both poses count the same.
+    # Both poses have the same weight.
     _shift(bench, off / 2)
     for motor in AXES:
         bench.add_value("zero", motor, before=before[motor - 1], after=bench.draft.axes[motor - 1].zero_count)
@@ -59,7 +61,7 @@ def _expected(side: Side, pose: int) -> Floats:
 
 
 def _measure(bench: Bench, side: Side, pose: int) -> tuple[Floats, Floats]:
-    """Return the motors' angles in a pose of the fixture, in the middle of their play, and the play."""
+    """Return the motors' angles in a pose of the fixture, at the middle of their play, and the play."""
     bench.confirm(ManualAction("fit_pose", texts.FIT_POSE(pose=pose + 1), pose + 1))
     bench.change(side=side)
     try:
@@ -93,7 +95,9 @@ def _shift(bench: Bench, off_deg: Floats) -> None:
 
 
 def _check_pose(off_deg: Floats, way_deg: Floats, *, pose: int) -> None:
-    """Compare a pose. ``way_deg``: from the first pose to this one; an axis that went the other way is reversed."""
+    """Compare a pose. ``way_deg``: expected movement from the first pose to this pose. An axis that moved in the opposite
+    direction is reversed.
+    """
     for motor, (off, way) in enumerate(zip(off_deg.tolist(), way_deg.tolist(), strict=True), start=1):
         if abs(wrapped_deg(off)) <= POSE_TOLERANCE_DEG:
             continue
@@ -103,7 +107,7 @@ def _check_pose(off_deg: Floats, way_deg: Floats, *, pose: int) -> None:
 
 
 def _check_gravity(bench: Bench) -> None:
-    """Raise the arm with motors 3 and 4 in turn: each must carry the weight upwards."""
+    """Raise the arm with motors 3 and 4 in turn. The torque of each must be directed upwards."""
     bench.confirm(ManualAction("free_arm", texts.FREE_ARM()))
     bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
     with live_drives(bench, share=1.0) as drives:

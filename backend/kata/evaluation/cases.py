@@ -1,4 +1,4 @@
-"""The evaluated cases: the paper's fourteen, or every motion of a folder on both sides."""
+"""Defines the evaluated cases: the paper's fourteen, or every motion of a folder on both sides."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,9 +13,13 @@ from kata.motion.taught import Taught, TaughtError, read_csv
 from kata.simulator.independent.patients import PATIENTS, PatientName
 
 REPOSITIONING_ERROR_DEG: Final = 3.0
-"""Error of a person who puts an arm back into a posture without a goniometer. Where its errors are 4 deg and more, the paper excludes the start."""
+"""Largest error of a person who moves an arm back into a posture without a goniometer. The paper excludes the start if its
+errors are 4 deg or more.
+"""
 MARGIN_DEG: Final = 5.0
-"""Assumed; a frozen shoulder's external rotation ends at 4.5 deg, so nearly nothing of it is left."""
+"""Distance to the patient's peaks (assumed). The external rotation of a frozen shoulder ends at 4.5 deg, so that almost no
+movement remains.
+"""
 _HOLD_S: Final = 0.5
 
 
@@ -34,7 +38,7 @@ class Case:
     def for_patient(self, name: PatientName) -> "Case":
         """Return the case with the shoulder's angles scaled so that they end :data:`MARGIN_DEG` before the patient's peaks.
 
-        A therapist does not guide a frozen shoulder through a healthy range.
+        This is necessary because a therapist does not guide a frozen shoulder through a healthy range.
         """
         poses = self.motion.poses_deg.copy()
         for n, (low, high) in enumerate(PATIENTS[name].peaks_deg, start=2):
@@ -47,7 +51,7 @@ class Case:
         return replace(self, motion=Taught(self.motion.name, self.motion.times_s, poses))
 
     def repositioning(self, seed: int | None, repetition: int) -> Taught:
-        """Return the motion that puts the arm back near the start before a playback, with another error for each repetition."""
+        """Return the motion that moves the arm back near the start before a playback. Its error differs for each repetition."""
         random_source = Random(f"{self.name}, {self.side}, {seed}, {repetition}")
         pose = [
             min(max(angle + random_source.uniform(-REPOSITIONING_ERROR_DEG, REPOSITIONING_ERROR_DEG), low), high)
@@ -68,9 +72,9 @@ def paper_cases() -> list[Case]:
 
 
 def recorded_cases(folder: Path) -> list[Case]:
-    """Return every CSV file of a folder, left and right; all five motors count.
+    """Return a case for every CSV file of a folder, left and right. All five motors are evaluated.
 
-    :raises TaughtError: when a file cannot be used, or there is none.
+    :raises TaughtError: when a file cannot be used or the folder has none.
     """
     motions = [read_csv(path) for path in sorted(folder.glob("*.csv"))]
     if not motions:

@@ -112,7 +112,7 @@ def _report(
     simulated: bool,
     judge: "Judge",
 ) -> None:
-    """Print the tables and write the files: JSON and HTML. ``beside``: plays on the simple plant, for the HTML report."""
+    """Print the tables and write the files: JSON and HTML. ``beside``: playbacks on the simple plant, for the HTML report."""
     from kata.evaluation import page, report, tables
     from kata.evaluation.outcome import as_json
 
@@ -208,6 +208,6 @@ def _in_real_time(jobs: "Sequence[Job]", station: Path | None) -> "list[Outcome]
 
 
 def _progress() -> Progress:
-    """Return a progress bar on standard error; standard output has only the tables."""
+    """Return a progress bar on standard error. Standard output has only the tables."""
     columns = (TextColumn("{task.description:<36}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     return Progress(*columns, console=Console(stderr=True))

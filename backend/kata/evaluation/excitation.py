@@ -24,7 +24,7 @@ STEP_S: Final = 0.01
 _APPROACH_DEG_S: Final = 20.0
 _SECONDS: Final = 20.0
 _REACH_SHARES: Final = (1.0, 0.5, 0.25, 0.12)
-"""A heavy arm is carried near its rest only."""
+"""Shares of the range that are tried. The drives can carry a heavy arm only near its rest."""
 _IDENTIFIED: Final = (
     "lag_s",
     "lag2_s2",
@@ -35,11 +35,11 @@ _IDENTIFIED: Final = (
     "inertia_nm_s2_deg",
     "coulomb_nm",
 )
-"""Fields of an axis that are 0 until they have been identified."""
+"""Fields of an axis that are 0 until they are identified."""
 
 
 def exercise(seconds: float, *motions: int) -> Floats:
-    """Return movements at all speeds of a guided arm, and then some built-in motions: (n, 5) in degrees at 100 Hz.
+    """Return movements at all speeds of a guided arm, followed by built-in motions with these numbers: (n, 5) in degrees at 100 Hz.
 
     Friction cannot be separated from lag without slow movements, nor inertia without fast ones.
     """
@@ -56,7 +56,7 @@ def identify_station(
 ) -> tuple[IdentifiedAxis, ...]:
     """Play setpoints (n, 5) at 100 Hz without compensation, and return drive and load of each axis.
 
-    It leaves out beginning and end, where the speed override makes the samples uneven.
+    The first and the last second are omitted, because the speed override makes their samples uneven.
 
     :raises PlaybackError: when the drives cannot carry the movement.
     """
@@ -78,11 +78,11 @@ def identify_station(
 
 
 def identified(config: StationConfig, seed: int | None, make_mechanics: MakeMechanics) -> StationConfig:
-    """Return the configuration with drives and load as measured on this seed's apparatus, as after commissioning.
+    """Return the configuration with drives and load as identified on this seed's apparatus, as after commissioning.
 
     A movement that the drives cannot carry is repeated with a smaller range.
 
-    :raises PlaybackError: when they do not carry the smallest either.
+    :raises PlaybackError: when the drives cannot carry the smallest movement either.
     """
     for share in _REACH_SHARES:
         try:

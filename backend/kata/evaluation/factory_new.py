@@ -1,7 +1,7 @@
-"""A factory-new simulated apparatus on a stepped clock, and a technician who follows the instructions of commissioning.
+"""Simulates a factory-new apparatus on a stepped clock, and a technician who follows the instructions of commissioning.
 
-The drives come out of their boxes: id 1 at 57,600 baud, some used ones with other values; encoders mounted at any angle and in either
-direction; motors, gears and mechanical ends that differ. The seed determines them all.
+The drives have factory settings (id 1 at 57,600 baud), but some used drives have other values. Encoders are mounted at any angle and in
+either direction. Motors, gears and mechanical ends differ. The seed determines all of these.
 """
 
 import math
@@ -24,15 +24,15 @@ from kata.simulator.plant import Plant
 from kata.simulator.servos import Servo
 
 _RESET_ALL: Final = 0xFF
-"""Option of a factory reset: id and baud rate too."""
+"""Option of a factory reset that also resets id and baud rate."""
 _USED_SHARE: Final = 0.3
-"""Of drives that were used before."""
+"""Share of drives that were used before."""
 _STOPS_VARY_DEG: Final = 4.0
 _GAINS_VARY: Final = 0.25
 _SEATED_DEG: Final = 0.05
-"""A fixture holds an axis this exactly."""
+"""Largest deviation of an axis in the fixture."""
 _GRIP: Final = (500.0, 10.0, 6.0)
-"""Stiffness, damping and strength of a hand on a joint: Nm/rad, Nm s, Nm. About the arm's own axis it is softer."""
+"""Stiffness (Nm/rad), damping (Nm s) and strength (Nm) of a hand on a joint. About the arm's own axis ``_SOFT_GRIP`` applies."""
 _SOFT_GRIP: Final = (150.0, 2.0, 3.0)
 _FIXTURE: Final = (3_000.0, 12.0, 100.0)
 _SPEED_DEG_S: Final = 40.0
@@ -45,7 +45,7 @@ class Mistakes:
     """What the technician or the apparatus does wrong. Motors from 1."""
 
     connects: dict[int, int] = field(default_factory=dict)
-    """The motor that is connected in place of another."""
+    """The motor that is connected instead, by the motor that was requested."""
     moves_wrong_way: set[int] = field(default_factory=set)
     pushes_wrong_way: set[int] = field(default_factory=set)
     wire_stays_broken: bool = False
@@ -53,10 +53,10 @@ class Mistakes:
 
 
 class FactoryNewApparatus:
-    """A world with drives as delivered. ``direction`` and ``zero_count`` are the true values."""
+    """A simulated world with drives as delivered. ``direction`` and ``zero_count`` are the true values."""
 
     def __init__(self, seed: int) -> None:
-        """``seed``: of everything that differs between two apparatus."""
+        """Create the apparatus. ``seed``: determines everything that differs between two apparatus."""
         source = random.Random(f"factory-new {seed}")
         vary = source.uniform
         self.stops_deg = tuple(
@@ -82,7 +82,7 @@ class FactoryNewApparatus:
         return [servo for servo in self.world.drives if isinstance(servo, Servo)]
 
     def bench(self, technician: "SimulatedTechnician") -> Bench:
-        """Return the workplace of the steps."""
+        """Return the bench on which the steps run."""
         world = self.world
         return Bench(world.config, technician, world.open_transport, world.wait, lambda: world.t_ns)
 
@@ -98,7 +98,7 @@ class SimulatedTechnician:
     """Follows every instruction with the hands of the simulation."""
 
     def __init__(self, apparatus: FactoryNewApparatus, mistakes: Mistakes | None = None) -> None:
-        """``mistakes``: none by default."""
+        """Prepare the technician. ``mistakes``: none by default."""
         self._apparatus = apparatus
         self._world = apparatus.world
         self._mistakes = mistakes or Mistakes()
@@ -109,13 +109,13 @@ class SimulatedTechnician:
         self.instructions: list[ManualAction] = []
 
     def instruct(self, instruction: ManualAction) -> None:
-        """Begin to act."""
+        """Begin to follow an instruction."""
         self.instructions.append(instruction)
         self._until_ns = self._world.t_ns
         self._acting = self._act(instruction)
 
     def has_confirmed(self) -> bool:
-        """Act further; return True at the end."""
+        """Continue to act. Return True when the instruction is done."""
         while self._world.t_ns >= self._until_ns:
             pause_s = next(self._acting, None)
             if pause_s is None:
@@ -124,7 +124,7 @@ class SimulatedTechnician:
         return False
 
     def _act(self, instruction: ManualAction) -> Iterator[float]:
-        """Do what is asked; yield the seconds until the next part."""
+        """Follow an instruction in parts. Yield the seconds until the next part."""
         motor, apparatus, mistakes = instruction.number, self._world.apparatus, self._mistakes
         yield 0.2
         match instruction.kind:
@@ -189,7 +189,7 @@ class SimulatedTechnician:
         yield 1.0
 
     def _go(self, motor: int, begin: float, end: float, grip: tuple[float, float, float]) -> Iterator[float]:
-        """Move the hand at a constant speed, and hold."""
+        """Move the hand at a constant speed, then hold the axis."""
         duration_s = abs(end - begin) / math.radians(_SPEED_DEG_S)
         step = (end - begin) / max(1, round(duration_s * 1000))
         self._world.apparatus.hold(motor, (begin, step, *grip))
@@ -203,7 +203,7 @@ class SimulatedTechnician:
         self._world.apparatus.hold(motor, None)
 
     def _sweep(self, motor: int) -> Iterator[float]:
-        """Move the axis gently against both ends, and back to its middle."""
+        """Move the axis gently against both ends, then to its rest angle."""
         self._grip_all()
         stiff, damped, _ = _grip(motor - 1)
         grip = (stiff, damped, _SWEEP_NM[motor - 1])
@@ -230,7 +230,7 @@ def _grip(axis: int) -> tuple[float, float, float]:
 
 
 def _plug(servo: Servo, *, into: bool) -> None:
-    """Connect a drive to power and bus, or disconnect it."""
+    """Connect a drive to power and bus, or disconnect the drive."""
     if into != servo.plugged_in:
         servo.plugged_in = into
         servo.reboot()

@@ -1,6 +1,6 @@
-"""How fast and how far the arm falls after a category-0 stop, on the independent plant: ``python -m kata.evaluation.falls``.
+"""Calculates speed and distance of the arm's fall after a category 0 stop on the independent plant: ``python -m kata.evaluation.falls``.
 
-The arm is at rest in a posture of one of the six motions. All torque goes off at once, and no one supports the arm.
+The arm is at rest in a posture of one of the six motions. All torque is switched off at once, and no person supports the arm.
 """
 
 import math
@@ -28,13 +28,13 @@ POSTURES: Final = (
 )
 """Ends of the built-in motions, with the motion's number."""
 REACTION_S: Final = 0.3
-"""Assumed; the least time in which a therapist whose hands are near the arm takes hold of it."""
+"""Shortest time (assumed) in which a therapist whose hands are near the arm takes hold of it."""
 _LASTS_S: Final = 1.5
 
 
 @dataclass(frozen=True)
 class Fall:
-    """Of the axis of motors 3 to 5 that moves most: fastest speed, angle after :data:`REACTION_S` and largest angle."""
+    """The fall of the axis (motors 3 to 5) that moves most: highest speed, angle after :data:`REACTION_S` and largest angle."""
 
     motor: int
     fastest_deg_s: float
@@ -43,7 +43,7 @@ class Fall:
 
 
 def fall(posture_deg: tuple[float, ...], balancer_kg: float) -> Fall:
-    """Let the arm of a healthy patient fall from a posture (five angles of the body, degrees), right side."""
+    """Let the right arm of a healthy patient fall from a posture (five angles of the body in degrees). Return the fall."""
     plant = IndependentPlant(balancer_kg=balancer_kg)
     for axis, angle in enumerate(motor_angles_deg(posture_deg).tolist()):
         plant.place(axis, math.radians(angle))

@@ -1,4 +1,4 @@
-"""The project's goals on the independent plant, at the encoder and at the arm (issue "An independent judge")."""
+"""Defines the project's goals on the independent plant, at the encoder and at the arm."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -6,15 +6,15 @@ from typing import Final, Literal
 
 @dataclass(frozen=True)
 class Goal:
-    """One figure of some plays, and its limits for motors 1-4 and for motor 5."""
+    """A figure of certain playbacks, with its limits for motors 1-4 and for motor 5."""
 
     name: str
     plays: tuple[tuple[str, int], ...]
-    """Methods and repetitions."""
+    """The playbacks, as pairs of method and repetition."""
     figure: Literal["peak_deg", "rmse_deg", "start_deg"]
     limits_deg: tuple[float, float]
     arm: bool = False
-    """True: of the arm, behind play and everything soft; False: of the encoder."""
+    """True if the figure is measured at the arm, after play and soft parts. False: at the encoder."""
 
 
 _FIRST: Final = (("smooth", 1), ("learned", 1))

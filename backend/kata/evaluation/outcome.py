@@ -1,4 +1,4 @@
-"""The outcome of a case, and its JSON form."""
+"""Defines the outcome of a case and its JSON form."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,18 +18,18 @@ class TaughtRecording:
     times_s: Floats
     angles_deg: Floats
     arm_deg: Floats | None = None
-    """True angles of the arm, ``(n, 5)``; only a simulation knows them."""
+    """True angles of the arm, ``(n, 5)``. Only a simulation knows them."""
 
 
 @dataclass(frozen=True)
 class PlaybackSamples:
-    """Samples of a playback: path times of the recording ``(m,)``, measured motor angles and torques ``(m, 5)``."""
+    """Samples of a playback: places on the recording's clock ``(m,)``, and measured motor angles and torques ``(m, 5)``."""
 
     path_s: Floats
     measured_deg: Floats
     torque_nm: Floats
     arm_deg: Floats | None = None
-    """True angles of the arm, ``(m, 5)``; only a simulation knows them."""
+    """True angles of the arm, ``(m, 5)``. Only a simulation knows them."""
 
 
 @dataclass(frozen=True)
@@ -39,20 +39,20 @@ class Outcome:
     case: Case
     method: Method
     repetition: int
-    """From 1."""
+    """Number of the repetition, from 1."""
     seed: int | None
     comparison: Comparison | None = None
     arm: Comparison | None = None
-    """The arm while playing compared with the arm when taught, behind play and soft tissue. None on an apparatus without known arm angles."""
+    """Comparison of the arm's true angles (after play and soft tissue) in playback and teaching. None if the true angles are unknown."""
     motions: tuple[MotionTracking, ...] = ()
     """Tracking in the angles of the body."""
     problem: str | None = None
     refused: bool = False
-    """True: the station refused the motion before it started. Other problems occurred while the arm moved."""
+    """True if the station refused the motion before it started. Other problems occurred while the arm moved."""
     plant: PlantName | None = None
-    """The simulated mechanics; None: the apparatus itself, or the simulator's process."""
+    """The simulated mechanics. None: the real apparatus, or the simulator's process."""
     clock_s: float = 0.0
-    """Duration by the apparatus' clock, including teaching, approach and return."""
+    """Duration on the apparatus' clock, including teaching, approach and return."""
 
     @property
     def motors(self) -> tuple[MotorTracking, ...]:
@@ -69,11 +69,11 @@ class Outcome:
         return tuple(motor for motor in self.arm.motors if motor.motor in self.case.motors) if self.arm else ()
 
     def compute_figures(self) -> None:
-        """Compute the figures now, in the process that played, and not when they are first used."""
+        """Compute the figures now, in the process that played, instead of at their first use."""
         _ = self.motors, self.arm_motors
 
     def compared(self, recording: TaughtRecording, played: PlaybackSamples) -> "Outcome":
-        """Return the outcome with its figures."""
+        """Return the outcome with the figures of this playback."""
         arm = None
         if recording.arm_deg is not None and played.arm_deg is not None:
             arm = compare(recording.times_s, recording.arm_deg, played.path_s, played.arm_deg, played.torque_nm)
@@ -93,7 +93,7 @@ class Outcome:
 
 
 def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
-    """Return the errors of each motor, in degrees with sign. ``problems`` lists the playbacks that were not completed."""
+    """Return the errors of each motor, in degrees with sign, as JSON data. ``problems`` lists the playbacks that were not completed."""
     return {
         "simulated": simulated,
         "cases": [

@@ -1,4 +1,4 @@
-"""The report as one self-contained HTML file: the paper's figures 11 to 18, its Table 2, and our errors beside the paper's."""
+"""Writes the report as one self-contained HTML file: the paper's figures 11 to 18, its Table 2, and our errors beside the paper's."""
 
 from collections.abc import Iterator, Sequence
 from html import escape
@@ -14,7 +14,7 @@ from kata.evaluation.outcome import Outcome
 from kata.evaluation.paper import ERRORS
 from kata.motion.linkage import Floats
 
-# The colours of the service's figures: distinguishable with colour blindness, and in grey by their brightness.
+# Use the colours of the service's figures. They can be distinguished with colour blindness, and in grey by their brightness.
 _TAUGHT: Final = "#1f3a93"
 _PLAYED: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
@@ -35,7 +35,7 @@ _NOT_MODELLED: Final = (
 
 
 def as_html(outcomes: Sequence[Outcome], *, simulated: bool, beside: Sequence[Outcome] = ()) -> str:
-    """Return the whole report. ``beside``: plays of the same cases on the other plant, shown next to the first ones."""
+    """Return the whole report. ``beside``: playbacks of the same cases on the other plant, shown next to ``outcomes``."""
     where = "Simulated" if simulated else "Measured on the apparatus"
     shown = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
     if tables.plant_of(outcomes) == "mujoco":
@@ -80,8 +80,8 @@ def _table(table: tables.TextTable, where: str) -> str:
 
 
 def _figures(last: Sequence[Outcome], beside: Sequence[Outcome], where: str) -> list[tuple[str, go.Figure]]:
-    """Return the paper's figures of the first seed: both sides of a motion in one figure, on both plants; of the arbitrary motion, one
-    figure a side.
+    """Return the paper's figures of the first seed. A figure shows both sides of a motion on both plants. The arbitrary motion has one
+    figure for each side.
     """
     seed = last[0].seed if last else None
     found = []
@@ -157,7 +157,7 @@ def _figure(outcomes: Sequence[Outcome]) -> go.Figure:
 
 
 def _traces(outcome: Outcome, motor: int) -> Iterator[tuple[go.Scatter, bool]]:
-    """Yield the curves of one motor, and True for those on the right axis."""
+    """Yield the curves of one motor, each with True if it uses the right axis."""
     compared = outcome.comparison
     assert compared is not None
     for name, angles, colour, dash, on_the_right in (
@@ -190,11 +190,11 @@ def _label_axes(figure: go.Figure, cell: dict[str, int], *, last_row: bool, limi
 
 
 def _error_limit_deg(outcomes: Sequence[Outcome], motor: int) -> float:
-    """Return the limit of the error axis, the same for every method and side, so that they can be compared."""
+    """Return the limit of the error axis. It is the same for every method and side, so that they can be compared."""
     errors = [outcome.comparison.error_deg[:, motor - 1] for outcome in outcomes if outcome.comparison]
     return 1.1 * max(float(np.abs(error).max()) for error in errors)
 
 
 def _float32(values: Floats) -> np.typing.NDArray[np.float32]:
-    """Return 32-bit values: half the bytes, and precise enough for a screen."""
+    """Return 32-bit values, which have half the bytes and are precise enough for a screen."""
     return values.astype(np.float32)

@@ -1,4 +1,4 @@
-"""The errors that the paper reports in Section 4."""
+"""Lists the errors that the paper reports in Section 4."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -8,11 +8,11 @@ from kata.motion.axes import Side
 
 @dataclass(frozen=True)
 class PaperError:
-    """The paper's error, playback minus teaching, of one motion (7: the arbitrary motion) and some of its motors."""
+    """The paper's error (playback minus teaching) of one motion (7 is the arbitrary motion) for some of its motors."""
 
     motion: int
     side: Side | None
-    """None: both sides together."""
+    """None if the error applies to both sides together."""
     motors: tuple[int, ...]
     figure: int
     words: str

@@ -1,5 +1,5 @@
-"""The evaluation in real time, through the service's processes: on the simulated apparatus behind a pseudo-terminal, or on the
-configured apparatus.
+"""Evaluates in real time, through the service's processes: on the simulated apparatus behind a pseudo-terminal, or on the configured
+apparatus.
 """
 
 import asyncio
@@ -31,7 +31,7 @@ def evaluate_jobs(
     """Run all jobs one after another and return their outcomes in the order of the jobs.
 
     ``station``: the configured apparatus. ``confirm_side`` asks a person to turn it, once for each side. One service runs all jobs of a
-    side, so that the emergency stop is tested once and not before each case. Each job has its own simulated apparatus.
+    side, so that the emergency stop is tested once and not before each case. In the simulation each job has its own apparatus.
     """
     found: dict[int, list[Outcome]] = {}
     with TemporaryDirectory(prefix="kata-evaluate-") as parent:
@@ -40,7 +40,7 @@ def evaluate_jobs(
                 with TemporaryDirectory(dir=parent) as folder:
                     (found[place],) = asyncio.run(_play([job], None, Path(folder), show, done))
         else:
-            # Two people are needed to turn the apparatus.
+            # Turning the apparatus needs two people. Do it once for each side.
             for side in dict.fromkeys(job.case.side for job in jobs):
                 confirm_side(side)
                 remaining = [place for place, job in enumerate(jobs) if job.case.side == side]
@@ -54,7 +54,7 @@ def evaluate_jobs(
 async def _play(
     jobs: Sequence[Job], station: Path | None, folder: Path, show: Show, done: Callable[[Job], None]
 ) -> list[list[Outcome]]:
-    """Run the jobs with one service until the first that fails, which may leave a stop behind. Return at least one result."""
+    """Run the jobs with one service until the first job fails, because that may leave a latched stop. Return at least one result."""
     found: list[list[Outcome]] = []
     settings = Settings(
         data=folder, database_url="", station=station, simulate=station is None, seed=jobs[0].seed, rate_hz=None
@@ -76,7 +76,9 @@ async def _play(
 
 
 async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[Outcome], *, simulated: bool) -> None:
-    """Teach and play ``job.repetitions`` times. ``outcomes`` keeps the completed plays when the next one fails."""
+    """Teach and play ``job.repetitions`` times. ``outcomes`` receives each completed playback, so that they are kept if a
+    later one fails.
+    """
     recording = await _recording(driver, job, simulated=simulated)
     for repetition in range(1, job.repetitions + 1):
         if simulated:
@@ -91,7 +93,7 @@ async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[Outcome], *, s
 
 
 async def _recording(driver: ServiceDriver, job: Job, *, simulated: bool) -> RecordingRow:
-    """Teach by the simulated hand; on a real apparatus, save the motion itself as the recording."""
+    """Teach with the simulated hand. On a real apparatus, save the motion itself as the recording."""
     case = job.case
     if simulated:
         return await driver.teach(case.motion, case.side)

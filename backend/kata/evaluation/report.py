@@ -11,7 +11,7 @@ from kata.simulator.mechanics import PlantName
 
 
 def show(outcomes: Sequence[Outcome], console: Console, *, simulated: bool, plant: PlantName = "simple") -> None:
-    """Print the tables and the problems. ``plant``: only the independent one is judged by the goals."""
+    """Print the tables and the problems. ``plant``: only the independent plant is compared with the goals."""
     where = f"simulated, plant {plant}" if simulated else "measured on the apparatus"
     shown = [tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)]
     for table in [*shown, tables.beside_goals(outcomes)] if plant == "mujoco" else shown:

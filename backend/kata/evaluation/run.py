@@ -1,4 +1,4 @@
-"""Runs cases on virtual time on all processors. Figures and their order do not depend on the processors."""
+"""Runs cases in virtual time on all processors. Figures and their order do not depend on the number of processors."""
 
 import gc
 import logging
@@ -28,7 +28,7 @@ from kata.simulator.independent.patients import PatientName
 from kata.simulator.mechanics import MakeMechanics, PlantName, mechanics_named
 
 PLAYS_TO_LEARN: Final = 5
-"""The method learns little after four repetitions; the fifth play shows the result."""
+"""Number of playbacks of the learned method. It learns little after four repetitions, so the fifth playback shows the result."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class Judge:
 
     plant: PlantName = "simple"
     patient: PatientName = "healthy"
-    """Of the independent plant; the simple plant has only a healthy one."""
+    """Patient of the independent plant. The simple plant has only a healthy patient."""
     balancer_kg: float | None = None
-    """Of the independent plant; None: the balancer of its parameters."""
+    """Balancer's weight in kg on the independent plant. None: the balancer of its parameters."""
 
     @property
     def make_mechanics(self) -> MakeMechanics:
-        """Makes the mechanics of a seed for one side."""
+        """The function that makes the mechanics of a seed for one side."""
         return mechanics_named(self.plant, self.patient, self.balancer_kg)
 
 
@@ -51,7 +51,7 @@ class Judge:
 class Job:
     """A case taught once to its own apparatus and played several times by one method. One process runs one job.
 
-    A figure does not depend on the other jobs.
+    The figures of a job do not depend on other jobs.
     """
 
     case: Case
@@ -78,11 +78,11 @@ def jobs(
 
 
 def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes: int | None = None) -> list[Outcome]:
-    """Run all jobs and return their outcomes in the order of the jobs; call ``done`` when a job ends, in any order.
+    """Run all jobs. Return their outcomes in the order of the jobs. ``done`` is called when a job ends, in any order.
 
-    The first play of ``learned`` has no correction yet and is the same as ``smooth``: it is not played twice.
+    The first playback of ``learned`` has no correction and equals that of ``smooth``, so it is played only once.
 
-    :param processes: at a time; None: one for each processor.
+    :param processes: number of processes at a time; None: one for each processor.
     """
     learning = {_played_as(job): n for n, job in enumerate(to_run) if job.method == "learned"}
     copies = {
@@ -108,7 +108,7 @@ def _played_as(job: Job) -> tuple[object, ...]:
 
 
 def play(job: Job) -> list[Outcome]:
-    """Teach and play ``job.repetitions`` times. An error becomes an outcome with a problem and ends the job."""
+    """Teach once and play ``job.repetitions`` times. An error becomes an outcome with a problem and ends the job."""
     case, method = job.case, job.method
     outcomes: list[Outcome] = []
     correction: Correction | None = None
@@ -138,10 +138,10 @@ def play(job: Job) -> list[Outcome]:
 
 @cache
 def _config(judge: Judge, seed: int | None) -> StationConfig:
-    """Return the station's configuration. On the independent plant, its drives and load are identified first, with a healthy arm, as at
+    """Return the station's configuration. On the independent plant, drives and load are first identified with a healthy arm, as in
     commissioning.
 
-    The lags that are stored for the simple plant are not used there.
+    The stored lags of the simple plant are not used on the independent plant.
     """
     config = simulated("virtual")
     healthy = replace(judge, patient="healthy")
@@ -177,7 +177,7 @@ def _load(taught: TaughtRecording, method: Method, repetition: int, correction: 
 
 
 def _learn(before: Correction | None, taught: TaughtRecording, run: Journal, config: StationConfig) -> Correction:
-    """Return the station's correction after this run."""
+    """Return the correction that is learned from this run."""
     threshold_nm = np.array([axis.max_torque_nm for axis in config.axes])
     trajectory = reference("learned", taught.times_s, taught.angles_deg)
     return next_correction(
