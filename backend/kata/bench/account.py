@@ -10,11 +10,11 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 
 ACTIVE_HEADER: Final = {"X-Kata-Active": "1"}
-"""Sent with every request, so that a long benchmark is never signed out as inactive."""
+"""Header of every request. It keeps a long benchmark from being logged out as inactive."""
 
 
 def sign_in_cookie(database: Database, role: Role = "therapist", name: str = "Benchmark") -> str:
-    """Create an account with this name and return the ``Cookie`` header of a login session of it, second factor included."""
+    """Create an account with this name. Return the ``Cookie`` header of a login session of the account, second factor included."""
     now, account_id = utc_now(), uuid4()
     with database.write() as session:
         account = AccountRow(

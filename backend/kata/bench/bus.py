@@ -1,4 +1,4 @@
-"""``kata bench bus``: the share of the bus bandwidth that our drivers use, beside other libraries on the same bus.
+"""Implements ``kata bench bus``: measures the share of the bus bandwidth that our drivers use, compared with other libraries.
 
 A cycle writes five goals and reads position, velocity and current of five drives. The simulated bus takes the real time for
 each byte. The ceiling is calculated from the bytes of the measured requests. Each library runs in its own process. All
@@ -30,46 +30,46 @@ from kata.simulator.process import SimulatorProcess
 _FAST: Final = 1_000_000
 _SLOW: Final = 115_200
 _WARM_UP: Final = 20
-"""Cycles; enough for a driver to accept a drive that answers again."""
+"""Number of cycles after which a driver has accepted a drive that answers again."""
 _WARM_UP_A_SECOND: Final = 500
-"""Cycles before a measurement per second of measuring time, when that time is short. On a slow bus a hundred take seconds."""
+"""Cycles before a measurement for each second of a short measuring time. On a slow bus a hundred cycles take seconds."""
 _SILENT_MOTOR: Final = 3
 _DISTURBED_CYCLES: Final = 100
 _CYCLES_A_SECOND: Final = 20
-"""Disturbed cycles per second of measuring time, when that time is short."""
+"""Disturbed cycles for each second of a short measuring time."""
 
 _GOALS_BYTES: Final = 39
 _SYNC_READ_BYTES: Final = 19 + 5 * 21
 _FAST_READ_BYTES: Final = 19 + 8 + 5 * 14
 _ANSWER_BYTES: Final = 21
 _VERIFIED_BYTES: Final = 14 + 11 + sum(len(block) for block in VERIFIED_BLOCKS) / len(VERIFIED_BLOCKS)
-"""Request and answer of a read of the rotation that verifies registers; mean of its blocks."""
+"""Bytes of request and answer of a read in the rotation that verifies registers, as the mean of its blocks."""
 _MODBUS_ANSWER_BYTES: Final = 5
-"""Without the registers, two bytes each."""
+"""Bytes of an answer without the registers, which have two bytes each."""
 
 Protocol = Literal["dynamixel", "modbus"]
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One library, in one mode, that runs the cycle."""
+    """One library in one mode, which runs the cycle."""
 
     host: str
     label: str
     figure: str
-    """Prefix of its figures' names."""
+    """Prefix of the names of its figures."""
     needs: str | None = None
     """Module that must be installed, for other libraries."""
     bytes: float = 0.0
-    """Bytes on the bus per cycle; for Modbus and for the whole cycle they are calculated from the configuration."""
+    """Bytes on the bus in a cycle. For Modbus and for the whole cycle they are calculated from the configuration."""
     answers: int = 5
     disturbed: bool = True
-    """CycleFigures with a silent servo and with noise too."""
+    """True if the library is measured with a silent servo and with noise too."""
 
 
 _WHOLE: Final = Contender("kata_cycle", "kata, whole cycle of the loop", "whole_")
 LATENCIES_MS: Final = ((0.25, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (2.0, 0.0), (4.0, 0.0))
-"""Of the adapter: fixed, and up to how much more."""
+"""Latencies of the adapter: a fixed time, and the maximum of an additional random time."""
 DYNAMIXEL: Final = (
     Contender("kata", "kata, Fast Sync Read", "", None, _GOALS_BYTES + _FAST_READ_BYTES, disturbed=False),
     Contender("kata_plain", "kata, Sync Read", "plain_", None, _GOALS_BYTES + _SYNC_READ_BYTES, disturbed=False),
@@ -94,7 +94,7 @@ MODBUS: Final = (
 
 @dataclass(frozen=True)
 class Rates:
-    """Medians over the rounds."""
+    """The rates of a library, as medians over the rounds."""
 
     per_s: float
     max_cycle_hz: float
@@ -102,12 +102,12 @@ class Rates:
     spread_us: float
     cpu_percent: float
     lost: int
-    """Lost answers of all rounds together."""
+    """Number of lost answers in all rounds."""
     real_time: bool
 
     @property
     def ratio(self) -> float:
-        """Share of the ceiling."""
+        """Share of the highest possible rate."""
         return self.per_s / self.max_cycle_hz
 
 
@@ -116,13 +116,13 @@ class DisturbanceCost:
     """The cost of a silent servo and of noise."""
 
     silent_lost_ms: float
-    """Mean cycle with the silent servo, minus the median undisturbed cycle."""
+    """Mean duration of a cycle with the silent servo, minus the median duration of an undisturbed cycle."""
     silent_longest_ms: float
     """The longest cycle with the silent servo."""
     noise_lost: float
     """Percentage of good answers lost because noise preceded them."""
     wasted_bytes: float
-    """Their bytes, per hundred answers."""
+    """Bytes of these lost answers, for each hundred answers."""
 
 
 class BusBench:
@@ -130,7 +130,7 @@ class BusBench:
 
     def __init__(self, folder: Path, simulator: SimulatorProcess, protocol: Protocol, baud: int, delay_us: int) -> None:
         """Configure the drives with our own driver, so that all libraries find the same return delay."""
-        # The highest rate at which the whole cycle fits on the bus; the drivers derive their time-outs from it.
+        # Use the highest rate at which the whole cycle fits on the bus. The drivers derive their time-outs from it.
         hz = 100 if baud == _FAST else 20
         self._config = StationConfig(
             port=simulator.port, protocol=protocol, baud=baud, return_delay_us=delay_us, cycle_hz=hz, rate_hz=hz
@@ -142,12 +142,12 @@ class BusBench:
             pass
 
     def max_cycle_hz(self, contender: Contender, latency_ms: float = 0.0) -> float:
-        """Return the cycles per second that bytes, return delays and the adapter's mean latency allow."""
+        """Return the highest cycle rate that bytes, return delays and the adapter's mean latency allow."""
         if self._config.protocol == "modbus":
             return max_cycle_hz(self._config)
         carried, answers, requests = contender.bytes, float(contender.answers), 1.0
         if contender == _WHOLE:
-            # The rotation's reads come in addition to the read of all drives.
+            # The reads of the rotation are added to the read of all drives.
             reads = 1 / cycles_between_reads(5 * len(VERIFIED_BLOCKS), self._config.cycle_hz)
             carried = _GOALS_BYTES + 19 + 8 + 5 * (4 + sum(LENGTHS) / len(LENGTHS)) + reads * _VERIFIED_BYTES
             answers, requests = answers + reads, requests + reads
@@ -155,12 +155,12 @@ class BusBench:
         return 1e6 / (cycle_us + requests * latency_ms * 1000)
 
     def rate(self, contender: Contender, seconds: float, *, real_time: bool) -> tuple[CycleFigures, bool]:
-        """Measure cycles without a pause; also return True if SCHED_FIFO was granted."""
+        """Measure cycles without a pause. Return their figures, and True if SCHED_FIFO was granted."""
         with bus_process(contender.host, self._station, real_time=real_time) as host:
             return host.measure(CycleOrder(seconds=seconds, before=_warm_up(seconds))), host.real_time
 
     def paced(self, seconds: float, *, real_time: bool) -> CycleFigures:
-        """Measure whole cycles at the control loop's pace."""
+        """Measure whole cycles at the control loop's rate."""
         with bus_process(_WHOLE.host, self._station, real_time=real_time) as host:
             order = CycleOrder(
                 cycles=max(5, round(seconds * self._config.cycle_hz)),
@@ -170,7 +170,7 @@ class BusBench:
             return host.measure(order)
 
     def disturb(self, contender: Contender, cycles: int, *, real_time: bool) -> DisturbanceCost:
-        """Measure at the control loop's pace: undisturbed, with a silent servo, and with noise before each answer."""
+        """Measure at the control loop's rate: undisturbed, with a silent servo, and with noise before each answer."""
         hz = self._config.cycle_hz
         with (
             bus_process(contender.host, self._station, real_time=real_time) as host,
@@ -293,7 +293,9 @@ def _rates(
     report: Report,
     progress: Callable[[str], None],
 ) -> dict[Contender, Rates]:
-    """Measure ours with the control thread's privileges; measure others with and without, and keep the faster."""
+    """Measure our drivers with the control thread's privileges. Measure other libraries with and without them, and use the
+    faster result.
+    """
     measured: dict[tuple[Contender, bool], list[CycleFigures]] = {}
     for n in range(rounds):
         for contender in contenders:
@@ -338,7 +340,7 @@ def _add_row(report: Report, label: str, figure: str, baud: int, rates: Rates, c
     }
     disturbed = ("", "", "")
     if cost:
-        # For our driver, the cost is that of the control loop's whole cycle.
+        # The cost of our driver is that of the control loop's whole cycle.
         name = "" if figure == "whole_" else figure
         report.figures |= {
             f"{name}silent_servo_lost_ms": cost.silent_lost_ms,
@@ -362,7 +364,7 @@ def _add_row(report: Report, label: str, figure: str, baud: int, rates: Rates, c
 
 
 def _compare(report: Report, baud: int, rates: dict[Contender, Rates]) -> None:
-    """Add the ratio of our cycles per second to theirs: to each library's best mode, and for the same bytes."""
+    """Add the ratios of our cycle rate to that of each library: to its best mode, and for the same number of bytes."""
     by_host = {contender.host: figures.per_s for contender, figures in rates.items()}
     for peer, theirs, ours, equal in (
         ("dynamixel_sdk", ("dynamixel_sdk", "dynamixel_sdk_fast"), "kata", None),

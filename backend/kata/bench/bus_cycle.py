@@ -1,4 +1,4 @@
-"""The cycle that ``kata bench bus`` measures, and the messages between the benchmark and the process that drives the bus."""
+"""Defines the cycle that ``kata bench bus`` measures, and the messages between the benchmark and the process that drives the bus."""
 
 from typing import Final, Protocol
 
@@ -13,10 +13,10 @@ class CycleRunner(Protocol):
     """One library with its port open."""
 
     inputs_lost: int
-    """Cycles without an answer of the inputs; 0 for libraries that do not read them."""
+    """Number of cycles without an answer of the inputs; 0 for libraries that do not read them."""
 
     def cycle(self) -> int:
-        """Run one cycle and return how many of the five drives answered correctly."""
+        """Run one cycle. Return the number of drives that answered correctly (0 to 5)."""
 
     def close(self) -> None:
         """Close the port."""
@@ -42,9 +42,9 @@ class CycleOrder(msgspec.Struct, frozen=True):
     seconds: float = 0.0
     cycles: int = 0
     before: int = 0
-    """Cycles before the measurement."""
+    """Number of cycles before the measurement."""
     hz: int = 0
-    """Cycles per second, paced like the control loop; 0: without a pause."""
+    """Cycle rate, paced as in the control loop; 0: without a pause."""
 
 
 class CycleFigures(msgspec.Struct, frozen=True):
@@ -53,15 +53,15 @@ class CycleFigures(msgspec.Struct, frozen=True):
     cycles: int
     per_s: float
     mean_ms: float
-    """Duration of a cycle without the wait for the next."""
+    """Mean duration of a cycle, without the wait for the next cycle."""
     p50_ms: float
     max_ms: float
     sd_us: float
     spread_us: float
-    """99th percentile minus median."""
+    """99th percentile minus median of the durations."""
     cpu_percent: float
     """Processor time of this process, in percent of one core."""
     lost: int
-    """Missing or rejected answers, of five per cycle."""
+    """Number of missing or rejected answers. A cycle has five answers."""
     inputs_lost: int
-    """Cycles without an answer of the inputs."""
+    """Number of cycles without an answer of the inputs."""

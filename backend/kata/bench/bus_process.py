@@ -1,6 +1,6 @@
-"""A process that only runs one library's bus cycles, so that its processor time and garbage collection are the library's.
+"""Runs the bus cycles of one library in a separate process, so that processor time and garbage collection belong to that library.
 
-It reads one :class:`~kata.bench.bus_cycle.CycleOrder` per line of standard input, as JSON, and answers each with its figures.
+The process reads one :class:`~kata.bench.bus_cycle.CycleOrder` in each line of standard input, as JSON, and answers with its figures.
 """
 
 import argparse
@@ -38,7 +38,7 @@ RUNNERS: Final[dict[str, Callable[[StationConfig], CycleRunner]]] = {
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.bus_process``."""
+    """Run ``python -m kata.bench.bus_process``."""
     parser = argparse.ArgumentParser(prog="python -m kata.bench.bus_process", description=__doc__)
     parser.add_argument("--name", choices=sorted(RUNNERS), required=True, help="the library that drives the bus")
     parser.add_argument("--station", type=Path, required=True, help="the station's configuration")
@@ -58,7 +58,7 @@ def main() -> None:
 
 
 def _open_runner(name: str, station: StationConfig) -> CycleRunner:
-    """Open the port; try again after a time-out, which a busy computer may cause."""
+    """Open the port. Try again after a time-out, which a busy computer may cause."""
     for _ in range(_OPEN_ATTEMPTS - 1):
         with contextlib.suppress(BusError):
             return RUNNERS[name](station)

@@ -1,4 +1,4 @@
-"""Starts and orders :mod:`kata.bench.bus_process`; apart from it, because that module imports as little as possible."""
+"""Starts and controls :mod:`kata.bench.bus_process`. It is a separate module, because that module imports as little as possible."""
 
 import select
 import subprocess
@@ -18,7 +18,7 @@ _END_LIMIT_S: Final = 5.0
 
 
 class BusProcess:
-    """A process that drives the bus, with its port open."""
+    """A process that drives the bus and has its port open."""
 
     def __init__(self, child: "subprocess.Popen[bytes]") -> None:
         """Wait until the port is open.
@@ -30,7 +30,7 @@ class BusProcess:
         """True if the process has SCHED_FIFO."""
 
     def measure(self, order: CycleOrder) -> CycleFigures:
-        """Measure some cycles.
+        """Measure the ordered cycles. Return their figures.
 
         :raises BenchError: when the process does not answer.
         """

@@ -11,7 +11,7 @@ from kata.system.console import fail
 CHECKOUT_ONLY: Final = (
     "soak", "pages", "stations", "password-guessing", "stop-under-attack", "history", "start", "footprint",
 )  # fmt: skip
-"""Benchmarks of the package ``benchmarks``, which the wheel does not contain."""
+"""Names of the benchmarks in the package ``benchmarks``, which the wheel does not contain."""
 
 app = typer.Typer(no_args_is_help=True, help="Measure the timing goals on this computer.")
 
@@ -96,9 +96,9 @@ def bus(
 
 
 def _add_checkout_benchmarks() -> None:
-    """Add the commands of the package ``benchmarks``, or commands that say where it is."""
+    """Add the commands of the package ``benchmarks``. If it is not installed, add commands that say where to find it."""
     try:
-        # By name: kata does not depend on a package that the wheel does not contain.
+        # Import by name, because kata does not depend on a package that the wheel does not contain.
         commands = importlib.import_module("benchmarks.commands")
     except ModuleNotFoundError:
         for name in CHECKOUT_ONLY:

@@ -1,4 +1,4 @@
-"""The file of a station with a record as after its commissioning, for simulated drives that a program takes for real ones."""
+"""Writes a station's file and commissioning record for simulated drives that a program treats as real drives."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,7 +12,7 @@ from kata.device.config import StationConfig
 
 
 def write_commissioned(station: StationConfig, path: Path, ended: datetime | None = None) -> CommissioningRecord:
-    """Write the file of a station and its record. ``ended``: end of its commissioning, else now."""
+    """Write the file of a station and its record. ``ended``: end of the commissioning; None: now."""
     at = (ended or datetime.now(UTC)).isoformat(timespec="seconds")
     config.write(station, path)
     steps = tuple(RecordedStep(step.key, at, at, passed=True) for step in STEPS)

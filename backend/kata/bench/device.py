@@ -1,4 +1,4 @@
-"""A device process with a simulated apparatus, without a service: the benchmark holds the service's end of the socket."""
+"""Runs a device process with a simulated apparatus and without a service. The benchmark has the service's end of the socket."""
 
 import itertools
 import socket
@@ -37,20 +37,20 @@ _END_LIMIT_S: Final = 10.0
 
 @dataclass(frozen=True)
 class Answered:
-    """A reply, and its arrival by ``time.monotonic_ns``."""
+    """A reply, and the time of its arrival (``time.monotonic_ns``)."""
 
     at_ns: int
     refusal: Refusal | None
 
 
 class Device:
-    """Both processes, and threads that send heartbeats and receive. The end of the ``with`` block ends them.
+    """The device process and the simulator, with threads that send heartbeats and receive. The end of the ``with`` block ends them.
 
-    Several threads may send at once. Frames never mix. Other frames may go between the parts of a Load, as in the service.
+    Several threads may send at once. Frames never mix. As in the service, other frames may be sent between the parts of a Load.
     """
 
     def __init__(self, folder: Path, *, cycle_hz: int, real_time: bool, module: str = "kata.device") -> None:
-        """``module``: the module started as the device process."""
+        """Start both processes. ``module``: the module that runs as the device process."""
         folder.mkdir()
         self.simulator = SimulatorProcess(folder)
         self.hand = self.simulator.client()
@@ -113,13 +113,13 @@ class Device:
         self._wait(lambda: self._snapshot and self._snapshot.mode == mode, mode)
 
     def send(self, command: Command) -> tuple[int, int]:
-        """Send a command; return its number and the time its last frame was sent, by ``time.monotonic_ns``."""
+        """Send a command. Return its number and the time at which its last frame was sent (``time.monotonic_ns``)."""
         number = next(self._numbers)
         parts = frames_of(Request(id=number, command=command))
         return number, self.send_frames(parts)
 
     def send_frames(self, parts: Iterable[bytes]) -> int:
-        """Send frames; others may go between them. Return the time the last one was sent."""
+        """Send frames. Other threads may send frames between them. Return the time at which the last frame was sent."""
         at_ns = 0
         for part in parts:
             with self._sending:
@@ -128,7 +128,7 @@ class Device:
         return at_ns
 
     def send_until_answered(self, number: int, parts: Iterable[bytes]) -> None:
-        """Send a Load's frames until it is answered, as the service does; a refused Load is not sent to its end."""
+        """Send a Load's frames until it is answered, as the service does. The rest of a refused Load is not sent."""
         self._answers.pop(number, None)
         for part in parts:
             if number in self._answers:
@@ -136,7 +136,7 @@ class Device:
             self.send_frames([part])
 
     def answered(self, number: int) -> bool:
-        """True if the reply to a command has arrived."""
+        """Return True if the reply to a command has arrived."""
         return number in self._answers
 
     def answer(self, number: int) -> Answered:

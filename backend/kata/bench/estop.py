@@ -1,6 +1,6 @@
-"""``kata bench estop``: the time from the opening of the emergency stop's contact to torque off at all five drives.
+"""Implements ``kata bench estop``: measures the time from the opening of the emergency stop's contact to torque off at all five drives.
 
-The simulator's clock measures both ends: the press, and the arrival of the last byte of the instruction that switches a drive's
+The simulator's clock measures both times: that of the press, and that of the last byte of the instruction that switches a drive's
 torque off. The phase of a press within the control loop's cycle is random.
 """
 
@@ -25,9 +25,9 @@ from kata.simulator.apparatus import State
 
 _PLAY_S: Final = 10.0
 _SETTLE_S: Final = (0.02, 0.06)
-"""Torque is on for this long before a press: several cycles, so that its phase within a cycle is random."""
+"""Range of the time with torque on before a press. It spans several cycles, so that the phase of the press within a cycle is random."""
 _READ_AFTER_S: Final = 0.03
-"""Wait before reading the simulator's state: reading takes time that the drives' answers need."""
+"""Wait before reading the simulator's state, because reading takes time that the drives' answers need."""
 _OFF_LIMIT_S: Final = 2.0
 _ON_LIMIT_S: Final = 2.0
 _CAUSE: Final = "estop_pressed"
@@ -38,7 +38,7 @@ class Press:
     """One press with torque on."""
 
     off_ms: float
-    """Until the last of the five drives has no torque."""
+    """Time from the press until the last of the five drives has no torque."""
     cause: str
     """First cause of the stop."""
 
@@ -46,7 +46,7 @@ class Press:
 def run(presses: int, case: LoopCase, plot_s: float, progress: Callable[[str], None]) -> Report:
     """Press the emergency stop ``presses`` times.
 
-    :raises BenchError: when torque does not switch off, or not on again.
+    :raises BenchError: when torque does not switch off or cannot be switched on again.
     """
     load = "loaded" if case.loaded else "idle"
     report = Report(
@@ -83,7 +83,7 @@ def run(presses: int, case: LoopCase, plot_s: float, progress: Callable[[str], N
 
 
 def _press(service: RunningService, records: BenchRecords) -> Press | str:
-    """Switch torque on, press, and acknowledge. Return the cause when another stop came before the press."""
+    """Switch torque on, press the emergency stop and acknowledge. If another stop came before the press, return its cause."""
     try:
         service.approach(records)
         _wait_for_state(service, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)

@@ -1,4 +1,4 @@
-"""Runs a module in a process of its own beside a measurement and reads its result."""
+"""Runs a module in a separate process during a measurement and reads its result."""
 
 import subprocess
 import sys
@@ -11,16 +11,16 @@ from kata.bench.running_service import BenchError
 
 @dataclass
 class HelperOutput:
-    """The last output of a helper process; empty until it has ended."""
+    """The last output of a helper process. It is empty until the process has ended."""
 
     text: str = ""
 
 
 @contextmanager
 def helper_process(module: str, *arguments: str, failure: str) -> Iterator[HelperOutput]:
-    """Run ``python -m module`` during the block. It prints "ready" first, and its result when its input is closed.
+    """Run ``python -m module`` during the block. The module must first print "ready", and its result when its input is closed.
 
-    :raises BenchError: with ``failure`` as its message, when the process does not get ready.
+    :raises BenchError: with ``failure`` as its message, when the process does not become ready.
     """
     output = HelperOutput()
     command = [sys.executable, "-m", module, *arguments]

@@ -1,4 +1,4 @@
-"""``kata bench loop``: the lateness of the control loop's cycles, idle and under load, with and without privileges."""
+"""Implements ``kata bench loop``: measures the latency of the control loop's cycles, idle and under load, with and without privileges."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -19,12 +19,12 @@ SLOWEST_CYCLE_HZ: Final = 100
 """A station with a lower sample rate still reads its bus at this rate (decision 0002)."""
 _POLL_S: Final = 0.5
 _SPARE_S: Final = 60.0
-"""The recording is longer than the measurement by this much, so that it does not end first."""
+"""The recording is longer than the measurement by this time, so that it does not end first."""
 
 
 @dataclass(frozen=True)
 class LoopCase:
-    """One measurement."""
+    """The conditions of one measurement."""
 
     rate_hz: int
     loaded: bool
@@ -43,12 +43,12 @@ class LoopCase:
 
 @dataclass(frozen=True)
 class LoopFigures:
-    """Figures of a case: the loop's own statistics since its start, and its missed cycles during the measurement."""
+    """The figures of a case: the loop's own statistics since its start, and the missed cycles during the measurement."""
 
     loop: LoopLive
     missed: int
     bus_errors: int
-    """Missing or late replies during the measurement; each makes a cycle longer."""
+    """Number of missing or late replies during the measurement. Each makes a cycle longer."""
     reference: ReferenceLateness
     load: PageLoadFigures | None
 
@@ -77,7 +77,7 @@ def run(wanted: Sequence[LoopCase], seconds: float, plot_s: float, progress: Cal
             try:
                 _add_row(report, case, measure(Path(folder), case, records, seconds))
             except BenchError as error:
-                # Report a measurement that a stop has ended, and go on with the others.
+                # Report a measurement that was ended by a stop, and continue with the others.
                 report.notes.append(f"{_name(case)}: no figures, {error}.")
     if not report.rows:
         raise BenchError(" ".join(report.notes))
@@ -101,12 +101,12 @@ def measure(
     seconds: float,
     beside: Callable[[RunningService], AbstractContextManager[object]] | None = None,
 ) -> LoopFigures:
-    """Measure one case. ``beside``: a load from before the recording plays until after the measurement."""
+    """Measure one case. ``beside``: a context with an additional load, from before the playback until after the measurement."""
     with ExitStack() as stack:
         service = stack.enter_context(
             RunningService(data, records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, settings=case.settings)
         )
-        # The load starts first, because the loop's statistics begin with the loop.
+        # Start the load first, because the loop's statistics begin when the loop starts.
         clients = stack.enter_context(page_load(service, records)) if case.loaded else None
         if beside:
             stack.enter_context(beside(service))

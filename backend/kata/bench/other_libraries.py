@@ -1,6 +1,6 @@
-"""The bus cycle with other libraries, each as its documentation recommends and in its fastest mode.
+"""Runs the bus cycle with other libraries, each as its documentation recommends and in its fastest mode.
 
-They are development dependencies, imported when they are measured.
+The libraries are development dependencies and are imported when they are measured.
 """
 
 import contextlib
@@ -13,16 +13,16 @@ from kata.device.config import StationConfig
 _GOAL: Final = 116
 _GOAL_BYTES: Final = 4
 _PRESENT: Final = 126
-"""Current (2 bytes), velocity (4) and position (4)."""
+"""Address of current (2 bytes), velocity (4) and position (4)."""
 _PRESENT_BYTES: Final = 10
 _COUNTS_A_DEG: Final = 4096 / 360
 _HALF_TURN: Final = 2048
 _TIMEOUT_S: Final = 0.02
-"""For libraries with a configurable time-out: two cycles of the control loop. Their own examples use longer ones."""
+"""Time-out of libraries with a configurable time-out: two cycles of the control loop. Their own examples use longer time-outs."""
 
 
 def installed(module: str) -> bool:
-    """True if the module is installed."""
+    """Return True if the module is installed."""
     return importlib.util.find_spec(module) is not None
 
 
@@ -34,7 +34,7 @@ class DynamixelSdk:
     """ROBOTIS' library with Group Sync Write and Group Sync Read."""
 
     def __init__(self, config: StationConfig, *, fast: bool) -> None:
-        """``fast``: use Fast Sync Read."""
+        """Open the port. ``fast``: use Fast Sync Read."""
         import dynamixel_sdk as sdk
 
         self._port = sdk.PortHandler(config.port)
@@ -59,7 +59,7 @@ class DynamixelSdk:
             self._write.changeParam(drive_id, _count(angle_deg).to_bytes(_GOAL_BYTES, "little", signed=True))
         self._write.txPacket()
         for drive_id in self._ids:
-            # Forget the answer of the last cycle.
+            # Discard the answer of the last cycle.
             self._read.data_dict[drive_id] = []
         complete = self._ask() == self._success
         if complete:
@@ -75,12 +75,12 @@ class DynamixelSdk:
 
 
 class Rustypot:
-    """rustypot, written in Rust: reads all three values as one block, which is faster than one Sync Read per register."""
+    """rustypot, which is written in Rust. It reads all three values as one block, which is faster than one Sync Read for each register."""
 
     def __init__(self, config: StationConfig) -> None:
         import rustypot
 
-        # The Protocol 2.0 controller with the register addresses of an XH540.
+        # This Protocol 2.0 controller has the register addresses of an XH540.
         self._controller: Any = rustypot.Xl430PyController(config.port, config.baud, _TIMEOUT_S)
         self._ids = [axis.id for axis in config.axes]
         self._goals = Goals(config)

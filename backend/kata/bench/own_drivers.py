@@ -1,4 +1,4 @@
-"""The bus cycle with our own drivers: writes five goals, reads position, velocity and current of five drives."""
+"""Runs the bus cycle with our own drivers: writes five goals, and reads position, velocity and current of five drives."""
 
 from typing import Final
 
@@ -13,10 +13,10 @@ _FAST_SYNC_READ: Final = 0x8A
 
 
 class KataDrives:
-    """Our Dynamixel driver: goals and one read request, the same work as for the other libraries."""
+    """Our Dynamixel driver with goals and one read request, which is the same work as for the other libraries."""
 
     def __init__(self, config: StationConfig, *, fast: bool = True) -> None:
-        """``fast``: the drives support Fast Sync Read."""
+        """Open and configure the drives. ``fast``: True if the drives support Fast Sync Read."""
         self._bus = DynamixelBus(config, SerialTransport if fast else _OlderDrives)
         self._bus.open()
         self._bus.configure(range(len(config.axes)))
@@ -35,7 +35,7 @@ class KataDrives:
 
 
 class KataCycle:
-    """The control loop's whole cycle with either driver: goals, drives, their status and the two inputs."""
+    """The control loop's whole cycle with the station's driver: goals, drives, their status and the inputs."""
 
     def __init__(self, config: StationConfig) -> None:
         self._bus = make_bus(config)
@@ -57,9 +57,9 @@ class KataCycle:
 
 
 class _OlderDrives(SerialTransport):
-    """A serial line whose drives do not support Fast Sync Read: the request is dropped."""
+    """A serial port whose drives do not support Fast Sync Read. It discards such requests."""
 
     def send(self, data: bytes) -> None:
-        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
         if data[_INSTRUCTION_AT] != _FAST_SYNC_READ:
             super().send(data)

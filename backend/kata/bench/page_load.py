@@ -1,5 +1,5 @@
-"""The load of many clients on a service, in a process of its own: open pages, some of them stalled, and a user who repeatedly plots
-a long run.
+"""Runs the load of many clients on a service in a separate process: open pages, some of them stalled, and a user who repeatedly
+plots a long run.
 """
 
 import argparse
@@ -35,13 +35,13 @@ class PageLoadFigures(msgspec.Struct):
 
     messages: int = 0
     connections_lost: int = 0
-    """Lost connections."""
+    """Number of lost connections."""
     plots: int = 0
     plot_mb: float = 0.0
     plot_s: float = 0.0
-    """Duration of the slowest plot, seconds."""
+    """Duration of the slowest plot in seconds."""
     delivery_p50_ms: float = 0.0
-    """Median from the message's own time until it is read."""
+    """Median of the time from a message's own time stamp until it is read."""
     delivery_p99_ms: float = 0.0
     delivery_max_ms: float = 0.0
 
@@ -57,7 +57,7 @@ class PageLoadFigures(msgspec.Struct):
 def page_load(
     service: RunningService, records: BenchRecords | None, pages: int = PAGES, stalled: int = 0
 ) -> Iterator[PageLoadFigures]:
-    """Run clients on the service during the block, which begins when all are connected; the figures are filled in at its end.
+    """Run clients on the service during the block, which begins when all are connected. The figures are filled in at the end.
 
     Without ``records``, no client plots. ``stalled``: the number of pages that stop reading after their first message.
     """
@@ -94,7 +94,7 @@ async def _open_page(
             await socket.recv()
             connected.release()
             if stalls:
-                # When its queue is full, the library stops reading the connection.
+                # The library stops reading the connection when its queue is full.
                 await asyncio.Event().wait()
             async for message in socket:
                 figures.messages += 1
@@ -131,7 +131,7 @@ async def _serve(url: str, cookie: str, run: str | None, pages: int, stalled: in
     async with asyncio.timeout(_START_LIMIT_S):
         for _ in clients:
             await connected.acquire()
-    # Leave out what arrived while all connected at once.
+    # Omit messages that arrived while all clients connected at once.
     delays_ms.clear()
     if run:
         clients.append(asyncio.create_task(_plot_repeatedly(url, cookie, run, figures)))
@@ -146,12 +146,12 @@ async def _serve(url: str, cookie: str, run: str | None, pages: int, stalled: in
         )
     sys.stdout.write(json.dumps(msgspec.structs.asdict(figures)))
     sys.stdout.flush()
-    # Without asyncio's shutdown, which would wait for an unfinished plot.
+    # Skip asyncio's shutdown, because it would wait for an unfinished plot.
     os._exit(0)
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.page_load``."""
+    """Run ``python -m kata.bench.page_load``."""
     parser = argparse.ArgumentParser(prog="python -m kata.bench.page_load", description=__doc__)
     parser.add_argument("--url", required=True, help="the service")
     parser.add_argument("--cookie", required=True, help="Cookie header of a login session")

@@ -43,29 +43,29 @@ from kata.station.lease import Browser
 from kata.station.schemas import Live
 
 _SPARE_S: Final = 30.0
-"""A wait is given up this long after its expected end."""
+"""A wait ends with an error this long after its expected end."""
 
 _USER: Final = "Rehearsal"
 _ESTOP_TEST_S: Final = 120.0
-"""Time for a person at a real apparatus to press the emergency stop, and again to release it."""
+"""Time that a person at a real apparatus has to press the emergency stop, and again to release it."""
 
 _Checklist = Callable[[DatabaseSession, checks.ApparatusState], tuple[CheckState, ...]]
 Show = Callable[[str, float, float], None]
-"""Called with the present step, its duration and the remaining time, in seconds; 0 remaining: it is finished."""
+"""Callback with the present step, its duration in s and the remaining time in s (0 when the step is finished)."""
 
 
 _Saved = TypeVar("_Saved")
 
 
 class ServiceDriverError(Exception):
-    """A step failed; the message is the reason."""
+    """A step failed. The message is the reason."""
 
 
 class ServiceDriver:
     """One patient's session at a running service."""
 
     def __init__(self, app: FastAPI, show: Show) -> None:
-        """``app`` has been started; see :func:`driving_service`."""
+        """Create a patient and begin a session. ``app`` must have been started; see :func:`driving_service`."""
         services: Services = app.state.services
         self.station, self.database = services.station, services.database
         self._event_spool, self._offline_sessions = services.event_spool, services.offline_sessions
@@ -74,7 +74,7 @@ class ServiceDriver:
         self._hand = self._simulation.process.client() if self._simulation else None
         self._show = show
         with self.database.write() as session:
-            # The folder may hold earlier patients.
+            # The folder may contain earlier patients, so the number must be unique.
             number = f"DEMO-{uuid4().hex[:8]}"
             wanted = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
             self._patient_id = patients.create(session, wanted).id
@@ -83,7 +83,7 @@ class ServiceDriver:
             self._session_id = sessions.begin(session, self._patient_id, _USER, station=self.station.info.name).id
 
     async def set_side(self, side: Side) -> None:
-        """Set the side of the apparatus; a simulated one is turned."""
+        """Set the side of the apparatus. A simulated apparatus is turned."""
         if self.station.config.side == side:
             return
         await commands.set_side(self.station, self._simulation, self.browser, commands.SideRequest(side=side))
@@ -99,9 +99,9 @@ class ServiceDriver:
         )
 
     async def teach(self, motion: Taught, side: Side = CANONICAL_SIDE) -> RecordingRow:
-        """Teach by the simulated hand and pedal; return the recording."""
+        """Teach with the simulated hand and pedal. Return the recording."""
         await self.set_side(side)
-        # The checklist needs a fixture and visual checks, although the simulated apparatus holds no arm.
+        # The checklist requires a fixture and visual checks, although the simulated apparatus holds no real arm.
         wanted = commands.TeachRequest(
             patient_id=self._patient_id, name=motion.name, side=side, fixtures={"arm_fixer_1"},
             looked_at={"side", "fixtures", "belt"}, identifiers={"name", "clinic_number"},
@@ -120,7 +120,7 @@ class ServiceDriver:
         return await self._wait_until_saved(saved)
 
     def save_recording(self, name: str, side: Side, times_s: Floats, angles_deg: Floats) -> RecordingRow:
-        """Save a recording as if it had been taught: times ``(n,)`` from 0 and motor angles ``(n, 5)``."""
+        """Save times ``(n,)`` from 0 and motor angles ``(n, 5)`` as a recording, as after a teaching. Return the recording."""
         with self.database.write() as session:
             teaching = TeachingRow(id=uuid4(), patient_id=self._patient_id, name=name, side=side, started_at=utc_now())
             session.add(teaching)
@@ -130,7 +130,7 @@ class ServiceDriver:
             return rows[0]
 
     async def play(self, recording: RecordingRow, method: Method = "smooth") -> Run:
-        """Load a recording, approach its start, play it and return. ``learned`` uses the earlier plays."""
+        """Load a recording, approach its start, play it and move back. Return the run. ``learned`` uses the earlier playbacks."""
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(
             session_id=self._session_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
@@ -152,7 +152,7 @@ class ServiceDriver:
         return await self._wait_until_saved(ended)
 
     def samples(self, run: Run) -> tuple[recordings.Samples, dict[str, Any]]:
-        """Return the samples of the recording, and those of the run as arrays by :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`."""
+        """Return the samples of the recording, and of the run as arrays by :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`."""
         with self.database.read() as session:
             return recordings.samples(session, run.recording_id), runs.samples(session, run.id)
 
@@ -162,7 +162,7 @@ class ServiceDriver:
             sessions.end(session, self._session_id)
 
     def raise_if_stopped(self) -> None:
-        """Check for a stop.
+        """Do nothing unless the apparatus has been stopped.
 
         :raises ServiceDriverError: when the apparatus has been stopped, with the causes.
         """
@@ -185,12 +185,12 @@ class ServiceDriver:
         await self._until(step, duration_s, remaining_s, lambda: self.station.live().mode in modes)
 
     async def _guard(self) -> Guard:
-        """Return the guard of a command that is based on the newest state."""
+        """Return the guard for a command, based on the newest state."""
         live: Live = self.station.live()
         return await commands.guarded(self.station, commands.SeenState(stops=live.stops, seen_at=live.at))
 
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
-        """Test the emergency stop, once a day, and tick the open checks, as a therapist would."""
+        """Test the emergency stop if today's test is missing, and confirm the open checks, as a therapist would."""
 
         def checklist(session: DatabaseSession, apparatus: checks.ApparatusState) -> tuple[CheckState, ...]:
             return checks.checklist(session, self._session_id, recording.id, apparatus)
@@ -214,7 +214,7 @@ class ServiceDriver:
         return [checked.need.check for checked in found if checked.answer is None]
 
     async def _test_estop(self) -> None:
-        """Press and release the simulated emergency stop; on a real apparatus, wait for a person to do it."""
+        """Press and release the simulated emergency stop. On a real apparatus wait until a person does it."""
 
         async def until(step: str, done: Callable[[Live], bool]) -> None:
             await self._until(step, _ESTOP_TEST_S, lambda: 0.0, lambda: done(self.station.live()), fail_on_stop=False)
@@ -247,7 +247,7 @@ class ServiceDriver:
         *,
         fail_on_stop: bool = True,
     ) -> None:
-        """Wait until ``done``.
+        """Wait until ``done`` returns True. Show the remaining time.
 
         :raises ServiceDriverError: when it takes too long, or the apparatus stops and ``fail_on_stop`` is set.
         """
@@ -283,7 +283,7 @@ class ServiceDriver:
 
 @asynccontextmanager
 async def driving_service(settings: Settings, show: Show) -> AsyncIterator[ServiceDriver]:
-    """Start a service, connect it to its apparatus, and yield its driver."""
+    """Start a service, wait until it is connected to its apparatus, and yield a driver for it."""
     app = create_app(settings)
     async with app.router.lifespan_context(app):
         driver = ServiceDriver(app, show)
@@ -292,7 +292,7 @@ async def driving_service(settings: Settings, show: Show) -> AsyncIterator[Servi
                 await driver.until_mode({"idle"}, "Connecting", _SPARE_S)
                 yield driver
         except ProblemError:
-            # If a stop was the reason of the refusal, report its causes instead.
+            # If a stop caused the refusal, report the causes of the stop instead.
             driver.raise_if_stopped()
             raise
         finally:

@@ -1,6 +1,6 @@
-"""A station on virtual time: the real control loop, supervisor and driver with simulated drives and mechanics in one process.
+"""Runs a station in virtual time: the real control loop, supervisor and driver with simulated drives and mechanics in one process.
 
-Every byte goes through driver, CRC and simulated registers. Only the clock is stepped and the disk is in memory. The result depends
+Every byte passes through driver, CRC and simulated registers. Only the clock is stepped and the disk is in memory. The result depends
 only on configuration and seed.
 """
 
@@ -22,7 +22,7 @@ from kata.simulator.plant import Plant
 
 
 class VirtualStation(DirectStation):
-    """One simulated apparatus and its control, from its switching on."""
+    """One simulated apparatus and its control, from switching it on."""
 
     def __init__(
         self,
@@ -33,8 +33,8 @@ class VirtualStation(DirectStation):
         make_mechanics: MakeMechanics = Plant,
         world: World | None = None,
     ) -> None:
-        """``config``: for the canonical side. ``seed`` varies the simulated mechanics, which ``make_mechanics`` makes. ``world``: an
-        apparatus that exists already.
+        """Connect. ``config``: for the canonical side. ``seed``: varies the simulated mechanics, which ``make_mechanics`` makes. ``world``:
+        an existing apparatus to use instead.
         """
         config = structs.replace(config, side=side)
         turned = side != CANONICAL_SIDE
@@ -54,7 +54,7 @@ class VirtualStation(DirectStation):
         return np.column_stack([np.interp(t_ns, times, column) for column in angles.T])
 
     def teach(self, motion: Taught) -> Journal:
-        """Teach by the simulated hand with the pedal pressed.
+        """Teach with the simulated hand and the pedal pressed. Return the journal.
 
         :raises PlaybackError: when the apparatus stops.
         """
@@ -74,7 +74,7 @@ class VirtualStation(DirectStation):
         return super().play(load, duration_s)
 
     def after_cycle(self) -> None:
-        """Note where the arm is."""
+        """Record the arm's true angles."""
         self._arm.append((self._world.t_ns, self._world.apparatus.arm_deg))
 
     def _guide(self, motion: Taught, *, pedal: bool) -> None:

@@ -1,4 +1,4 @@
-"""Tables of the figures as text, for the terminal and the report."""
+"""Builds tables of the figures as text, for the terminal and the report."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from kata.motion.tracking import AngleRange, MotorTracking
 
 @dataclass(frozen=True)
 class TextTable:
-    """A title, column heads and rows; the first columns are words, the others numbers."""
+    """A title, column heads and rows. The first columns are words, the others numbers."""
 
     title: str
     columns: tuple[str, ...]
@@ -30,7 +30,7 @@ def last_plays(outcomes: Sequence[Outcome]) -> list[Outcome]:
 
 
 def by_motor(outcomes: Sequence[Outcome]) -> TextTable:
-    """Return a row for each case, method and motor: the worst of the seeds' last playbacks."""
+    """Return a table with a row for each case, method and motor. A value is the worst of the last playbacks of all seeds."""
     rows = []
     for outcome, motor, found in _grouped(outcomes):
         lags = [tracking.lag_ms for tracking in found if tracking.lag_ms is not None]
@@ -52,7 +52,7 @@ def by_motor(outcomes: Sequence[Outcome]) -> TextTable:
 
 
 def by_method(outcomes: Sequence[Outcome]) -> TextTable:
-    """Return a row for each method and playback: the worst of all cases."""
+    """Return a table with a row for each method and playback. A value is the worst of all cases."""
     rows = []
     played = [outcome for outcome in outcomes if outcome.comparison]
     methods = list(dict.fromkeys((outcome.method, outcome.repetition) for outcome in played))
@@ -81,12 +81,12 @@ def by_method(outcomes: Sequence[Outcome]) -> TextTable:
 
 
 def plant_of(outcomes: Sequence[Outcome]) -> str:
-    """Return the plant of the outcomes; empty for the apparatus itself and without outcomes."""
+    """Return the plant of the outcomes; empty for the real apparatus and without outcomes."""
     return (outcomes[0].plant or "") if outcomes else ""
 
 
 def plants_beside(outcomes: Sequence[Outcome], others: Sequence[Outcome]) -> TextTable:
-    """Return the rows of :func:`by_method` of both plants, the same cases and the same seed beside one another."""
+    """Return the rows of :func:`by_method` for both plants side by side, with the same cases and the same seed."""
     seed = others[0].seed
     first = by_method([outcome for outcome in outcomes if outcome.seed == seed])
     second = {row[:2]: row[2:] for row in by_method(others).rows}
@@ -102,7 +102,7 @@ def plants_beside(outcomes: Sequence[Outcome], others: Sequence[Outcome]) -> Tex
 
 @dataclass(frozen=True)
 class GoalFigure:
-    """A figure of the worst case beside its goal, degrees: motors 1-4 and motor 5. None: no play had such motors."""
+    """A figure of the worst case beside its goal, in degrees, for motors 1-4 and for motor 5; None if no playback had such motors."""
 
     name: str
     goal_deg: tuple[float, float]
@@ -115,7 +115,7 @@ class GoalFigure:
 
 
 def worst_beside_goals(outcomes: Sequence[Outcome]) -> list[GoalFigure]:
-    """Return the figures of the independent plant beside the project's goals. Only plays that ended have figures."""
+    """Return the figures of the independent plant beside the project's goals. Only completed playbacks have figures."""
     found = []
     for goal in GOALS:
         tracked: dict[bool, list[float]] = {False: [], True: []}
@@ -142,7 +142,7 @@ def beside_goals(outcomes: Sequence[Outcome]) -> TextTable:
 
 
 def plays_in_words(outcomes: Sequence[Outcome]) -> str:
-    """Return how many plays ended, were refused before they started, and started but did not end. Goals count the first only."""
+    """Return as text the numbers of playbacks that ended, that were refused, and that did not end. Goals use only the first group."""
     refused = sum(outcome.refused for outcome in outcomes)
     failed = sum(bool(outcome.problem) for outcome in outcomes) - refused
     ended = sum(outcome.comparison is not None for outcome in outcomes)
@@ -150,8 +150,8 @@ def plays_in_words(outcomes: Sequence[Outcome]) -> str:
 
 
 def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
-    """Return our largest errors of the motors that Section 4 names beside the paper's, with their sign and with the start
-    apart, as the paper has them; empty without the paper's motions.
+    """Return our largest errors of the motors that Section 4 names, beside the paper's. As in the paper, errors have their sign and
+    the start is separate. Without the paper's motions the table is empty.
     """
     last = last_plays(outcomes)
     methods = list(dict.fromkeys(outcome.method for outcome in last))
@@ -188,7 +188,7 @@ def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
 
 
 def rom_reached(outcomes: Sequence[Outcome]) -> TextTable:
-    """Return Table 2 with the taught and the reached range of motion: the least of sides and seeds, for each method."""
+    """Return Table 2 with the taught and the reached range of motion for each method. A range is the smallest of sides and seeds."""
     last = last_plays(outcomes)
     methods = list(dict.fromkeys(outcome.method for outcome in last))
     rows = []
@@ -220,7 +220,7 @@ def _rom(range_deg: tuple[float, float]) -> str:
 
 
 def _grouped(outcomes: Sequence[Outcome]) -> Iterable[tuple[Outcome, int, list[MotorTracking]]]:
-    """Yield an outcome of each case and method, a motor, and that motor's figures of every seed."""
+    """Yield for each case, method and motor: an outcome, the motor, and the motor's figures of every seed."""
 
     def key(outcome: Outcome) -> tuple[str, str, str]:
         return outcome.case.name, outcome.case.side, outcome.method

@@ -1,6 +1,6 @@
-"""The simulated apparatus without its process: drives, mechanics and bus with a stepped clock.
+"""Provides the simulated apparatus without its process: drives, mechanics and bus with a stepped clock.
 
-A driver uses a :class:`MemoryLine` instead of a serial port. Bytes take their time on it, and waiting for them advances the clock.
+A driver uses a :class:`MemoryLine` instead of a serial port. Bytes take their transmission time, and waiting for them advances the clock.
 """
 
 import heapq
@@ -15,7 +15,7 @@ from kata.simulator.plant import Plant
 
 
 class MemoryLine:
-    """A :class:`kata.device.bus.serial_transport.Line` to a world."""
+    """A :class:`kata.device.bus.serial_transport.Transport` that is connected to a world."""
 
     def __init__(self, world: "World", baud: int) -> None:
         self._world = world
@@ -24,14 +24,14 @@ class MemoryLine:
         self._number = 0
         self._busy_until_ns = 0
         self.carried = 0
-        """Bytes in both directions."""
+        """Number of bytes sent in both directions."""
 
     def now_ns(self) -> int:
-        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
         return self._world.t_ns
 
     def send(self, data: bytes) -> None:
-        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
         self._check()
         world = self._world
         self.pump(world.t_ns)
@@ -44,10 +44,10 @@ class MemoryLine:
         world.line.receive(data, world.t_ns, self._baud)
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
-        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
         self._check()
         world = self._world
-        # A line may sleep until the earliest time, but need not.
+        # A transport may sleep until the earliest time, but need not.
         until_ns = max(world.t_ns, 0 if world.byte_by_byte else min(earliest_ns, deadline_ns))
         self.pump(until_ns)
         if not (self._waiting and self._waiting[0][0] <= until_ns):
@@ -63,7 +63,7 @@ class MemoryLine:
         return received
 
     def close(self) -> None:
-        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Transport`."""
         self._waiting.clear()
 
     def pump(self, until_ns: int) -> None:
@@ -73,7 +73,7 @@ class MemoryLine:
                 self._queue_answer(self._world.latency.arrival_ns(at_ns + int(answer.after_s * 1e9)), answer.data)
 
     def _queue_answer(self, at_ns: int, data: bytes) -> None:
-        """Queue an answer; ``at_ns`` is the time of its last byte. A real adapter passes bytes on as they arrive."""
+        """Queue an answer. ``at_ns``: time of its last byte. With ``byte_by_byte`` each byte is queued separately, as by a real adapter."""
         size = 1 if self._world.byte_by_byte else len(data)
         byte_ns = 10_000_000_000 // self._baud
         for end in range(size, len(data) + 1, size):
@@ -86,7 +86,7 @@ class MemoryLine:
 
 
 class World:
-    """The apparatus behind the serial port, and its clock."""
+    """The simulated apparatus at the serial port, and its clock."""
 
     def __init__(
         self,
@@ -98,7 +98,9 @@ class World:
         make_mechanics: MakeMechanics = Plant,
         make_drives: MakeDrives | None = None,
     ) -> None:
-        """``make_drives``: drives of another protocol than those of the simulator. ``seed``, ``on_drive_event``, ``turned`` and ``make_mechanics``: see :class:`~kata.simulator.apparatus.SimulatedApparatus`."""
+        """Create the apparatus. ``make_drives``: makes drives of a protocol that the simulator does not have. For ``seed``,
+        ``on_drive_event``, ``turned`` and ``make_mechanics`` see :class:`~kata.simulator.apparatus.SimulatedApparatus`.
+        """
         self.config = config
         self.t_ns = 1_000_000_000_000
         self.apparatus = SimulatedApparatus(
@@ -109,10 +111,10 @@ class World:
         self.opened: MemoryLine | None = None
         self.latency = AdapterLatency()
         self.byte_by_byte = False
-        """True: answers arrive byte by byte; False: each at once."""
+        """True if answers arrive byte by byte. False: each answer arrives as a whole."""
 
     def open_transport(self, port: str, baud: int) -> MemoryLine:
-        """Open the line, like a serial port."""
+        """Open the transport, like a serial port."""
         if self.faults.has("gone"):
             raise BusError(f"{port} cannot be opened")
         self.opened = MemoryLine(self, baud)
