@@ -1,8 +1,8 @@
 """Implements ``kata bench bus``: measures the share of the bus bandwidth that our drivers use, compared with other libraries.
 
 A cycle writes five goals and reads position, velocity and current of five drives. The simulated bus takes the real time for
-each byte. The ceiling is calculated from the bytes of the measured requests. Each library runs in its own process. All
-libraries take turns, and the median of the rounds counts.
+each byte. The ceiling is calculated from the bytes of the measured requests. Each library runs in its own process. The
+libraries are measured in turn, and the figures are medians over the rounds.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -259,7 +259,7 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
 def _measure_latencies(
     folder: Path, seconds: float, delay_us: int, report: Report, progress: Callable[[str], None]
 ) -> None:
-    """Measure the whole cycle behind adapters that deliver answers late, without a pause and at the control loop's pace."""
+    """Measure the whole cycle with adapters of different latency, without a pause and at the control loop's rate."""
     for fixed_ms, jitter_ms in LATENCIES_MS:
         name = f"{fixed_ms:g} ms" + (f" to {fixed_ms + jitter_ms:g} ms" if jitter_ms else "")
         progress(f"adapter latency {name}")

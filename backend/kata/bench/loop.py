@@ -32,7 +32,7 @@ class LoopCase:
 
     @property
     def cycle_hz(self) -> int:
-        """Bus cycles per second."""
+        """Number of bus cycles a second."""
         return self.rate_hz if self.rate_hz >= 50 else SLOWEST_CYCLE_HZ
 
     @property

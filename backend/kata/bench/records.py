@@ -28,7 +28,7 @@ _RATE_HZ: Final = 100
 _SWING_DEG: Final = 10.0
 _PERIOD_S: Final = 8.0
 _ROWS_A_FLUSH: Final = 5000
-"""Fewer than the ring buffer of a journal holds."""
+"""Number of rows between two flushes. It is lower than the capacity of a journal's ring buffer."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,13 @@ class BenchRecords:
     patient_id: UUID
     session_id: UUID
     recording_id: UUID
-    """For playback: it begins at the arm's rest pose and moves all five axes."""
+    """Recording for playback. It begins at the arm's rest pose and moves all five axes."""
     run_id: UUID
-    """For plotting."""
+    """Run for plotting."""
     cookie: str
     """``Cookie`` header of a login session."""
     database_url: str | None = None
-    """Without one, the database is a file in the service's folder."""
+    """None: the database is a file in the service's folder."""
 
 
 def make_records(
@@ -113,7 +113,7 @@ class _Records:
             time_s = n / _RATE_HZ
             angle_rad = 2 * np.pi * time_s / _PERIOD_S
             setpoint = (self._rest_deg + self._swing_deg * (1 - np.cos(angle_rad)) / 2).tolist()
-            # Like a real arm: behind the setpoint by a small, varying angle, so that the error is not constant.
+            # Like a real arm, follow the setpoint with a small, varying error.
             measured = setpoint if kind == "teaching" else [angle - 0.4 * np.sin(angle_rad) for angle in setpoint]
             phase = 0 if kind == "teaching" else journal.PHASE_PLAYING
             writer.append_sample(

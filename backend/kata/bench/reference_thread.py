@@ -1,7 +1,7 @@
-"""A reference thread that only wakes at every deadline, beside the control loop: it measures the computer's own lateness.
+"""Runs a reference thread beside the control loop. It only wakes at every deadline and so measures the latency of the computer itself.
 
-Lateness of both the loop and the reference comes from the kernel or, on a virtual machine, from its host. What the loop has on
-top of it comes from the device process.
+Latency that the loop and the reference have in common comes from the kernel or, on a virtual machine, from its host. Additional
+latency of the loop comes from the device process.
 """
 
 import argparse
@@ -20,17 +20,17 @@ from kata.system import realtime
 
 
 class ReferenceLateness(msgspec.Struct):
-    """How late the reference thread woke."""
+    """The latency with which the reference thread woke."""
 
     p999_ms: float = 0.0
     max_ms: float = 0.0
     missed: int = 0
-    """Deadlines missed by a whole period, counted like the loop's."""
+    """Number of deadlines missed by a whole period, counted as in the loop."""
 
 
 @contextmanager
 def reference_thread(hz: int, *, real_time: bool) -> Iterator[ReferenceLateness]:
-    """Run a reference thread during the block; the result is filled in at its end."""
+    """Run a reference thread during the block. The result is filled in at the end."""
     arguments = ["--hz", str(hz)]
     if not real_time:
         arguments.append("--no-real-time")
@@ -44,7 +44,7 @@ def reference_thread(hz: int, *, real_time: bool) -> Iterator[ReferenceLateness]
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.reference_thread``."""
+    """Run ``python -m kata.bench.reference_thread``."""
     parser = argparse.ArgumentParser(prog="python -m kata.bench.reference_thread", description=__doc__)
     parser.add_argument("--hz", type=int, required=True, help="deadlines a second")
     parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
@@ -65,7 +65,7 @@ def _watch(period_ns: int, until_closed: int) -> tuple[LatencyHistogram, int]:
     cycles = missed = 0
     while cycles % 100 or not select.select([until_closed], [], [], 0)[0]:
         cycles += 1
-        # Like the control loop, skip missed deadlines.
+        # Skip missed deadlines, as the control loop does.
         steps = max(1, (time.monotonic_ns() - deadline_ns) // period_ns + 1)
         missed += steps - 1
         deadline_ns += steps * period_ns

@@ -1,4 +1,4 @@
-"""The report of a benchmark: computer, privileges, table, figures and notes."""
+"""Builds the report of a benchmark: computer, privileges, table, figures and notes."""
 
 import json
 import os
@@ -14,7 +14,7 @@ from kata.system.privileges import fifo_granted, kernel_preemption, memory_lock_
 
 _CPU_INFO: Final = Path("/proc/cpuinfo")
 _CPU_NAMES: Final = ("model name", "Model", "Hardware")
-"""The field's names on x86 and on various ARM kernels."""
+"""Names of the field with the processor's name on x86 and on various ARM kernels."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class Computer:
     kernel: str
     python: str
     fifo: bool
-    """SCHED_FIFO is granted."""
+    """True if SCHED_FIFO is granted."""
     memory_lock: bool
-    """Locked memory is granted."""
+    """True if locked memory is granted."""
     load: float
     """Load average of the last minute."""
 

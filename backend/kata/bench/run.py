@@ -1,4 +1,4 @@
-"""Run one benchmark as a command: progress, report, JSON file and errors."""
+"""Runs one benchmark as a command: progress, report, JSON file and errors."""
 
 import logging
 import signal
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 Json = Annotated[Path | None, typer.Option("--json", help="Write the figures to this JSON file.")]
 _FILE_WIDTH: Final = 160
-"""Columns of a table that goes into a file: at the usual 80, its words break."""
+"""Width of a table in a file, in characters. With the usual 80, words would be broken."""
 
 
 def run_benchmark(benchmark: Callable[[Callable[[str], None]], "Report"], json_out: Path | None) -> None:
-    """Run a benchmark, print its report and write its figures. An expected error ends the command with a sentence."""
+    """Run a benchmark, print its report and write its figures. After an expected error, print a sentence and end the command."""
     from kata.bench.running_service import BenchError
     from kata.simulator.process import SimulatorError
 
-    # At SIGTERM too, the processes that the benchmark has started are ended.
+    # Exit normally at SIGTERM, so that the processes that the benchmark has started are ended too.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    # The report names the privileges that are not granted.
+    # Suppress warnings about privileges, because the report names those that are not granted.
     logging.basicConfig(level=logging.ERROR)
     console = Console()
     if not console.is_terminal:
@@ -45,6 +45,6 @@ def run_benchmark(benchmark: Callable[[Callable[[str], None]], "Report"], json_o
 
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Show the present step on standard error; standard output has only the table."""
+    """Show the present step on standard error. Standard output has only the table."""
     with Console(stderr=True).status("Preparing ...") as status:
         yield lambda step: status.update(f"{step} ...")

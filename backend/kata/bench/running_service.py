@@ -1,4 +1,4 @@
-"""The real service with a simulated apparatus, started for a benchmark and used over HTTP like from the page."""
+"""Starts the real service with a simulated apparatus for a benchmark, and uses it over HTTP as the page does."""
 
 import json
 import os
@@ -27,7 +27,7 @@ from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
 
 GUARDED: Final = frozenset({"approach", "play", "return", "release-torque", "acknowledge"})
-"""Commands that carry the last state that their sender saw."""
+"""Commands that carry the newest state that their sender has seen."""
 _START_LIMIT_S: Final = 60.0
 _ANSWER_LIMIT_S: Final = 60.0
 _POLL_S: Final = 0.005
@@ -36,11 +36,11 @@ WITHOUT_REAL_TIME: Final[Mapping[str, str]] = {"KATA_REAL_TIME": "0"}
 
 
 class BenchError(Exception):
-    """The benchmark failed; the message is the reason."""
+    """The benchmark failed. The message is the reason."""
 
 
 def prepare_records(data: Path, *, play_s: float, plot_s: float, database_url: str | None = None) -> BenchRecords:
-    """Create the records of a benchmark: a recording that begins at the simulated arm's rest pose, and a run to plot.
+    """Create the records of a benchmark: a recording that begins at the simulated arm's rest pose, and a run for plotting.
 
     Without ``database_url``, the database is a file in ``data``.
     """
@@ -57,7 +57,7 @@ def prepare_records(data: Path, *, play_s: float, plot_s: float, database_url: s
 class RunningService:
     """A service process, its device process and a simulated apparatus. The end of the ``with`` block ends them.
 
-    The simulator is a child of the benchmark, which can read its state. For the service it is an ordinary station.
+    The simulator is a child process of the benchmark, which can read its state. For the service it is an ordinary station.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class RunningService:
         settings: Mapping[str, str] = MappingProxyType({}),
         name: str = "Benchmark",
     ) -> None:
-        """``settings`` are environment variables of the service; ``name`` is the station's."""
+        """Start the processes. ``settings``: environment variables of the service. ``name``: name of the station."""
         self.cookie = records.cookie
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
@@ -78,14 +78,14 @@ class RunningService:
         station_config = msgspec.structs.replace(
             config.simulated(self.simulator.port), name=name, cycle_hz=cycle_hz, rate_hz=rate_hz
         )
-        # The service takes this apparatus for a real one, which has to be commissioned.
+        # The service treats this apparatus as a real one, which must be commissioned.
         write_commissioned(station_config, station)
         self._log_path = data / "service.log"
         self._log_path.write_text("")
         self._log = self._log_path.open("ab")
-        # Ignore this user's settings of another clinic.
+        # Ignore this user's settings for another clinic.
         environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
-        # All clients of a benchmark share one address, which in a clinic they do not.
+        # All clients of a benchmark have the same address, unlike those of a clinic.
         environment |= {"COLUMNS": "200", "KATA_CONNECTIONS_PER_ADDRESS": "1000", **settings}
         if records.database_url:
             environment["KATA_DATABASE_URL"] = records.database_url
@@ -130,7 +130,7 @@ class RunningService:
 
     @property
     def service_mb(self) -> float:
-        """Resident memory of the service's process, MB.
+        """Resident memory of the service's process in MB.
 
         :raises BenchError: when it has ended.
         """
@@ -141,7 +141,7 @@ class RunningService:
         return Live.model_validate(self._request("GET", "/api/station")["live"])
 
     def until(self, condition: Callable[[Live], object], within_s: float) -> Live:
-        """Wait until the condition holds; return the state.
+        """Wait until the condition holds. Return the state.
 
         :raises BenchError: when it does not hold in time.
         """
@@ -153,7 +153,7 @@ class RunningService:
         return live
 
     def command(self, name: str, **body: object) -> str | None:
-        """Send a command; return the code of its refusal, if it is refused.
+        """Send a command. Return the code of its refusal; None if it is accepted.
 
         :raises BenchError: when the service answers with another error.
         """
@@ -167,7 +167,7 @@ class RunningService:
         self._until_accepted(name, lambda: self.command(name, **body), within_s)
 
     def begin_next_session(self, records: BenchRecords) -> BenchRecords:
-        """End the patient's session when its runs are saved, and begin the next one."""
+        """End the patient's session when its runs are saved, and begin the next session. Return the records with its id."""
         here = f"/api/sessions/{records.session_id}"
         self._until_accepted("end", lambda: self._post(f"{here}/end", {}), _ANSWER_LIMIT_S)
         patient_id = self._request("GET", here)["patient"]["id"]
@@ -176,20 +176,20 @@ class RunningService:
         )
 
     def approach(self, records: BenchRecords) -> None:
-        """From idle, load the recording and approach its start, which switches torque on."""
+        """Load the recording and approach its start, which switches torque on. The apparatus must be idle."""
         self._go_through_checklist(records)
         session_id, recording_id = str(records.session_id), str(records.recording_id)
         self.insist("load", session_id=session_id, recording_id=recording_id, load_level=LOAD_LEVELS)
         self.insist("approach")
 
     def play(self, records: BenchRecords) -> None:
-        """From idle, load, approach and play the recording."""
+        """Load the recording, approach its start and play it. The apparatus must be idle."""
         self.approach(records)
         self.until(lambda live: live.mode == "paused", 30.0)
         self.insist("play")
 
     def _go_through_checklist(self, records: BenchRecords) -> None:
-        """Answer the open checks, as a therapist would."""
+        """Answer the open checks of the checklist, as a therapist would."""
         path = f"/api/sessions/{records.session_id}/checklist"
         about = f"?recording_id={records.recording_id}"
         for check in self._open_checks(path + about):
@@ -231,7 +231,7 @@ class RunningService:
             time.sleep(_POLL_S)
 
     def _guard_body(self) -> dict[str, object]:
-        """Return the body of a guarded command that is based on the newest state."""
+        """Return the body of a guarded command, based on the newest state."""
         live = self._request("GET", "/api/station")["live"]
         return {"stops": live["stops"], "seen_at": live["at"]}
 
@@ -267,7 +267,7 @@ class RunningService:
 
 
 def rss_mb(pid: int) -> float:
-    """Return the resident memory of a process, MB.
+    """Return the resident memory of a process in MB.
 
     :raises BenchError: when it has ended.
     """
@@ -278,7 +278,7 @@ def rss_mb(pid: int) -> float:
 
 
 def causes(live: Live) -> Sequence[str]:
-    """Return the codes of a stop's causes in their order; empty without a stop."""
+    """Return the codes of a stop's causes in order; empty without a stop."""
     return [cause.code for cause in live.stop.causes] if live.stop else []
 
 

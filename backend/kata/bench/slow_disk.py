@@ -1,4 +1,4 @@
-"""Runs ``kata.device`` with a journal disk that blocks every other second."""
+"""Runs ``kata.device`` with a journal disk that is blocked in every second second."""
 
 import sys
 import time

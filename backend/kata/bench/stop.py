@@ -1,10 +1,10 @@
-"""``kata bench stop``: the time from a Stop on the service's socket to torque off at all five drives, while the device process is busy.
+"""Implements ``kata bench stop``: measures the time from a Stop on the service's socket to torque off at all drives under load.
 
-A Stop ramps a moving arm down before torque is switched off. The benchmark therefore holds the arm at rest: torque then switches off
-in the cycle in which a moving arm would get the first setpoint of its ramp. The time begins when the Stop is written to the socket,
-behind everything sent before. It ends when the last byte of the instruction reaches the simulated drive. One clock measures both.
+A Stop ramps a moving arm down before torque is switched off. The benchmark therefore holds the arm at rest. Torque is then switched off
+in the cycle in which a moving arm would get the first setpoint of its ramp. The time begins when the Stop is written to the socket, after
+all earlier messages. It ends when the last byte of the instruction reaches the simulated drive. Both times are on the same clock.
 
-No recording can be loaded while torque is on. The row ``loaded`` therefore ends at the answer to a Stop that follows a Load.
+No recording can be loaded while torque is on. In the row ``loaded`` the time therefore ends at the answer to a Stop that follows a Load.
 """
 
 import random
@@ -35,37 +35,37 @@ _HOUR_SAMPLES: Final = 360_000
 _EXTREME_DEG: Final = 1e308
 _SHORT_S: Final = 2.0
 _HOLD_S: Final = (0.02, 0.06)
-"""The arm is held for this long before a Stop: several cycles, so that its phase within a cycle is random."""
+"""Range of the time for which the arm is held before a Stop. It spans several cycles, so that the phase of the Stop is random."""
 _READ_AFTER_S: Final = 0.03
-"""Wait before reading the simulator's state: reading takes time that the drives' answers need."""
+"""Wait before reading the simulator's state, because reading takes time that the drives' answers need."""
 _LIMIT_S: Final = 5.0
 _VALID_S: Final = 2.0
 _FEWER: Final = 10
-"""Divides the number of Stops behind an hour-long Load, which takes seconds each."""
+"""Divisor of the number of Stops after an hour-long Load, because each takes seconds."""
 _BUILDING_S: Final = 0.5
-"""The longest time from an hour-long Load to its Stop; half of the Stops follow at once."""
+"""Longest time from an hour-long Load to its Stop. Half of the Stops follow at once."""
 _DRAWS: Final = 100
-"""Give up after so many Loads in a row that were accepted before the Stop was sent."""
+"""Number of consecutive Loads accepted before their Stop was sent, after which the benchmark fails."""
 _PAUSE_S: Final = 0.002
 """Pause between two disturbances."""
 OPERATOR_STOP: Final = "operator_stop"
-"""Cause of a stop that was sent."""
+"""Cause of a stop by the benchmark's Stop command."""
 _UNANSWERED: Final = 0
-"""Id of the Loads that only keep the device process busy; nothing waits for their answers."""
+"""Id of the Loads that only keep the device process busy. The benchmark does not wait for their answers."""
 
 Disturbance = Callable[[Device], AbstractContextManager[None]]
 
 
 @dataclass(frozen=True)
 class StopLoad:
-    """What the device process does while Stops are sent."""
+    """A load of the device process while Stops are sent."""
 
     name: str
     title: str
     busy: Disturbance = field(default=lambda device: nullcontext())
     module: str = "kata.device"
     torque: bool = True
-    """True: measured until torque is off at the drives. False: until the answer to a Stop behind an hour-long Load."""
+    """True: measure until torque is off at the drives. False: measure until the answer to a Stop after an hour-long Load."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +74,11 @@ class StopFigures:
 
     took_ms: list[float]
     missed: int
-    """Cycles missed during the measurement."""
+    """Number of cycles missed during the measurement."""
     other_causes: list[str]
-    """Causes of stops that came before the one that was sent."""
+    """Causes of stops that came before the Stop was sent."""
     accepted_first: int = 0
-    """Loads accepted before their Stop was sent; they are no samples."""
+    """Number of Loads accepted before their Stop was sent. They are not samples."""
 
 
 def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[str], None]) -> Report:
@@ -129,9 +129,9 @@ def _measure(folder: Path, case: StopLoad, stops: int, real_time: bool, progress
 
 
 def _leave_out(device: Device, error: BenchError) -> str:
-    """Acknowledge a fault that came before the Stop, and return its cause.
+    """Acknowledge a fault that came before the Stop. Return its cause.
 
-    :raises BenchError: the error, when no fault came first: a slow Stop must not be left out.
+    :raises BenchError: ``error``, when no fault came first, because a slow Stop must not be omitted.
     """
     stop = device.snapshot.stop
     if not stop or stop.causes[0].code == OPERATOR_STOP:
@@ -140,8 +140,8 @@ def _leave_out(device: Device, error: BenchError) -> str:
 
 
 def _stop_held(device: Device, recording: Load) -> float:
-    """Hold the arm, stop, and acknowledge; return ms until torque off."""
-    device.insist(structs.replace(recording, run_id=str(uuid4())))  # the name of its journal
+    """Hold the arm, stop, and acknowledge. Return the time in ms until torque is off."""
+    device.insist(structs.replace(recording, run_id=str(uuid4())))  # the name of its journal must be unique
     device.until_mode("ready")
     device.insist(Approach(stops=device.snapshot.stops, expires_ns=_expires_ns()))
     device.until_mode("paused")
@@ -158,11 +158,11 @@ def _stop_held(device: Device, recording: Load) -> float:
 
 
 def _stop_loading(device: Device) -> tuple[float, int]:
-    """Stop an hour-long Load before it is answered.
+    """Send Loads of an hour until one is stopped before it is accepted.
 
-    Return ms until the Stop's answer, and the number of Loads that were accepted before their Stop was sent.
+    Return the time in ms until the Stop's answer, and the number of Loads that were accepted before their Stop was sent.
 
-    :raises BenchError: when every Load is accepted before its Stop is sent, or one is refused for another reason.
+    :raises BenchError: when every Load is accepted before its Stop is sent, or a Load is refused for another reason.
     """
     for accepted_first in range(_DRAWS):
         took_ms = _stop_one_load(device)
@@ -177,8 +177,8 @@ def _stop_loading(device: Device) -> tuple[float, int]:
 
 
 def _stop_one_load(device: Device) -> float | None:
-    """Send an hour-long Load and a Stop behind it; return ms until the Stop's answer, or None if the Load was accepted before."""
-    load, _ = device.send(structs.replace(_hour(), run_id=str(uuid4())))  # the name of its journal, if it is accepted
+    """Send an hour-long Load, then a Stop. Return the time in ms until the Stop's answer; None if the Load was accepted before the Stop."""
+    load, _ = device.send(structs.replace(_hour(), run_id=str(uuid4())))  # the name of its journal must be unique
     time.sleep(random.choice((0.0, random.uniform(0.0, _BUILDING_S))))
     if device.answered(load):
         _check_load(device.answer(load).refusal)
@@ -189,7 +189,7 @@ def _stop_one_load(device: Device) -> float | None:
     _check_load(loaded.refusal)
     stopped = device.answer(number)
     if loaded.refusal is None:
-        # It was accepted while the Stop was on its way. A Stop of a loaded station latches.
+        # The Load was accepted while the Stop was being sent. A Stop of a loaded station is latched.
         _acknowledge(device, OPERATOR_STOP)
         if loaded.at_ns < sent_ns:
             return None
@@ -202,9 +202,9 @@ def _check_load(refusal: Refusal | None) -> None:
 
 
 def _acknowledge(device: Device, cause: str) -> str:
-    """Acknowledge a stop and return its cause.
+    """Acknowledge a stop. Return its cause.
 
-    :raises BenchError: when it cannot be acknowledged.
+    :raises BenchError: when the stop cannot be acknowledged.
     """
     limit = time.monotonic() + _LIMIT_S
     while device.answer(device.send(Acknowledge(stops=device.snapshot.stops, expires_ns=_expires_ns()))[0]).refusal:
@@ -232,7 +232,7 @@ def _expires_ns() -> int:
 
 
 def _motionless(angles_deg: list[float], samples: int) -> Load:
-    """Return a recording without movement; played as in the paper, its approach only holds the arm."""
+    """Return a recording without movement. With the paper's method its approach only holds the arm."""
     times = np.arange(samples) / _CYCLE_HZ
     angles = np.tile(angles_deg, (samples, 1))
     return Load(
@@ -267,7 +267,9 @@ def _repeating(step: Callable[[], None]) -> Iterator[None]:
 
 
 def _sending(load: Callable[[], Load]) -> Disturbance:
-    """Send a Load repeatedly, as a second client would; only while the arm is held, because otherwise it would be accepted."""
+    """Return a disturbance that sends a Load repeatedly, as a second client would. It sends only while the arm is held,
+    because otherwise the Load would be accepted.
+    """
 
     def busy(device: Device) -> AbstractContextManager[None]:
         parts = list(frames_of(Request(id=_UNANSWERED, command=load())))

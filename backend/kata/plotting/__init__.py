@@ -1,1 +1,1 @@
-"""Figures for Plotly and the downsampling behind them."""
+"""Builds figures for Plotly, and downsamples their data."""

@@ -1,7 +1,7 @@
-"""Reduce samples to a number that can be drawn at once, with the peaks preserved.
+"""Reduces samples to a number that can be drawn at once. Peaks are preserved.
 
-On a screen of two thousand pixels, five thousand points look like a thousand pairs of lowest and highest value. For a long recording or run
-they are computed when it is stored, so that its full figure needs no samples.
+On a screen of two thousand pixels, five thousand points look the same as a thousand pairs of lowest and highest value. For a long recording
+or run the pairs are computed when it is stored, so that its full figure needs no samples.
 """
 
 from typing import Final
@@ -17,10 +17,10 @@ from kata.motion.edit import Motion
 from kata.motion.tracking import Comparison
 
 LINE_POINTS: Final = 1000
-"""Lowest and highest value of 500 sections of a line."""
+"""Number of points of a line: lowest and highest value of 500 sections."""
 _MINMAX: Final = MinMaxDownsampler()  # type: ignore[no-untyped-call]
 Lines = dict[str, Floats]
-"""Lines by name. ``..._s`` and ``..._deg`` are ``(k, 5)``: one column per motor, each with its own points."""
+"""Lines by name. ``..._s`` and ``..._deg`` are ``(k, 5)``, with one column for each motor. Each column has its own points."""
 
 _OF_RECORDING: Final = (SampleColumn("taught_s", "s", 1e-3), SampleColumn("taught_deg", "deg", 1e-3))
 _OF_RUN: Final = (
@@ -32,25 +32,27 @@ _OF_RUN: Final = (
 
 
 def of_recording(times_s: Floats, angles_deg: Floats) -> bytes | None:
-    """Return the lines to be stored with a recording, None if it is short enough to be drawn from its samples."""
+    """Return the lines to be stored with a recording; None if it is short enough to be drawn from its samples."""
     return encode(recording_lines(times_s, angles_deg), _OF_RECORDING) if len(times_s) > BLOCK_SAMPLES else None
 
 
 def of_run(motion: Motion, compared: Comparison) -> bytes | None:
-    """Return the lines to be stored with a run, None if it is short enough to be drawn from its samples."""
+    """Return the lines to be stored with a run; None if it is short enough to be drawn from its samples."""
     if compared.samples <= BLOCK_SAMPLES:
         return None
     return encode(run_lines(motion, compared.times_s, compared.played_deg, compared.error_deg), _OF_RUN)
 
 
 def recording_lines(times_s: Floats, angles_deg: Floats) -> Lines:
-    """Return ``taught``: angles over time."""
+    """Return the lines ``taught_s`` and ``taught_deg``: angles over time."""
     shown = _shown(angles_deg)
     return {"taught_s": times_s[shown], "taught_deg": np.take_along_axis(angles_deg, shown, axis=0)}
 
 
 def run_lines(motion: Motion, path_s: Floats, played_deg: Floats, error_deg: Floats) -> Lines:
-    """Return ``taught`` as requested, and ``played`` at its places ``(m,)`` with ``error``; both share their points."""
+    """Return the lines of the requested motion, of the playback at its places ``(m,)``, and of the error. The last two have
+    the same points.
+    """
     shown = _shown(played_deg, error_deg)
     return recording_lines(motion.times_s, motion.angles_deg) | {
         "played_s": path_s[shown],
@@ -60,7 +62,7 @@ def run_lines(motion: Motion, path_s: Floats, played_deg: Floats, error_deg: Flo
 
 
 def _shown(*lines_deg: Floats) -> NDArray[np.intp]:
-    """Return the chosen points of all lines together: ``(k, 5)`` indices in ascending order."""
+    """Return the union of the points that are chosen for each line: ``(k, 5)`` indices in ascending order."""
     count = len(lines_deg[0])
     if count <= LINE_POINTS * len(lines_deg):
         return np.repeat(np.arange(count)[:, None], N_AXES, axis=1)
@@ -72,6 +74,8 @@ def _shown(*lines_deg: Floats) -> NDArray[np.intp]:
 
 
 def _extremes(values: Floats) -> NDArray[np.intp]:
-    """Return first and last index and those of the lowest and highest value of each section. The count is constant."""
+    """Return the first and last index, and those of the lowest and highest value of each section. Their number is the same for
+    every axis.
+    """
     inner = _MINMAX.downsample(values, n_out=LINE_POINTS - 2)
     return np.concatenate([[0], inner.astype(np.intp), [len(values) - 1]])

@@ -1,4 +1,4 @@
-"""Plotly figures, built in a worker process: a long plot would block the service's heartbeats."""
+"""Builds Plotly figures in a worker process, because a long plot would block the service's heartbeats."""
 
 import base64
 import copy
@@ -27,22 +27,24 @@ from kata.motion.tracking import compare, wall_clock_s
 from kata.plotting import downsampling, texts
 from kata.plotting.placed_texts import with_texts
 
-# Red, yellow and cyan are reserved for alarms. These colours differ for colour-blind people, and in brightness.
+# Red, yellow and cyan are reserved for alarms. These colours can be distinguished by colour-blind people and by their brightness.
 _TAUGHT: Final = "#1f3a93"
 _PLAYED: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
 _PIECE: Final = 1 << 18
 Clock = Literal["path", "wall"]
-"""Of a run's comparison: the place on the motion, or real time since the motion began."""
+"""Clock of a run's comparison: the place on the motion, or the real time since the motion began."""
 Window = tuple[float, float]
-"""Start and end, seconds on the figure's clock."""
+"""Start and end of a time window, in seconds on the figure's clock."""
 _Layout = dict[str, Any]
 _Trace = dict[str, Any]
 _Built = TypeVar("_Built")
 _EXPORTS_AT_ONCE: Final = 2
-"""More threads make no file earlier. They compete for the interpreter with the event loop, and so with Stop."""
+"""Maximum number of export threads. More threads would not finish a file earlier, but would compete with the event loop, and
+so with Stop.
+"""
 _NICENESS: Final = 10
-"""The service and its heartbeats have priority over figures."""
+"""Niceness of the worker, so that the service and its heartbeats have priority over figures."""
 _COMMON: Final = {
     "template": "plotly_white",
     "margin": {"l": 60, "r": 60, "t": 30, "b": 45},
@@ -54,7 +56,7 @@ _COMMON: Final = {
 
 @dataclass(frozen=True)
 class RecordingFigureSamples:
-    """Data of a recording's figure: its downsampled lines, or its samples, at least those of the window."""
+    """Data of a recording's figure: its downsampled lines, or its samples, which include at least those of the window."""
 
     taught: Series | None
     downsampled: bytes | None
@@ -74,23 +76,23 @@ class RunFigureSamples:
 
 
 class FigureWorker:
-    """One worker process that turns samples into figures and other samples. It starts with the first work, or to warm up."""
+    """One worker process that makes figures and other data from samples. It starts with the first task or with :meth:`warm_up`."""
 
     def __init__(self) -> None:
         self._closed = False
         self.exporting = CapacityLimiter(_EXPORTS_AT_ONCE)
-        """Limits the threads that export whole records through this worker."""
+        """Limits the number of threads that export whole records through this worker."""
         self._pool = self._new_pool()
         self._warm: Future[None] | None = None
 
     def warm_up(self) -> None:
-        """Start the worker and let it import its libraries, before the first figure is requested."""
+        """Start the worker and let it import its libraries before the first figure is requested."""
         self._warm = self._submit(_warm_up)
 
     def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
-        """Run a function on stored samples in the worker and wait for it: call it from a worker thread.
+        """Run a function on stored samples in the worker and wait for its result. Call this from a worker thread.
 
-        :returns: what that returns: JSON, where it is one of this module's figures.
+        :returns: the function's result. The figures of this module are JSON.
         :raises ProblemError: 410 when the samples cannot be read.
         """
         try:
@@ -100,7 +102,7 @@ class FigureWorker:
         except BrokenProcessPool:
             if self._closed:
                 raise
-            # The worker was killed, perhaps for lack of memory. Try once more with a new one.
+            # The worker was killed, perhaps for lack of memory. Try once more with a new worker.
             self._pool.shutdown(wait=False)
             self._pool = self._new_pool()
             return self._submit(what, *parts).result()
@@ -114,8 +116,9 @@ class FigureWorker:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def _submit(self, what: Callable[..., _Built], *parts: object) -> Future[_Built]:
-        """Give the worker some work, which starts it where it does not run."""
-        # Ctrl-C in a terminal reaches every process of the group. The service ends the worker, so the worker inherits a mask for it.
+        """Submit a task to the worker. This starts the worker if it is not running."""
+        # Ctrl-C in a terminal signals every process of the group. The service ends the worker, so the worker
+        # inherits a mask for the signal.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             return self._pool.submit(what, *parts)
@@ -129,13 +132,13 @@ class FigureWorker:
 
 
 def pieces(figure: str) -> Iterator[bytes]:
-    """Yield a figure in pieces. Half a megabyte in one piece would block the event loop's heartbeats."""
+    """Yield a figure in pieces. Half a megabyte in one piece would delay the event loop's heartbeats."""
     for start in range(0, len(figure), _PIECE):
         yield figure[start : start + _PIECE].encode()
 
 
 def recording(parts: RecordingFigureSamples) -> str:
-    """Return a recording's five angles over time, one below the other, as JSON of a Plotly figure."""
+    """Return a recording's five angles over time, one plot below the other, as JSON of a Plotly figure."""
     lines = _recording_lines(parts)
     angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
     traces = [
@@ -146,7 +149,7 @@ def recording(parts: RecordingFigureSamples) -> str:
 
 
 def derived(before_series: Series, after_series: Series) -> str:
-    """Return a derived recording over its original, one motor below the other, as JSON of a Plotly figure."""
+    """Return a derived recording and its original in common plots, one for each motor, as JSON of a Plotly figure."""
     before, after = _thinned(unpack(before_series)), _thinned(unpack(after_series))
     traces, angles = [], []
     for axis, motor in enumerate(AXES):
@@ -164,7 +167,7 @@ def derived(before_series: Series, after_series: Series) -> str:
 def run(parts: RunFigureSamples) -> str:
     """Return the paper's figure for each motor as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
 
-    Teaching is the requested motion: the taught samples with the run's settings.
+    The line of the teaching is the requested motion: the taught samples with the run's settings.
     """
     lines = run_lines(parts)
     time = texts.FIGURE_TIME_WALL() if parts.clock == "wall" else texts.FIGURE_TIME_PATH()
@@ -196,7 +199,7 @@ def run(parts: RunFigureSamples) -> str:
 
 
 def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | None, *, legend: bool) -> str:
-    """Return a figure with one row per motor and a common time axis."""
+    """Return a figure with one row for each motor and a common time axis."""
     layout = copy.deepcopy(_rows()) | _layout() | {"height": 900, "showlegend": legend}
     for motor, angle_deg in zip(AXES, angles_deg, strict=True):
         layout[_axis("yaxis", motor)] |= {
@@ -210,8 +213,8 @@ def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | No
 
 @cache
 def _rows() -> _Layout:
-    """Return the layout with one row of axes per motor."""
-    # Imported here: only the worker builds figures, and every service would start 0.3 s later.
+    """Return the layout with one row of axes for each motor."""
+    # Import here, because only the worker builds figures. Otherwise every service would start 0.3 s later.
     from plotly.subplots import make_subplots
 
     figure = make_subplots(rows=len(AXES), cols=1, shared_xaxes=True, vertical_spacing=0.03)
@@ -221,7 +224,7 @@ def _rows() -> _Layout:
 
 @cache
 def _layout() -> _Layout:
-    """Return the common layout. Plotly validates a figure and its template when it builds it, which is enough once."""
+    """Return the common layout. Plotly validates the figure and its template. Once is enough, so the result is cached."""
     import plotly.graph_objects as go
 
     layout: _Layout = go.Figure(layout=_COMMON).to_plotly_json()["layout"]
@@ -252,7 +255,7 @@ def _thinned(taught: dict[str, Floats]) -> downsampling.Lines:
 def run_lines(parts: RunFigureSamples) -> downsampling.Lines:
     """Return the lines of a run (:func:`kata.plotting.downsampling.run_lines`).
 
-    :raises UnreadableError: when its samples, or its recording's, are damaged.
+    :raises UnreadableError: when the samples of the run or of its recording are damaged.
     """
     if parts.downsampled is not None:
         return decode(parts.downsampled)
@@ -283,7 +286,7 @@ def _clock_s(played: dict[str, Floats], clock: Clock) -> Floats:
 
 
 def _around_window(motion: Motion, start_s: float, end_s: float) -> Motion:
-    """Return the samples of the window and the nearest ones outside, so that the line crosses the whole window."""
+    """Return the samples of the window and the nearest samples outside, so that the line crosses the whole window."""
     first = max(int(np.searchsorted(motion.times_s, start_s)) - 2, 0)
     last = int(np.searchsorted(motion.times_s, end_s)) + 2
     return replace(motion, times_s=motion.times_s[first:last], angles_deg=motion.angles_deg[first:last])
@@ -329,7 +332,7 @@ def _symmetric(error_deg: Any) -> list[float]:
 
 
 def _end_with_parent() -> None:
-    """Make the worker end when its parent dies: a killed service cannot end it."""
+    """Make the worker end when its parent dies, because a killed service cannot end it."""
     os.nice(_NICENESS)
     parent = multiprocessing.parent_process()
     assert parent is not None

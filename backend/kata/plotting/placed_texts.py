@@ -1,4 +1,4 @@
-"""Texts of a figure or table with their places. The page translates each at its place."""
+"""Collects the texts of a figure or table with their places. The page translates each text at its place."""
 
 import json
 from collections.abc import Iterator
@@ -8,9 +8,10 @@ from kata.messages import Text
 
 
 def with_texts(content: dict[str, Any]) -> dict[str, Any]:
-    """Return JSON content with every Text as a plain string, and ``texts``: code, parameters and places of each.
+    """Return JSON content with every Text as a plain string, and add ``texts``: code, parameters and places of each Text.
 
-    A text that a person typed, such as a recording's name, is no Text and is not in the list. A place is a JSON pointer (RFC 6901) into the
+    A string that a person typed, such as a recording's name, is not a Text and not in the list. A place is a JSON pointer (RFC
+    6901) into the
     content.
     """
     places: dict[str, dict[str, Any]] = {}

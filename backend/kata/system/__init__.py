@@ -1,1 +1,1 @@
-"""Requests to the operating system: scheduling, memory, privileges, the console."""
+"""Uses the operating system: scheduling, memory, privileges, files, systemd, the console."""

@@ -1,4 +1,4 @@
-"""Messages of a command on the terminal, besides its output."""
+"""Prints messages of a command on the terminal, in addition to its output."""
 
 import sys
 from typing import Final, NoReturn

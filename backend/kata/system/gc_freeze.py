@@ -1,4 +1,4 @@
-"""Excludes imported objects from garbage collection: they stay until the process ends."""
+"""Excludes imported objects from garbage collection, because they exist until the process ends."""
 
 import gc
 from collections.abc import Iterator
@@ -9,8 +9,8 @@ from contextlib import contextmanager
 def frozen_imports() -> Iterator[None]:
     """Disable the collector around large imports and freeze the imported objects.
 
-    Such imports make hundreds of thousands of objects. The collector would scan them repeatedly during the imports, while
-    others wait for the process, and once more at its end. That takes most of a second and finds no garbage.
+    Large imports make hundreds of thousands of objects. The collector would scan them repeatedly during the imports, while
+    other processes wait for this one, and once more at the end. That takes most of a second and finds no garbage.
     """
     gc.disable()
     try:

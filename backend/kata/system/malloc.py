@@ -1,9 +1,9 @@
-"""Settings of the C library's allocator that return free memory to the system.
+"""Sets the C library's allocator so that it returns free memory to the system.
 
-Importing a playback into the database, or a plot, needs megabytes for a moment, in any thread. By default each thread
-gets an arena of its own, up to eight a core, and the size from which a block is a separate mapping grows with the freed
-blocks. Such megabytes then stay in the process, fragmented: after five minutes of short playbacks 13.5 MB and growing;
-with these settings 1 to 2 MB.
+Importing a playback into the database, or a plot, needs megabytes for a short time, in any thread. By default each thread gets
+an arena of its own, up to eight for each core, and the size from which a block is a separate mapping grows with the freed
+blocks. The freed memory then stays in the process, fragmented: 13.5 MB and growing after five minutes of short playbacks. With
+these settings 1 to 2 MB stay.
 """
 
 import ctypes
@@ -14,7 +14,7 @@ LARGE_BYTES: Final = 256 << 10
 memory at an arena's end is returned too.
 """
 ARENAS: Final = 2
-"""Limits the arenas. Only one thread at a time runs Python, and most blocks come from each thread's cache, not from an
+"""Maximum number of arenas. Only one thread at a time runs Python, and most blocks come from each thread's cache instead of an
 arena.
 """
 _TRIM_THRESHOLD: Final = -1
@@ -23,8 +23,8 @@ _ARENA_MAX: Final = -8
 
 
 def return_free_memory() -> None:
-    """Apply the settings to this process, before it has threads. Do not use it in a process with locked memory. Without
-    such settings in the C library, nothing changes.
+    """Apply the settings to this process before it has threads. Do not use this in a process with locked memory. A C library
+    without such settings ignores the call.
     """
     choose = getattr(ctypes.CDLL(None), "mallopt", None)
     if choose:

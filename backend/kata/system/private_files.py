@@ -1,4 +1,4 @@
-"""Keeps the service's files unreadable for other users of the computer: they hold patients' data and keys."""
+"""Makes the service's files unreadable for other users of the computer, because they contain patients' data and keys."""
 
 import os
 import stat
@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Final
 
 UMASK: Final = 0o077
-"""New files and folders have no permissions for the group and for others."""
+"""File mode creation mask. New files and folders have no permissions for the group and for others."""
 
 
 def make_private(folder: Path) -> list[Path]:
-    """Remove the permissions of group and others from a folder and everything in it; follow no symbolic link.
+    """Remove the permissions of group and others from a folder and everything in it. Symbolic links are not followed.
 
-    :return: what was changed.
+    :return: the changed paths.
     :raises OSError: when a file belongs to another user.
     """
     changed = []

@@ -1,4 +1,4 @@
-"""The privileges of this user on this computer, tested in the same way as in the device process, and undone."""
+"""Tests the privileges of this user on this computer as the device process does, and undoes the test."""
 
 import platform
 import threading
@@ -7,7 +7,7 @@ from kata.system import realtime
 
 
 def fifo_granted() -> bool:
-    """Return True if SCHED_FIFO is granted. A short-lived thread tests it, because scheduling belongs to a thread."""
+    """Return True if SCHED_FIFO is granted. A short-lived thread tests it, because scheduling is a property of a thread."""
     tried: list[bool] = []
     trying = threading.Thread(target=lambda: tried.append(realtime.schedule(realtime.CONTROL_PRIORITY)))
     trying.start()
@@ -24,5 +24,5 @@ def memory_lock_granted() -> bool:
 
 
 def kernel_preemption() -> str:
-    """Return PREEMPT_RT, PREEMPT_DYNAMIC, ... as the kernel names itself; empty if it does not."""
+    """Return the kernel's preemption model (PREEMPT_RT, PREEMPT_DYNAMIC, ...) from its version text; empty if it is missing."""
     return next((word for word in platform.version().split() if word.startswith("PREEMPT")), "")

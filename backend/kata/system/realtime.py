@@ -1,7 +1,7 @@
-"""Real-time settings for the control thread. Each setting is tried, never inferred; a refused one is one line in the
-log.
+"""Sets real-time properties of the control thread. Each setting is tried, never inferred. A refused setting is one line in
+the log.
 
-Scheduling belongs to a thread, the other settings to the process.
+Scheduling is a property of a thread, the other settings are properties of the process.
 """
 
 import ctypes
@@ -19,39 +19,40 @@ from kata.system import scheduling
 log = logging.getLogger(__name__)
 
 _SWITCH_INTERVAL_S: Final = 50e-6
-"""With Python's default of 5 ms, one busy sibling thread delays a 100 Hz thread by as much."""
+"""Switch interval of the interpreter. With Python's default of 5 ms, a busy thread delays the 100 Hz thread by 5 ms."""
 CONTROL_PRIORITY: Final = 60
-"""Above the 50 of the kernel's own interrupt threads."""
+"""Priority of the control thread. The kernel's own interrupt threads have 50."""
 IO_PRIORITY: Final = 10
-"""Below the control thread, above everything that is not real time: if a busy computer suspends a thread that holds the
-interpreter's lock, the control thread waits as long (3 ms at p99 under load, measured).
+"""Priority of the other threads. It is below that of the control thread and above everything that is not real time: if a busy
+computer suspends a thread that holds the interpreter's lock, the control thread waits for that long (3 ms at p99 under load,
+measured).
 """
 _MCL_CURRENT: Final = 1
 _MCL_FUTURE: Final = 2
 _MCL_ONFAULT: Final = 4
 _POPULATE_READ: Final = 22
-"""MADV_POPULATE_READ, since Linux 5.14."""
+"""Value of MADV_POPULATE_READ, which exists since Linux 5.14."""
 _MAPPINGS: Final = Path("/proc/self/maps")
 _SET_THP_DISABLE: Final = 41
-"""PR_SET_THP_DISABLE."""
+"""Value of PR_SET_THP_DISABLE."""
 _NO_ACCESS: Final = 0
-"""PROT_NONE: such a mapping counts against the limit and takes no memory."""
+"""Value of PROT_NONE. Such a mapping counts against the limit but takes no memory."""
 
 
 class Granted(NamedTuple):
     """The real-time privileges that a process has been granted."""
 
     scheduling: bool
-    """SCHED_FIFO."""
+    """True if SCHED_FIFO is granted."""
     memory_lock: bool
 
 
 def prepare_interpreter() -> None:
     """Prepare the interpreter for real time. Call it after all imports and before any thread is started.
 
-    It switches the garbage collector off. The collector holds the interpreter in whichever thread it runs: even with
-    all present objects frozen, a collection took 0.04 to 0.7 ms. It is not needed: an hour of stops, runs and lost
-    connections leaves no reference cycle behind, and the loop collects while it is not connected, when no cycle is due.
+    It switches the garbage collector off. The collector holds the interpreter, regardless of the thread in which it runs. Even
+    with all present objects frozen, a collection took 0.04 to 0.7 ms. The collector is not needed: an hour of stops, runs and
+    lost connections leaves no reference cycles, and the loop collects while it is not connected, when no cycle is due.
     """
     refuse_huge_pages()
     scheduling.set_time_slice(scheduling.SHORT_NS)
@@ -62,17 +63,17 @@ def prepare_interpreter() -> None:
 
 
 def refuse_huge_pages() -> None:
-    """Refuse huge pages for this process and all that it will start. Without support in the kernel, nothing changes.
+    """Disable huge pages for this process and all processes that it will start. A kernel without support ignores the call.
 
-    Every ten seconds khugepaged merges small pages into huge ones where a program has requested them, as numpy does for
-    its arrays. A kernel without preemption of its own code keeps all threads off that core meanwhile, including the
-    control thread and the delivery of the bus's bytes: cycles began up to 23 ms late.
+    Every ten seconds khugepaged merges small pages into huge pages in programs that have requested this, as numpy does for its
+    arrays. During this time a kernel without preemption of its own code keeps all threads off that core, including the control
+    thread and the delivery of the bus's bytes. Cycles began up to 23 ms late.
     """
     ctypes.CDLL(None).prctl(_SET_THP_DISABLE, 1, 0, 0, 0)
 
 
 def schedule(priority: int) -> bool:
-    """Ask for SCHED_FIFO for the calling thread, and for those it will start."""
+    """Request SCHED_FIFO for the calling thread and the threads that it will start. Return True if it is granted."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError as error:
@@ -82,12 +83,12 @@ def schedule(priority: int) -> bool:
 
 
 def lock_memory() -> bool:
-    """Keep every page that this process uses in memory, also future ones.
+    """Lock every page that this process uses in memory, also future pages. Return True if it succeeded.
 
-    Programs and libraries are read completely. Of other memory only the pages that are touched are locked: the first touch needs no disk,
-    and thread stacks and reserved memory would be 300 MB.
+    Programs and libraries are read completely. Of other memory only touched pages are locked, because the first touch needs no disk, and
+    thread stacks and reserved memory would take 300 MB.
 
-    All or nothing: if a limit would make later allocations fail, nothing stays locked.
+    If a limit would make later allocations fail, no page stays locked.
     """
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) != 0:
@@ -102,7 +103,7 @@ def lock_memory() -> bool:
 
 
 def _read_programs(libc: ctypes.CDLL) -> None:
-    """Bring all pages of programs and libraries into memory. Older kernels cannot do so at once: the first use then reads them."""
+    """Bring all pages of programs and libraries into memory. Older kernels cannot do this at once. They read each page at its first use."""
     for line in _MAPPINGS.read_text().splitlines():
         span, flags, *_, file = line.split(maxsplit=5)
         if flags.startswith("r") and file.startswith("/"):

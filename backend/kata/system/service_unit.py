@@ -1,4 +1,4 @@
-"""A service of Kata under systemd: its settings, its start and stop, and its answers about its health."""
+"""Controls a service of Kata under systemd: its settings, its start and stop, and its health."""
 
 import json
 import os
@@ -24,11 +24,11 @@ _ANSWER_LIMIT_S: Final = 10.0
 _POLL_S: Final = 0.2
 _SETTING: Final = "KATA_"
 _BUSY: Final = ("station_occupied", "session_open")
-"""Codes of the service's refusal to be stopped."""
+"""Codes with which the service refuses to be stopped."""
 
 
 class UnitError(Exception):
-    """A service cannot be stopped, started or asked. The message says why."""
+    """A service cannot be stopped, started or queried. The message says why."""
 
 
 class BusyError(UnitError):
@@ -36,7 +36,7 @@ class BusyError(UnitError):
 
 
 class ServiceUnit:
-    """One service on this computer, by the name of its unit."""
+    """One service on this computer, identified by the name of its unit."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -49,21 +49,21 @@ class ServiceUnit:
         self._systemctl("stop", self.name)
 
     def start(self) -> None:
-        """Start the service. Return when it runs or has failed; :meth:`wait_until_ready` tells which."""
+        """Start the service. Return when it runs or has failed. :meth:`wait_until_ready` shows which."""
         with suppress(UnitError):
             self._systemctl("start", self.name)
 
     @property
     def has_ended(self) -> bool:
-        """True if the service does not run, and systemd does not start it again."""
-        # The status of the command is not 0 for a service that does not run.
+        """True if the service is not running and systemd will not restart it."""
+        # Read the state from the output, because the command's status is not 0 if the service is not running.
         return self._systemctl("show", self.name, "--property=ActiveState", "--value").strip() in ("inactive", "failed")
 
     def check_idle(self) -> None:
         """Return if the service reports that it may be stopped.
 
         :raises BusyError: while torque is on or a session is open.
-        :raises UnitError: without an answer of the service or of its database.
+        :raises UnitError: when the service or its database does not answer.
         """
         status, answer = self._ask("/health/idle")
         if status != 200:
@@ -72,9 +72,9 @@ class ServiceUnit:
             raise kind(f"The service {self.name} must not be stopped now: {why}")
 
     def wait_until_ready(self, version: str, within_s: float) -> None:
-        """Return when the service of this version answers that a session can begin.
+        """Return when the service answers with this version and is ready for a session.
 
-        :raises UnitError: when it does not within this time.
+        :raises UnitError: when this does not happen within ``within_s``.
         """
         limit, last = time.monotonic() + within_s, "no answer"
         while time.monotonic() < limit:
@@ -94,7 +94,7 @@ class ServiceUnit:
     def run(self, command: Sequence[str | Path]) -> None:
         """Run a command with the service's user and settings.
 
-        :raises UnitError: when it fails; the message has its last lines.
+        :raises UnitError: when the command fails. The message has the last lines of its output.
         """
         try:
             user = self._property("User") if os.geteuid() == 0 else ""
@@ -117,7 +117,7 @@ class ServiceUnit:
 
     @cached_property
     def _environment(self) -> Mapping[str, str]:
-        """Return the environment of the unit, in addition to this command's."""
+        """Return the environment of this process, with that of the unit added."""
         environment = dict(os.environ)
         environment |= _assignments(shlex.split(self._property("Environment")))
         # Each file is followed by its options: "/etc/kata/environment (ignore_errors=yes)".
@@ -142,7 +142,7 @@ class ServiceUnit:
 
     def _ask(self, path: str) -> tuple[int, dict[str, Any]]:
         """Return status and body of the service's answer."""
-        # Nothing secret is sent, and the certificate is for the names that browsers use.
+        # Skip verification: no secret is sent, and the certificate is for the names that browsers use.
         context = ssl.create_default_context()
         context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
         request = Request(f"{self._address()}{path}")  # noqa: S310 - http and https only

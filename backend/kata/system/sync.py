@@ -1,4 +1,4 @@
-"""Makes changes of a folder survive a power cut."""
+"""Makes changes in a folder survive a power cut."""
 
 import os
 from pathlib import Path

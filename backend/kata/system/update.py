@@ -1,13 +1,13 @@
-"""``kata update``: replace this version by another one, and go back automatically when that one does not become ready.
+"""Implements ``kata update``: replaces this version with another, and goes back automatically if the other does not become ready.
 
-Versions are folders beside each other. The services start through one symbolic link, which is replaced as a whole:
+Versions are folders beside each other. The services start through one symbolic link, which is replaced atomically:
 
     /opt/kata/current -> versions/1.0.0
     /opt/kata/versions/1.0.0, /opt/kata/versions/1.1.0
     /opt/kata/update/state.json     while an update is not finished
 
-The state is on disk before each step, and each step can be repeated. After a power cut the link and the database belong to one version,
-and :meth:`Update.resume` finishes the update or undoes it.
+Before each step the state is written to the disk, and each step can be repeated. After a power cut the link and the database belong to the
+same version, and :meth:`Update.resume` finishes the update or undoes it.
 """
 
 import fcntl
@@ -30,18 +30,18 @@ from kata.system.update_bundle import read_manifest, unpack_bundle
 _VERSIONS: Final = "versions"
 _LINK: Final = "current"
 _COMPLETE: Final = "complete"
-"""File in a version's folder when everything is installed."""
+"""Name of the file that marks a version's folder as completely installed."""
 _WHEELS: Final = "wheels-"
 _DISK_SPACE_FACTOR: Final = 5
 """Required disk space as a multiple of the bundle: the wheels, unpacked files and compiled modules."""
 _READABLE: Final = 0o022
-"""File mode creation mask of an installation: the services' users read it. Other files of Kata are private."""
+"""File mode creation mask of an installation, which the services' users must be able to read. Other files of Kata are private."""
 _CLEAN: Final = {"PIP_CONFIG_FILE": os.devnull, "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
 
 Step = Literal[
     "install", "backup", "stop", "save", "switch", "start", "back_stop", "back_data", "back_link", "back_start"
 ]
-"""The steps of an update in their order, and those that undo it in theirs."""
+"""The steps of an update in order, followed by the steps that undo it in order."""
 _FORWARD: Final = get_args(Step)[:6]
 _BACK: Final = get_args(Step)[6:]
 
@@ -53,26 +53,26 @@ class UpdateError(Exception):
 class UpdateState(
     msgspec.Struct, frozen=True, tag_field="format", tag="kata-update-state/1", rename={"old": "from", "new": "to"}
 ):
-    """An update that is not finished."""
+    """The state of an update that is not finished."""
 
     old: str
     new: str
     units: list[str]
     step: Step
-    """The step that runs, or ran when the update was interrupted."""
+    """The step that is running, or that was running when the update was interrupted."""
     keep: bool = False
-    """The new version's folder stays when the update is undone: another program has installed it."""
+    """True if the new version's folder must stay when the update is undone, because another program has installed it."""
     saved: bool = False
-    """The data of before the update was saved."""
+    """True if the data from before the update was saved."""
     reason: str = ""
-    """Why the update is undone."""
+    """The reason for undoing the update; empty if it is not undone."""
 
 
 class Update:
     """Updates the installation in one folder, and all services that run from it."""
 
     def __init__(self, root: Path, units: Sequence[str], ready_within_s: float, say: Callable[[str], None]) -> None:
-        """:param say: prints a sentence about the progress."""
+        """Prepare the update. :param say: prints a sentence about the progress."""
         self._root, self._ready_within_s, self._say = root, ready_within_s, say
         self._units = [ServiceUnit(name) for name in units]
         self._state_file = root / "update" / "state.json"
@@ -89,7 +89,7 @@ class Update:
         }
 
     def run(self, bundle: Path, public_key: Path) -> str:
-        """Update to the bundle's version, and return it. An interrupted update is finished or undone first.
+        """Update to the bundle's version and return the version. An interrupted update is finished or undone first.
 
         :raises UpdateError: when the update is refused or undone.
         :raises BundleError: when the bundle is not signed with the key.
@@ -114,7 +114,7 @@ class Update:
             return state.new
 
     def run_installed(self, version: str) -> str:
-        """Update to a version that is already installed beside this one, as by the Debian package, and return it.
+        """Update to a version that is already installed beside this one, for example by the Debian package. Return the version.
 
         :raises UpdateError: when the update is refused or undone.
         :raises OSError: when a file cannot be read or written.
@@ -132,9 +132,9 @@ class Update:
             return version
 
     def resume(self) -> str:
-        """Finish or undo an interrupted update, and return the version that is in use.
+        """Finish or undo an interrupted update. Return the version that is in use.
 
-        :raises UpdateError: when it had to be undone, or cannot be finished yet.
+        :raises UpdateError: when the update had to be undone, or cannot be finished yet.
         """
         with self._alone():
             self._resume()
@@ -146,7 +146,7 @@ class Update:
         return (self._root / _LINK).readlink().name
 
     def _resume(self) -> bool:
-        """Finish or undo an interrupted update. Return whether there was one."""
+        """Finish or undo an interrupted update. Return True if there was one."""
         state = self._read()
         if state is None:
             return False
@@ -155,13 +155,13 @@ class Update:
         if state.step == "install":
             self._abandon(state)
             return True
-        # A restart of the computer may have started the services, and users may have worked since: what was saved is then too old.
+        # A restart of the computer may have started the services, and users may have changed data since. Then the saved data is too old.
         begin: Step = "stop" if state.step in ("save", "switch") else _BACK[0] if state.step in _BACK else state.step
         self._continue(state, begin)
         return True
 
     def _continue(self, state: UpdateState, begin: Step) -> None:
-        """Do the steps from ``begin`` on. A forward step that fails is followed by the steps that undo it."""
+        """Run the steps from ``begin`` on. If a forward step fails, run the steps that undo the update."""
         if begin in _FORWARD:
             for step in _FORWARD[_FORWARD.index(begin) :]:
                 try:
@@ -186,7 +186,7 @@ class Update:
         raise UpdateError(f"The update to {state.new} was undone; {state.old} is in use. {state.reason}")
 
     def _do(self, state: UpdateState, step: Step) -> UpdateState:
-        """Write the state, do the step, and return the new state."""
+        """Write the state and run the step. Return the new state."""
         state = msgspec.structs.replace(state, step=step)
         self._write(state)
         return self._steps[step](state) or state
@@ -194,7 +194,7 @@ class Update:
     # -- steps ----------------------------------------------------------------------------------------------------
 
     def _install(self, bundle: Path, public_key: Path, version: str) -> None:
-        """Install the bundle's wheels into an environment of their own."""
+        """Install the bundle's wheels into a new environment."""
         self._say(f"Installing {version} ...")
         folder = self._version_folder(version)
         if folder.exists():
@@ -209,7 +209,7 @@ class Update:
             _run([*pip, "check"])
         if (found := _run([folder / "bin/kata", "--version"])) != f"kata {version}":
             raise UpdateError(f"The bundle of {version} contains {found}.")
-        # The files are on the disk before they count as complete.
+        # The files must be on the disk before the version counts as complete.
         os.sync()
         (folder / _COMPLETE).touch()
         sync_folder(folder)
@@ -232,7 +232,7 @@ class Update:
         return msgspec.structs.replace(state, saved=True)
 
     def _stop_failed(self, state: UpdateState) -> None:
-        """Stop the services, unless one of them moves an arm or has an open session. One that does not answer is stopped."""
+        """Stop the services, unless one of them moves an arm or has an open session. A service that does not answer is stopped too."""
         for unit in self._units:
             try:
                 unit.check_idle()
@@ -255,7 +255,7 @@ class Update:
             unit.wait_until_ready(version, self._ready_within_s)
 
     def _link(self, version: str) -> None:
-        """Let the link name a version. A reader finds the former version or this one."""
+        """Let the link point to a version. A reader always finds either the former version or this one."""
         if not (self._version_folder(version) / _COMPLETE).exists():
             raise OSError(f"The version {version} is not installed completely in {self._root}.")
         made = self._root / f"{_LINK}.new"
@@ -267,14 +267,14 @@ class Update:
     # -- ends -----------------------------------------------------------------------------------------------------
 
     def _finish(self, state: UpdateState) -> None:
-        """Forget the update, and delete the versions before the former one."""
+        """Delete the state of the update, and all versions except the new one and the one before it."""
         self._state_file.unlink()
         for folder in (self._root / _VERSIONS).iterdir():
             if folder.name not in (state.old, state.new):
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _abandon(self, state: UpdateState) -> None:
-        """Delete the new version if it is not in use, and forget the update."""
+        """Delete the new version if it is not in use, and the state of the update."""
         if self.current != state.new and not state.keep:
             shutil.rmtree(self._version_folder(state.new), ignore_errors=True)
         self._state_file.unlink(missing_ok=True)
@@ -303,7 +303,7 @@ class Update:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Allow one update at a time."""
+        """Lock the installation during the block, so that only one update runs at a time."""
         self._state_file.parent.mkdir(exist_ok=True)
         with (self._state_file.parent / "lock").open("w") as lock:
             try:
@@ -321,7 +321,7 @@ class Update:
             raise UpdateError(f"This version cannot read {self._state_file}: {error}.") from error
 
     def _write(self, state: UpdateState) -> None:
-        """Replace the state, which is then on the disk."""
+        """Replace the state file, and wait until it is on the disk."""
         made = self._state_file.with_suffix(".new")
         with made.open("wb") as file:
             file.write(msgspec.json.encode(state))
@@ -338,15 +338,15 @@ class Update:
 
 
 def root_of(prefix: Path) -> Path | None:
-    """Return the folder of the installation that the environment ``prefix`` is a version of, None for another installation."""
+    """Return the folder of the installation to which the environment ``prefix`` belongs as a version; None if there is none."""
     folder = prefix.resolve()
     return folder.parents[1] if folder.parent.name == _VERSIONS else None
 
 
 def _run(command: Sequence[str | Path]) -> str:
-    """Run a command of the installation and return its output.
+    """Run a command of the installation. Return its output.
 
-    :raises UpdateError: when it fails.
+    :raises UpdateError: when the command fails.
     """
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PIP_", "PYTHON"))}
     done = subprocess.run(
