@@ -1,1 +1,1 @@
-"""Benchmarks that need a checkout: their data, PostgreSQL server or running time is too large for an installed Kata."""
+"""Contains benchmarks that need a checkout, because they need much data, a PostgreSQL server or a long time."""

@@ -1,4 +1,4 @@
-"""Entry of ``python -m benchmarks NAME``."""
+"""Runs ``python -m benchmarks NAME``."""
 
 from benchmarks.commands import app
 

@@ -1,4 +1,4 @@
-"""Attacks a service until its input is closed, from a process of its own that only uses the network: ``python -m benchmarks.attacks``."""
+"""Attacks a service from a separate process over the network, until its standard input is closed: ``python -m benchmarks.attacks``."""
 
 import argparse
 import asyncio
@@ -22,14 +22,14 @@ _JOBS_AT_ONCE: Final = 20
 _UPLOADS: Final = 20
 _PIECE: Final = 1 << 16
 _FLOOD_PIECE: Final = 200
-"""Messages before the flooding yields to the other sockets."""
+"""Number of messages after which one flooding socket yields to the others."""
 _PAUSE_S: Final = 0.01
 _FAILED: Final = (OSError, asyncio.IncompleteReadError, websockets.WebSocketException)
 
 
 @dataclass(frozen=True)
 class Target:
-    """The attacked service, and what the attacker's account may read."""
+    """The attacked service, and the records that the attacker's account may read."""
 
     host: str
     port: int
@@ -40,7 +40,7 @@ class Target:
 
 
 async def _flood_sockets(target: Target, number: int) -> None:
-    """Send messages as fast as possible on the live WebSocket, and connect again when it is closed."""
+    """Send messages as fast as possible on the live WebSocket until it is closed."""
     address, stop = f"ws://{target.host}:{target.port}/api/live", json.dumps({"kind": "stop", "number": 1})
     text = stop if number % 2 else "x" * 60_000
     with suppress(*_FAILED):
@@ -52,7 +52,7 @@ async def _flood_sockets(target: Target, number: int) -> None:
 
 
 async def _send_junk(target: Target, number: int) -> None:
-    """Send bytes that are no HTTP."""
+    """Send bytes that are not HTTP."""
     _, writer = await asyncio.open_connection(target.host, target.port)
     try:
         while True:
@@ -63,7 +63,7 @@ async def _send_junk(target: Target, number: int) -> None:
 
 
 async def _send_headers_slowly(target: Target, number: int) -> None:
-    """Send one header a second, without end."""
+    """Send one header a second without ending the request."""
     _, writer = await asyncio.open_connection(target.host, target.port)
     try:
         writer.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n")
@@ -108,7 +108,7 @@ async def _make_reports(target: Target, number: int) -> None:
 
 
 async def _upload(target: Target, number: int) -> None:
-    """Send 64 MB of a file to the login, without a login."""
+    """Send most of a 67 MB file to the login route, without being logged in."""
     _, writer = await asyncio.open_connection(target.host, target.port)
     try:
         writer.write(
@@ -158,11 +158,11 @@ ATTACKS: Final[dict[str, tuple[Attack, int]]] = {
     "reports": (_make_reports, _JOBS_AT_ONCE),
     "uploads": (_upload, _UPLOADS),
 }
-"""By name: one attacker, and how many attack at once."""
+"""Attacks by name: the function of one attacker, and the number of attackers at the same time."""
 
 
 async def _attack(name: str, target: Target) -> int:
-    """Attack until standard input ends; return how often an attacker began."""
+    """Attack until standard input ends. Return the number of times that an attacker began."""
     attack, count = ATTACKS[name]
     begun = 0
 
@@ -185,7 +185,7 @@ async def _attack(name: str, target: Target) -> int:
 
 
 def main() -> None:
-    """Run one attack, and print how often its attackers began."""
+    """Run one attack. Print the number of times that its attackers began."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.attacks", description=__doc__)
     parser.add_argument("--name", choices=tuple(ATTACKS), required=True)
     parser.add_argument("--url", required=True)

@@ -11,10 +11,10 @@ from kata.database.engine import Database
 
 Rows = list[dict[str, Any]]
 Insert = Callable[[Table, Rows], None]
-"""Called with rows of the same columns. Each value has SQLite's storage form, which PostgreSQL accepts too."""
+"""Function that inserts rows with the same columns. Each value has SQLite's storage form, which PostgreSQL accepts too."""
 
 _SETTINGS: Final = {
-    # The data need not survive a power cut, and the caller inserts every referenced row.
+    # The data need not survive a power cut. References need no check, because the caller inserts every referenced row.
     "sqlite": (
         "PRAGMA foreign_keys = OFF",
         "PRAGMA synchronous = OFF",
@@ -33,7 +33,7 @@ _SETTINGS: Final = {
 
 @contextmanager
 def bulk_insert(database: Database, tables: Sequence[Table]) -> Iterator[Insert]:
-    """Insert during the block in one transaction. The tables get their indexes at its end, and references are not checked."""
+    """Insert rows during the block in one transaction. Indexes are created at its end, and references are not checked."""
     dialect = database.writer.dialect
     indexes = [index for table in tables for index in sorted(table.indexes, key=lambda index: str(index.name))]
     connection = database.writer.raw_connection()
@@ -60,7 +60,7 @@ def bulk_insert(database: Database, tables: Sequence[Table]) -> Iterator[Insert]
 
 
 def _insert(cursor: Any, dialect: str, table: str, names: Sequence[str], rows: Rows) -> None:
-    """Insert without SQLAlchemy's work for each row."""
+    """Insert rows without SQLAlchemy, which would take time for each row."""
     columns = ", ".join(names)
     values = (tuple(row.values()) for row in rows)
     if dialect == "sqlite":

@@ -1,4 +1,4 @@
-"""The commands of ``python -m benchmarks``; in a checkout ``kata bench`` has them too. Each imports its benchmark when it runs."""
+"""Defines the commands of ``python -m benchmarks``. In a checkout ``kata bench`` has them too. Each imports its benchmark when it runs."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""``python -m benchmarks footprint``: memory of each process, idle processor time, and bytes written to the disk."""
+"""Implements ``python -m benchmarks footprint``: measures memory of each process, idle processor time, and bytes written to the disk."""
 
 import os
 import re
@@ -27,25 +27,25 @@ _NAMES: Final = (
     ("spawn_main", "worker"),
     ("resource_tracker", "resource tracker"),
 )
-"""Words of a command line, and the process's name."""
+"""Pairs of a word in the command line and the process's name."""
 _PART_OF_KATA: Final = ("service", "worker", "device", "reference builder", "resource tracker")
 
 
 @dataclass(frozen=True)
 class Process:
-    """What a process uses at one moment."""
+    """The resources of a process at one moment."""
 
     name: str
     pss_mb: float
-    """Its memory; of pages that several processes share, its part."""
+    """Proportional set size: memory of the process, with its part of the pages that several processes share."""
     locked_mb: float
     cpu_s: float
     written: int
-    """Bytes that it has caused to be written to a disk."""
+    """Bytes that the process has caused to be written to a disk."""
 
 
 def run(seconds: float, progress: Callable[[str], None]) -> Report:
-    """Measure a service with one open page: idle, then playing, each for some seconds.
+    """Measure a service with one open page: idle, then playing, each for ``seconds``.
 
     :raises BenchError: when the apparatus stops.
     """
@@ -99,7 +99,7 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
 def _between(
     pid: int, seconds: float, progress: Callable[[str], None], what: str
 ) -> dict[str, tuple[Process, Process]]:
-    """Return each process before and after some seconds, by name."""
+    """Return the resources of each process before and after ``seconds``, by name."""
     progress(what)
     before = {process.name: process for process in _processes(pid)}
     time.sleep(seconds)
@@ -112,7 +112,7 @@ def _per_hour(first: Process, last: Process, seconds: float) -> float:
 
 
 def _use_worker(service: RunningService, records: BenchRecords) -> None:
-    """Draw a figure, as a user does who looks at a session."""
+    """Request a figure, as the page does when a user opens a session."""
     request = Request(
         f"{service.url}/api/runs/{records.run_id}/figures", headers={"Cookie": service.cookie} | ACTIVE_HEADER
     )
@@ -121,7 +121,7 @@ def _use_worker(service: RunningService, records: BenchRecords) -> None:
 
 
 def _processes(service_pid: int) -> Iterator[Process]:
-    """Yield the service and all processes below it."""
+    """Yield the service's process and all its descendants."""
     waiting = [service_pid]
     while waiting:
         pid = waiting.pop(0)

@@ -1,4 +1,4 @@
-"""``python -m benchmarks history``: ten years of a clinic: the size of an hour of samples, and the answer times of lists, charts and its plot."""
+"""Implements ``python -m benchmarks history``: measures answer times and the size of an hour of samples with ten years of a clinic."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -15,15 +15,15 @@ from kata.database.engine import Database
 
 _FEWER: Final = 10
 _Took = dict[tuple[str, str], list[tuple[float, float]]]
-"""Median and 95th percentile of a tenth and of all, by database and request."""
+"""Median and 95th percentile of the answer times with a tenth of the history and with all of it, by database and request."""
 
 
 def run(
     patients: int, visits: int, hour_s: float, times: int, store_folder: Path | None, progress: Callable[[str], None]
 ) -> Report:
-    """Build a tenth of the history and all of it, on both databases; send both every request ``times`` times, in turns.
+    """Build a tenth of the history and all of it on both databases. Send every request ``times`` times to both sizes, alternately.
 
-    ``store_folder``: where the databases stay; an existing one is used again.
+    ``store_folder``: folder in which the databases are kept. An existing database is used again.
     """
     report = Report(
         f"{patients} patients, {visits} sessions: 50 / 95 of 100 answers within, ms",
@@ -59,7 +59,7 @@ def run(
 
 
 def _bytes(database: Database, parts: float) -> float:
-    """Return the size of the run's samples, scaled to an hour; the size of the overview does not depend on the length."""
+    """Return the size of the run's samples in bytes, scaled to an hour. The size of the overview does not depend on the length."""
     with database.read() as session:
         blocks = session.scalars(text("SELECT SUM(LENGTH(data)) FROM run_sample_blocks")).one()
         more = session.scalars(text("SELECT LENGTH(data) + COALESCE(LENGTH(overview), 0) FROM run_samples")).one()

@@ -39,26 +39,26 @@ from kata.settings import Settings
 
 _START_LIMIT_S: Final = 30.0
 _PAGES: Final = 20
-"""Pages of a list that are read one after another."""
+"""Number of pages of a list that are read one after another."""
 
 
 @dataclass(frozen=True)
 class RequestKind:
-    """One kind of request. The names in braces are replaced by values of the history, other values each time.
+    """One kind of request. Names in braces are replaced by values of the history, with other values each time.
 
-    It is not sent to a service without this path or parameter.
+    The request is not sent to a service without this path or parameter.
     """
 
     path: str
     query: dict[str, str] = field(default_factory=dict)
     paged: bool = False
-    """Read the list page by page."""
+    """True if the list is read page by page."""
     administrator: bool = False
-    """Sent by an administrator."""
+    """True if an administrator sends the request."""
 
     @property
     def name(self) -> str:
-        """Name in the table."""
+        """Name of the request in the table."""
         query = "&".join(f"{name}={value}" for name, value in self.query.items())
         return self.path + (f"?{query}" if query else "") + (", further pages" if self.paged else "")
 
@@ -131,16 +131,16 @@ ERROR_PLOT: Final = RequestKind("/api/runs/{run_id}/figures")
 
 
 class HistoryService:
-    """The service over a database, without its apparatus, on a port of its own."""
+    """The service with a database and without an apparatus, on its own port."""
 
     def __init__(self, app: FastAPI, port: int, cookie: str, administrator_cookie: str) -> None:
-        """``cookie``, ``administrator_cookie``: headers of a therapist's and of an administrator's login session."""
+        """Store the address. ``cookie``, ``administrator_cookie``: headers of the login sessions of a therapist and of an administrator."""
         self._app = app
         self._port = port
         self._cookies = {False: cookie, True: administrator_cookie}
 
     def answers_ms(self, kind: RequestKind, history: History) -> Generator[float]:
-        """Yield the times of the answers, without end.
+        """Send requests without end. Yield the time of each answer in ms.
 
         :raises BenchError: when a request fails.
         """
@@ -166,7 +166,7 @@ class HistoryService:
             connection.close()
 
     def has(self, kind: RequestKind) -> bool:
-        """True if the service has the path and every parameter."""
+        """Return True if the service has the path and every parameter."""
         described: dict[str, Any] = self._app.openapi()["paths"]
         found = [path for path in described if _shape(path) == _shape(kind.path) and "get" in described[path]]
         if not found:
@@ -182,20 +182,21 @@ class HistoryService:
 def percentiles_ms(
     kind: RequestKind, of: Sequence[tuple[HistoryService, History]], times: int
 ) -> list[tuple[float, float]]:
-    """Return the median and the 95th percentile of each service's answer times. Requests alternate, so that other work affects all services.
+    """Return median and 95th percentile of each service's answer times. Requests alternate, so that other work affects all
+    services equally.
 
     :raises BenchError: when a request fails.
     """
     with ExitStack() as asking:
         answers = [asking.enter_context(closing(service.answers_ms(kind, history))) for service, history in of]
         took = [[next(durations) for durations in answers] for _ in range(times + 1)]
-    # Leave out the first answer, which opens the connection and files.
+    # Omit the first answer, which opens the connection and files.
     medians, p95s = np.percentile(took[1:], (50, 95), axis=0)
     return [(float(median), float(p95)) for median, p95 in zip(medians, p95s, strict=True)]
 
 
 class _NoAuditLog:
-    """Replaces the audit log: accesses to invented patients are not recorded. The query for other anchors is the service's own."""
+    """Replaces the audit log, because accesses to invented patients need no record. The query for other anchors is the service's own."""
 
     copy = None
     elsewhere: Sequence[Path] = ()
@@ -210,7 +211,7 @@ class _NoAuditLog:
         """Ignore a command."""
 
     def until_written(self, _: float) -> bool:
-        """Return True: nothing waits to be written."""
+        """Return True, because no entry waits to be written."""
         return True
 
 
@@ -274,7 +275,7 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
 
 
 def _shape(path: str) -> Sequence[str]:
-    """Return a path without the names in braces."""
+    """Return the parts of a path, without the names in braces."""
     return ["{}" if part.startswith("{") else part for part in path.split("/")]
 
 
@@ -298,7 +299,7 @@ def _fill(history: History, text: str, n: int, *, quoted: bool = False) -> str:
         "therapist": THERAPISTS,
         "station": STATIONS,
         "stop": STOPS,
-        # The longest time that the page offers.
+        # The longest period that the page offers.
         "years_ago": ((utc_now() - timedelta(days=2 * 365)).isoformat(timespec="seconds"),),
         "account_id": ACCOUNTS,
         "action": ACTIONS,

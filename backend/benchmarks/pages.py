@@ -1,5 +1,5 @@
-"""``python -m benchmarks pages``: hundreds of pages on group service, some of them stalled: the delay of each update, the control
-loop's lateness, and the growth of the service's memory.
+"""Implements ``python -m benchmarks pages``: measures a service with hundreds of pages, some of them stalled: the delay of each update,
+the control loop's latency, and the growth of the service's memory.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,7 +41,7 @@ class _PageGroup:
 
 
 def run(pages: int, stalled: int, seconds: float, progress: Callable[[str], None]) -> Report:
-    """Play a recording three times: with group page, with all of them, and with ``stalled`` of them not reading.
+    """Play a recording three times: with one page, with all pages, and with ``stalled`` pages that do not read.
 
     :raises BenchError: when the apparatus stops.
     """

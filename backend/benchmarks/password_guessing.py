@@ -1,4 +1,4 @@
-"""Guesses passwords at a constant rate, from a process of its own that only uses the network."""
+"""Guesses passwords at a constant rate, from a separate process over the network."""
 
 import argparse
 import json
@@ -20,7 +20,9 @@ from kata.bench.helper_process import helper_process
 from kata.bench.running_service import BenchError, RunningService
 
 Kind = Literal["one", "many"]
-"""``one``: one user name from one address. ``many``: each attempt with another name, from a hundred addresses, which no back-off delays."""
+"""``one``: one user name from one address. ``many``: each attempt with another name, from a hundred addresses, so that no
+back-off applies.
+"""
 KNOWN: Final = "known-0"
 """An existing user name."""
 _ADDRESSES: Final = 100
@@ -35,15 +37,15 @@ class GuessingFigures(msgspec.Struct):
 
     attempts: int = 0
     locked_out: int = 0
-    """Refused without checking the password."""
+    """Number of attempts that were refused without checking the password."""
     checked: int = 0
-    """Refused after checking the password."""
+    """Number of attempts that were refused after checking the password."""
     others: int = 0
-    """Any other answer, or none."""
+    """Number of attempts with any other answer or none."""
     first_locked_out: int = 0
-    """Number of the first locked-out attempt; 0: none."""
+    """Number of the first attempt that was locked out; 0 for none."""
     answer_ms: float = 0.0
-    """Median time until the answer."""
+    """Median time until the answer in ms."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Attempt:
 
 
 def guess(url: str, username: str, password: str, address: str) -> Attempt:
-    """Try to sign in from this address of the loopback network; the status is 0 without an answer."""
+    """Try to log in from this address of the loopback network. Without an answer the status is 0."""
     where = urlsplit(url)
     connection = HTTPConnection(where.hostname or "", where.port, timeout=_LIMIT_S, source_address=(address, 0))
     body = json.dumps({"username": username, "password": password})
@@ -74,7 +76,7 @@ def guess(url: str, username: str, password: str, address: str) -> Attempt:
 
 @contextmanager
 def guess_passwords(guessed: GuessingFigures, per_minute: int, kind: Kind, service: RunningService) -> Iterator[None]:
-    """Guess passwords during the block; ``guessed`` has the figures at its end."""
+    """Guess passwords during the block. The figures are written to ``guessed`` at the end."""
     arguments = ["--url", service.url, "--per-minute", str(per_minute), "--kind", kind]
     with helper_process("benchmarks.password_guessing", *arguments, failure="the guessing could not begin") as output:
         yield
@@ -87,7 +89,7 @@ def guess_passwords(guessed: GuessingFigures, per_minute: int, kind: Kind, servi
 
 
 class _Guessing:
-    """Shares the attempts among the threads. Each has its time; a late attempt is still made."""
+    """Distributes the attempts among the threads. Each attempt has its time. A late attempt is still made."""
 
     def __init__(self, url: str, per_minute: int, kind: Kind) -> None:
         self._url, self._kind = url, kind
@@ -123,7 +125,7 @@ class _Guessing:
 
 
 def main() -> None:
-    """Entry of ``python -m benchmarks.password_guessing``."""
+    """Run ``python -m benchmarks.password_guessing``."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.password_guessing", description=__doc__)
     parser.add_argument("--url", required=True, help="the service, on this computer")
     parser.add_argument("--per-minute", type=int, required=True, help="attempts per minute")

@@ -1,4 +1,4 @@
-"""Runs a temporary PostgreSQL server from this computer's programs, on a socket in a temporary folder."""
+"""Runs a temporary PostgreSQL server with this computer's programs, on a socket in a temporary folder."""
 
 import os
 import pwd
@@ -21,14 +21,14 @@ _USER: Final = "postgres"
 
 
 class MissingError(BenchError):
-    """PostgreSQL is not available; the message is the reason."""
+    """PostgreSQL is not available. The message is the reason."""
 
 
 @contextmanager
 def serving(data_folder: Path | None = None) -> Iterator[str]:
-    """Run a server during the block; yield SQLAlchemy's URL of its empty database. Root runs it as the user ``postgres``.
+    """Run a server during the block. Yield SQLAlchemy's URL of its empty database. Root runs the server as the user ``postgres``.
 
-    ``data_folder``: a folder where the database stays, empty only the first time; its writes are as safe as a clinic's.
+    ``data_folder``: a folder in which the database is kept; it must be empty only at first use. Its writes are as safe as a clinic's.
 
     :raises MissingError: when the programs or the user ``postgres`` are missing.
     """
@@ -52,7 +52,7 @@ def serving(data_folder: Path | None = None) -> Iterator[str]:
             )  # fmt: skip
             if made.returncode:
                 raise MissingError(f"PostgreSQL cannot create its files in {data}: {made.stderr.strip()}.")
-        # Without automatic vacuuming, which could disturb a measurement or the dropping of a schema.
+        # Disable automatic vacuuming, which could disturb a measurement or the dropping of a schema.
         options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c max_wal_size=4GB"
         if not data_folder:
             options += " -c fsync=off"
@@ -72,7 +72,7 @@ def serving(data_folder: Path | None = None) -> Iterator[str]:
 
 
 class Server:
-    """Controls the server of :func:`serving` at this URL: stops, kills and restarts it while others use it."""
+    """Controls the server of :func:`serving` with this URL: suspends, kills and restarts it while services use it."""
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -91,7 +91,7 @@ class Server:
 
     @contextmanager
     def hanging(self) -> Iterator[None]:
-        """Suspend the server during the block; all connections stay open."""
+        """Suspend the server during the block. All connections stay open."""
         self._signal(signal.SIGSTOP)
         try:
             yield
@@ -100,7 +100,7 @@ class Server:
 
     @contextmanager
     def killed(self) -> Iterator[None]:
-        """Kill the server, as a power cut would, and restart it at the end of the block."""
+        """Kill the server as in a power cut. Restart it at the end of the block."""
         processes = self._processes()
         for process in processes:
             with suppress(ProcessLookupError):

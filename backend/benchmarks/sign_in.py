@@ -1,4 +1,4 @@
-"""``python -m benchmarks password-guessing``: guessing passwords: what an attacker learns, and its effect on the control loop."""
+"""Implements ``python -m benchmarks password-guessing``: measures what an attacker learns, and the effect on the control loop."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from kata.database.engine import Database
 
 _RATE_HZ: Final = 100
 _ATTEMPTS_A_NAME: Final = 4
-"""Fewer than the back-off allows."""
+"""Number of attempts with one name. It is lower than the back-off allows."""
 _ATTEMPTS_AN_ADDRESS: Final = 20
 _SPARE_S: Final = 60.0
 _NAMES: Final = ("p50", "p99", "p999", "max")
@@ -32,19 +32,19 @@ _ATTACKS: Final[tuple[tuple[Kind, str], ...]] = (
 
 @dataclass(frozen=True)
 class AnswerTimes:
-    """Time until the answer to a wrong password, ms, for known and unknown names in turns."""
+    """Times in ms until the answer to a wrong password, for known and unknown names, measured alternately."""
 
     known: list[float]
     unknown: list[float]
 
     @property
     def difference_ms(self) -> float:
-        """Difference of the medians, which an attacker could measure."""
+        """Difference of the medians in ms, which an attacker could measure."""
         return median(self.known) - median(self.unknown)
 
 
 def run(seconds: float, per_minute: int, pairs: int, progress: Callable[[str], None]) -> Report:
-    """Measure the loop without and with each kind of guessing, ``seconds`` each, and answer times for ``pairs`` of names.
+    """Measure the loop without guessing and with each kind of guessing, for ``seconds`` each, and answer times for ``pairs`` of names.
 
     :raises BenchError: when the apparatus stops, or a wrong password gets an unexpected answer.
     """
@@ -67,7 +67,7 @@ def run(seconds: float, per_minute: int, pairs: int, progress: Callable[[str], N
         try:
             _measure_loop(report, data, records, (seconds, per_minute), progress)
         except BenchError as error:
-            # Report the answer times although the loop could not be measured.
+            # Report the answer times even if the loop could not be measured.
             report.notes.append(f"Control loop: no more figures, {error}.")
     report.notes.append("Each measurement has its own service and apparatus; torque is on and a recording plays.")
     report.notes.append("reference: a bare thread at the same time; its lateness is that of the computer.")
@@ -97,7 +97,7 @@ def measure_answer_times(data: Path, records: BenchRecords, pairs: int) -> Answe
     with RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, settings=WITHOUT_REAL_TIME) as service:
         for n in range(pairs):
             which = n // _ATTEMPTS_A_NAME
-            # Alternate which comes first, so that the order has no effect.
+            # Alternate the order of the two names, so that the order has no effect.
             both = [(known, f"known-{which}"), (unknown, f"nobody-{which}")]
             for number, (took, name) in enumerate(both if n % 2 else both[::-1]):
                 address = f"127.0.2.{(2 * n + number) // _ATTEMPTS_AN_ADDRESS % 250 + 1}"
@@ -109,10 +109,10 @@ def measure_answer_times(data: Path, records: BenchRecords, pairs: int) -> Answe
 
 
 def make_accounts(data: Path, count: int) -> None:
-    """Create therapists known-0 and so on in the database of this folder."""
+    """Create ``count`` therapists with the names known-0, known-1, ... in the database of this folder."""
     database = Database(f"sqlite:///{data / 'kata.db'}")
     try:
-        # One hash for all accounts: only wrong passwords are measured.
+        # Use one hash for all accounts, because only wrong passwords are measured.
         password_hash, now = hasher().hash("nobody will guess this one"), utc_now()
         with database.write() as session:
             for n in range(count):

@@ -1,4 +1,4 @@
-"""``python -m benchmarks soak``: plays for an hour and counts missed cycles and the growth of memory."""
+"""Implements ``python -m benchmarks soak``: plays for an hour and measures missed cycles and the growth of memory."""
 
 import time
 from collections.abc import Callable
@@ -16,10 +16,10 @@ from kata.bench.running_service import BenchError, RunningService, causes, prepa
 _RATE_HZ: Final = 100
 _PLAY_S: Final = 60.0
 _RUNS_A_SESSION: Final = 5
-"""Answers about a session grow with its runs, and a clinic's sessions do not have a hundred runs."""
+"""Number of runs in a session. Answers about a session grow with its runs, and a clinic's sessions do not have a hundred runs."""
 _SAMPLE_S: Final = 5.0
 _SETTLED_S: Final = 600.0
-"""Until then memory may grow: caches fill, and modules are imported at their first use."""
+"""Time in which memory may grow, because caches fill and modules are imported at their first use."""
 _ROWS: Final = 12
 
 
@@ -34,7 +34,7 @@ class SoakSample:
 
 
 def run(minutes: float, progress: Callable[[str], None]) -> Report:
-    """Play for some minutes with one page open.
+    """Play for ``minutes`` with one page open.
 
     :raises BenchError: when the apparatus stops.
     """

@@ -1,4 +1,4 @@
-"""``python -m benchmarks start``: the time from the command ``kata serve`` until its first answers."""
+"""Implements ``python -m benchmarks start``: measures the time from the command ``kata serve`` until its first answers."""
 
 import os
 import signal
@@ -25,18 +25,18 @@ _PATHS: Final = ("/", "/health/ready")
 
 @dataclass(frozen=True)
 class Start:
-    """Seconds from the start of the process until the answer 200."""
+    """Times in s from the start of the process until the answer 200."""
 
     page_s: float
     ready_s: float
 
 
 def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> Report:
-    """Start the service of this checkout some times, in turns with that of another checkout.
+    """Start the service of this checkout ``rounds`` times, alternating with that of another checkout.
 
-    Each checkout has a data folder of its own. Its first start, which creates the database, is reported apart.
+    Each checkout has its own data folder. The first start, which creates the database, is additional and reported separately.
 
-    :param against: the other checkout.
+    :param against: the other checkout, or None.
     :raises BenchError: when a service does not become ready.
     """
     report = Report(
@@ -66,7 +66,7 @@ def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> R
 
 
 def _start(checkout: Path, data: Path) -> Start:
-    """Start the service, wait for its answers, and end it."""
+    """Start the service, wait for its answers, and end it. Return the times."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}

@@ -1,5 +1,5 @@
-"""``python -m benchmarks stations``: several stations of one clinic on one PostgreSQL, each with its own service and apparatus. Measures
-the delay until one station shows an event at another, and the cycles missed while the database hangs.
+"""Implements ``python -m benchmarks stations``: runs several stations of one clinic on one PostgreSQL, each with its own service and
+apparatus. Measures the delay until one station shows an event at another, and the cycles missed while the database hangs.
 """
 
 import random
@@ -54,21 +54,21 @@ class _Station:
 
 
 class _Watcher:
-    """A client that watches all stations at one of them."""
+    """A client of one station that watches all stations."""
 
     def __init__(self, at: RunningService) -> None:
         self._socket = connect(
             at.url.replace("http", "ws", 1) + "/api/stations/live", additional_headers={"Cookie": at.cookie}
         )
         self._estop: dict[str, tuple[str, float]] = {}
-        """By station: the shown state of its emergency stop, and since when, by the monotonic clock."""
+        """The shown state of each station's emergency stop, and the time of its change on the monotonic clock."""
         self._changed = threading.Condition()
         threading.Thread(target=self._read, daemon=True).start()
 
     def shown(self, station: str, estop: str) -> float:
-        """Wait until this state is shown; return the time, by the monotonic clock.
+        """Wait until this state is shown. Return the time of the change on the monotonic clock.
 
-        :raises BenchError: when it is not shown in time.
+        :raises BenchError: when the state is not shown in time.
         """
         with self._changed:
             if not self._changed.wait_for(lambda: self._estop.get(station, ("", 0.0))[0] == estop, _SEEN_LIMIT_S):
@@ -93,7 +93,7 @@ class _Watcher:
 
 
 def run(stations: int, presses: int, seconds: float, progress: Callable[[str], None]) -> Report:
-    """Press emergency stops, then play at all stations at once: ``seconds`` with the database, and ``seconds`` while it hangs.
+    """Press emergency stops. Then play at all stations for ``seconds`` with the database, and for ``seconds`` while it hangs.
 
     :raises BenchError: when PostgreSQL is missing, or an apparatus stops.
     """
@@ -111,7 +111,7 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
         progress("Playing with the database")
         before_mb = [station.service.service_mb for station in stations_running]
         for station in stations_running:
-            # Without an open page, the apparatus would be paused.
+            # Without an open page the service would pause the apparatus.
             stack.enter_context(page_load(station.service, None, pages=1))
             station.service.play(station.records)
         _add_row(
@@ -160,7 +160,7 @@ def _delays_ms(stations_running: Sequence[_Station], presses: int) -> list[float
 
 
 def _missed(stations_running: Sequence[_Station], seconds: float) -> list[float]:
-    """Return the cycles that each station misses in ``seconds``."""
+    """Return the number of cycles that each station misses in ``seconds``."""
     before = [_overruns(station) for station in stations_running]
     time.sleep(seconds)
     return [_overruns(station) - overruns for station, overruns in zip(stations_running, before, strict=True)]

@@ -1,4 +1,4 @@
-"""``python -m benchmarks stop-under-attack``: the time from a user's Stop to its answer while others attack the service."""
+"""Implements ``python -m benchmarks stop-under-attack``: measures the time from a Stop to its answer while the service is attacked."""
 
 import http.client
 import json
@@ -26,11 +26,11 @@ from kata.settings import Settings
 
 GOAL_MS: Final = 100.0
 _CONNECTIONS: Final = str(Settings.model_fields["connections_per_address"].default)
-"""Connections of one address, as in a clinic."""
+"""Allowed connections of one address, as in a clinic."""
 _RATE_HZ: Final = 100
 _PLOT_S: Final = 600.0
 _BEFORE_S: Final = 2.0
-"""The attack runs for this long before the first Stop."""
+"""Duration of the attack before the first Stop."""
 _BETWEEN_S: Final = (0.02, 0.08)
 _ANSWER_LIMIT_S: Final = 30.0
 QUIET: Final = "none"
@@ -42,17 +42,17 @@ class StopsUnderAttack:
 
     took_ms: list[float]
     refused: int
-    """Stops without an answer, or with another than 200."""
+    """Number of Stops without an answer, or with a status other than 200."""
     begun: int
-    """How often an attacker began."""
+    """Number of times that an attacker began."""
     grown_mb: float
-    """Most growth of the service's resident memory during the attack."""
+    """Largest growth of the service's resident memory during the attack."""
 
 
 def run(stops: int, attacks: tuple[str, ...], stations: int, progress: Callable[[str], None]) -> Report:
-    """Send ``stops`` Stops during each of the named :data:`~benchmarks.attacks.ATTACKS`, and without one.
+    """Send ``stops`` Stops during each of the named :data:`~benchmarks.attacks.ATTACKS`, and without an attack.
 
-    One station has SQLite. Several share one PostgreSQL: the first is attacked, and each gets ``stops`` Stops.
+    A single station uses SQLite. Several stations share one PostgreSQL. The first is attacked, and each gets ``stops`` Stops.
 
     :raises BenchError: when a service does not start, or PostgreSQL is missing.
     """
@@ -74,7 +74,7 @@ def run(stops: int, attacks: tuple[str, ...], stations: int, progress: Callable[
 
 
 def measure(folder: Path, name: str, stops: int, stations: int) -> list[StopsUnderAttack]:
-    """Return the figures of every station. The first is under the attack ``name``.
+    """Return the figures of every station. The first station is attacked with the attack ``name``.
 
     :raises BenchError: when a service does not start, or PostgreSQL is missing.
     """
@@ -112,7 +112,7 @@ def _service(folder: Path, n: int, records: BenchRecords) -> RunningService:
 
 
 class _Target:
-    """A station's service that gets Stops, and what was measured of it."""
+    """A station's service that gets Stops, and its measured figures."""
 
     def __init__(self, service: RunningService, cookie: str) -> None:
         self.service, self._cookie = service, cookie
@@ -144,7 +144,7 @@ def _attacking(
 
 def _stop(url: str, cookie: str) -> bool:
     where = urlsplit(url)
-    # Another address than the attackers': connections are limited by address.
+    # Use another address than the attackers, because connections are limited by address.
     connection = http.client.HTTPConnection(
         where.hostname or "", where.port, timeout=_ANSWER_LIMIT_S, source_address=("127.0.0.2", 0)
     )

@@ -1,4 +1,4 @@
-"""Builds the databases of ten years of a clinic, for one measurement or to be used again."""
+"""Builds databases with ten years of a clinic, for one measurement or for repeated use."""
 
 import hashlib
 import shutil
@@ -27,8 +27,8 @@ def store(
 ) -> Iterator[tuple[Database, Path, History]]:
     """Yield a filled database with the service's connections, a folder for the service, and the history's ids.
 
-    ``store_folder``: where the database stays. An existing one is rebuilt when the schema, the generated content or the day has changed:
-    the work of the day is at the end of the history.
+    ``store_folder``: folder in which the database is kept. An existing database is rebuilt if the schema, the generated content or the day
+    has changed, because the history ends with the work of the present day.
 
     :raises MissingError: when no PostgreSQL is available.
     """
@@ -43,12 +43,12 @@ def store(
         if not history_file.exists():
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
-            # PostgreSQL's user must be able to enter it.
+            # PostgreSQL's user must be able to enter the folder.
             folder.chmod(0o755)
             with _database(backend, folder, None) as database:
                 upgrade(database)
                 history = fill(database, patients, visits, hour_s, today)
-            # Written last: a database without this file is incomplete.
+            # Write this file last, because a database without it counts as incomplete.
             history_file.write_bytes(_HISTORY.dump_json(history))
         with _database(backend, folder, SERVICE_ANSWER_S) as database:
             yield database, folder, _HISTORY.validate_json(history_file.read_bytes())

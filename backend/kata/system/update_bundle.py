@@ -1,6 +1,6 @@
-"""Signed bundles of a version: one file with all its wheels, for computers without the internet.
+"""Writes and reads signed bundles of a version: one file with all its wheels, for computers without the internet.
 
-A bundle is a tar archive: the manifest (version, and SHA-256 of each wheel), its Ed25519 signature, then the wheels. Nothing of a bundle is
+A bundle is a tar archive: the manifest (version, and SHA-256 of each wheel), its Ed25519 signature, then the wheels. No part of a bundle is
 used before the signature and the hashes are verified.
 """
 
@@ -29,7 +29,7 @@ _CHUNK: Final = 1 << 20
 
 
 class BundleError(Exception):
-    """A file is no bundle, or its signature is not valid. The message says which."""
+    """A file is not a bundle, or its signature is not valid. The message says which."""
 
 
 class Manifest(msgspec.Struct, frozen=True, tag_field="format", tag="kata-update/1"):
@@ -37,7 +37,7 @@ class Manifest(msgspec.Struct, frozen=True, tag_field="format", tag="kata-update
 
     version: str
     wheels: dict[str, str]
-    """SHA-256 in hexadecimal, by file name."""
+    """SHA-256 of each wheel in hexadecimal, by file name."""
 
     def __post_init__(self) -> None:
         if not _VERSION.fullmatch(self.version):
@@ -47,7 +47,7 @@ class Manifest(msgspec.Struct, frozen=True, tag_field="format", tag="kata-update
 
 
 def write_bundle(out: Path, version: str, wheels: list[Path], key: Ed25519PrivateKey) -> None:
-    """Write a bundle of these wheels. Equal wheels and an equal key give equal bytes.
+    """Write a bundle of these wheels. The same wheels and the same key give the same bytes.
 
     :raises ValueError: when the version or a wheel's name is invalid.
     """
@@ -65,7 +65,7 @@ def write_bundle(out: Path, version: str, wheels: list[Path], key: Ed25519Privat
 def read_manifest(bundle: Path, public_key: Path) -> Manifest:
     """Return the manifest if its signature is valid. The wheels are not read yet.
 
-    :raises BundleError: when the file is no bundle, or another key has signed it.
+    :raises BundleError: when the file is not a bundle, or another key has signed it.
     :raises OSError: when a file cannot be read.
     """
     with _opened(bundle) as archive:
@@ -73,7 +73,7 @@ def read_manifest(bundle: Path, public_key: Path) -> Manifest:
 
 
 def unpack_bundle(bundle: Path, public_key: Path, folder: Path) -> list[Path]:
-    """Copy the wheels into a folder, and return them. Each one is compared with the signed manifest.
+    """Copy the wheels into a folder. Return their paths. Each wheel is compared with the signed manifest.
 
     :raises BundleError: as :func:`read_manifest`, and when a wheel is missing or differs.
     :raises OSError: when a file cannot be read or written.
