@@ -1,8 +1,8 @@
-"""Ten years of an invented clinic until today: patients, episodes, programmes, assessments, sessions, runs, alarms, their audit trail, the
-sums of the clinic's figures, and one run of an hour.
+"""Generates ten years of an invented clinic until today: patients, episodes, programmes, assessments, sessions, runs, alarms, their audit
+trail, the sums of the clinic's figures, and one run of an hour.
 
-Only the patients that a benchmark reads have tracking figures of each motor. For all patients they would be ten million rows, and
-a row is only read with its run.
+Only the patients that a benchmark reads have tracking figures of each motor. For all patients they would be ten million rows, and such a
+row is only read together with its run.
 """
 
 import json
@@ -53,16 +53,16 @@ _FAMILIES: Final = (
 _GIVEN: Final = (("Hanako", "ハナコ"), ("Ken", "ケン"), ("Mai", "マイ"), ("Yuki", "ユキ"), ("Taro", "タロウ"))
 _DAYS: Final = 3650
 _COURSE: Final = timedelta(days=200)
-"""An episode is closed this long after its beginning."""
+"""Duration of an episode until it is closed."""
 _UNSIGNED: Final = 0.2
 _UNSIGNED_DAYS: Final = 7
-"""Share of notes that wait for a signature, and for how long."""
+"""Share of recent notes that are not signed, and the number of days that count as recent."""
 _MOVES: Final = 10
-"""Versions of each station's configuration, one a year."""
+"""Number of versions of each station's configuration, one for each year."""
 _RUNS: Final = 2
 _STOPPED: Final = 0.03
 _REFUSED: Final = 0.005
-"""Share of refused actions; none failed."""
+"""Share of refused actions. No action failed."""
 _ASSESSMENTS: Final = 6
 _ROM: Final = (("flexion", "", 120.0), ("abduction", "", 100.0), ("external_rotation", "at_side", 40.0))
 _STAGES: Final = ("freezing", "frozen", "thawing")
@@ -71,12 +71,12 @@ _SESSIONS_A_BATCH: Final = 20_000
 _PATIENTS_A_BATCH: Final = 1000
 _REQUESTED_PATIENTS: Final = 50
 _RESTRICTED: Final = 50
-"""One patient in this many is restricted to a care team; the benchmark's accounts are in none."""
+"""One of this many patients is restricted to a care team. The benchmark's accounts are in no care team."""
 _RATE_HZ: Final = 100
 _COUNT_DEG: Final = 360 / 4096
 _TORQUE_COUNT_NM: Final = 0.00538
 _TORQUE_NOISE_COUNTS: Final = (10.9, 9.4, 12.4, 11.7, 1.6)
-"""Of the simulated apparatus, for each motor."""
+"""Noise of the simulated apparatus in torque counts, for each motor."""
 _ANGLE_NOISE_DEG: Final = 0.01
 _JITTER_S: Final = 3e-5
 _TABLES: Final[tuple[Any, ...]] = (
@@ -98,11 +98,11 @@ class History:
     names: tuple[str, ...]
     """Texts for a search."""
     hour: UUID
-    """The run of an hour, or of another requested length."""
+    """Id of the run of an hour, or of another requested length."""
 
 
 def fill(database: Database, patients: int, visits: int, hour_s: float, today: date) -> History:
-    """Fill the database with the ten years before ``today``; the content is the same each time, apart from the dates."""
+    """Fill the database with the ten years before ``today``. Except for the dates the content is always the same."""
     random_source = random.Random(7)
     first = datetime(today.year, today.month, today.day, 9, tzinfo=UTC) - timedelta(days=_DAYS)
     people = [_Person(n, random_source, first) for n in range(patients)]
@@ -121,7 +121,7 @@ def fill(database: Database, patients: int, visits: int, hour_s: float, today: d
         for start in range(0, visits, _SESSIONS_A_BATCH):
             rows = _no_rows()
             for n in range(start, min(start + _SESSIONS_A_BATCH, visits)):
-                # A patient has a session a day from the beginning of the episode.
+                # A patient has one session a day from the beginning of the episode.
                 person = people[n // each]
                 clinic.add_session(rows, n, person, n % each, person.number in requested_numbers)
                 rows[AuditRow].append(clinic.audit_row(n, visits, random_source.choice(people)))
@@ -131,7 +131,7 @@ def fill(database: Database, patients: int, visits: int, hour_s: float, today: d
     with database.write() as session:
         hour = _add_hour(session, people[0], hour_s)
     if not database.file:
-        # A server does this automatically after a while. A clinic's SQLite file is never analyzed.
+        # A PostgreSQL server does this automatically after some time. A clinic's SQLite file is never analyzed.
         with database.writer.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
             connection.exec_driver_sql("VACUUM (ANALYZE)")
     return History(
@@ -237,7 +237,7 @@ class _Person:
 
 @dataclass
 class _Clinic:
-    """What all sessions share."""
+    """Data that all sessions share."""
 
     first: datetime
     """Beginning of the history."""
@@ -250,7 +250,7 @@ class _Clinic:
         return self.first + timedelta(days=_DAYS)
 
     def add_session(self, rows: _Rows, n: int, person: _Person, nth: int, compared: bool) -> None:
-        """Add the ``nth`` session of a person, which is the ``n``-th of the clinic, with its runs, its stop and its alarm."""
+        """Add a session with its runs, its stop and its alarm. It is the ``nth`` session of the person and the ``n``-th of the clinic."""
         random_source = self.random_source
         day = nth % min(_COURSE.days, (self.today - person.began).days + 1)
         began = person.began + timedelta(days=day, minutes=15 * random_source.randrange(36), seconds=nth % 900)

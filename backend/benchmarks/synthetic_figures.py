@@ -1,4 +1,6 @@
-"""The derived rows of an invented clinic's figures. The bulk insertion does not run :mod:`kata.clinic.statistics.upkeep`."""
+"""Calculates the derived rows of an invented clinic's figures, because the bulk insertion does not run
+:mod:`kata.clinic.statistics.upkeep`.
+"""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -26,7 +28,7 @@ class StationHours:
     _sums: dict[tuple[datetime, str], dict[str, float]] = field(default_factory=lambda: defaultdict(_no_sums))
 
     def add(self, began: datetime, station: str, runs: Sequence[dict[str, Any]]) -> None:
-        """Add a session with its rows of runs. All of them were played."""
+        """Add a session with its rows of runs. All its runs were played."""
         sums = self._sums[hour_of(began), station]
         sums["sessions"] += 1
         for run in runs:
@@ -58,5 +60,5 @@ def outcome_rows(episode_id: UUID, values: dict[str, list[tuple[datetime, float]
 
 
 def stored_time(at: datetime) -> str:
-    """Return a time as SQLite stores it; PostgreSQL accepts it when its time zone is UTC."""
+    """Return a time in SQLite's storage form. PostgreSQL accepts it if its time zone is UTC."""
     return at.replace(tzinfo=None).isoformat(" ", "microseconds")

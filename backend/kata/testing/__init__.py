@@ -1,6 +1,6 @@
-"""Tests and simulated drives for the authors of driver packages (docs/how-to/write-a-driver.md). They need pytest."""
+"""Provides tests and simulated drives for authors of driver packages (docs/how-to/write-a-driver.md). They need pytest."""
 
 import pytest
 
-# Failed assertions show their values, as those of a test file do.
+# Let failed assertions show their values, as in a test file.
 pytest.register_assert_rewrite("kata.testing.conformance")

@@ -1,6 +1,6 @@
-"""Requirements of every driver. A driver is complete when its subclass of :class:`Conformance` passes.
+"""Tests the requirements of every driver. A driver is complete when its subclass of :class:`Conformance` passes.
 
-The tests run the driver against simulated drives that speak its protocol, under a stepped clock
+The tests run the driver against simulated drives that speak its protocol, with a stepped clock
 (:class:`kata.testing.world.RecordingWorld`).
 """
 
@@ -25,34 +25,34 @@ _SLACK_S = 0.005
 
 
 class _Suite:
-    """What a driver's author states, and the apparatus with its drives."""
+    """The properties that a driver's author states, and the apparatus with its drives."""
 
     protocol: ClassVar[str]
     """Name of the driver's entry point."""
     make_drives: ClassVar[MakeDrives | None] = None
-    """Makes the simulated drives (``staticmethod``); None: those of the simulator with this protocol."""
+    """Makes the simulated drives (``staticmethod``). None: use the simulator's drives for this protocol."""
     make_mechanics: ClassVar[MakeMechanics] = Plant
     """Makes the simulated mechanics (``staticmethod``)."""
     settings: ClassVar[dict[str, Any]] = {}
-    """Fields of the station's configuration that differ from the simulated station's."""
+    """Fields of the station's configuration that differ from those of the simulated station."""
     resolution_deg: ClassVar[float]
-    """Of a position on the bus."""
+    """Resolution of a position on the bus."""
     byte_by_byte: ClassVar[bool] = False
-    """True: the adapter delivers each byte separately."""
+    """True if the adapter delivers each byte separately."""
     alerts: ClassVar[bool] = False
     """True if every answer reports a hardware error at once."""
     inputs_come_with_drive: ClassVar[bool] = False
-    """True if the answer of a drive contains its inputs; else they are read last."""
+    """True if the answer of a drive contains its inputs. False: the inputs are read last."""
     reports_health: ClassVar[bool] = False
     """True if the drives report supply voltage and temperature, and their limits."""
     arming_request: ClassVar[int]
     """Number of requests of ``torque_on`` before the one that arms the watchdogs."""
     read_only: ClassVar[Mapping[str, str]] = {}
-    """Registers that ``configure`` verifies and cannot write: name to the pattern of its refusal."""
+    """Registers that ``configure`` verifies but cannot write: pattern of the error message, by name."""
 
     def expected_registers(self, config: StationConfig, motor: int) -> Mapping[int, bytes]:
-        """Return what motor 1-5 must have in its registers, by first address, the bus watchdog excepted. Write it from the
-        manual and not from the driver. ``config``: of the apparatus on its current side.
+        """Return the required contents of the registers of motor 1-5, by first address, without the bus watchdog. Write it from the
+        manual and not from the driver. ``config``: configuration of the apparatus on its current side.
         """
         raise NotImplementedError
 
@@ -68,7 +68,7 @@ class _Suite:
 
     @pytest.fixture
     def bus(self, world: RecordingWorld) -> Bus:
-        """Return the bus opened, its drives configured and verified."""
+        """Return the open bus, with all drives configured and verified."""
         bus = make_bus(world.config, world.open_transport)
         bus.open()
         bus.configure(range(5))
@@ -87,7 +87,7 @@ class _Suite:
 
     @staticmethod
     def cycles(world: RecordingWorld, bus: Bus, count: int) -> list[Any]:
-        """Return readings at the interval of a cycle."""
+        """Read ``count`` times at the interval of a cycle. Return the readings."""
         readings = []
         for _ in range(count):
             began_ns = world.t_ns
@@ -97,13 +97,13 @@ class _Suite:
 
 
 class Opening(_Suite):
-    """Installation, and a port that is opened."""
+    """Requirements of the installation and of opening a port."""
 
     def test_the_driver_is_installed_under_its_name(self) -> None:
         assert self.protocol in installed_drivers()
 
     def test_every_field_has_one_accepted_range(self) -> None:
-        """Fields that depend on the protocol, such as ids and baud rates, need a range of the driver."""
+        """The driver must define ranges for fields that depend on the protocol, such as ids and baud rates."""
         fields = {row.field for row in RANGES}
         ranged = [row.field for row in ranges_of(self.protocol) if row.field in fields]
         assert sorted(ranged) == sorted(fields)
@@ -135,7 +135,7 @@ class Opening(_Suite):
 
 
 class Configuring(_Suite):
-    """Written registers, their verification, and drives that lose them."""
+    """Requirements of writing and verifying registers, and of drives that lose them."""
 
     def wrong(self, world: RecordingWorld, motor: int) -> list[int]:
         """Return the registers of a drive that differ from the manual and the configuration."""
@@ -189,7 +189,7 @@ class Configuring(_Suite):
             world.place(motor, angle_deg)
             world.fault("off", motor)
         world.faults.clear()
-        # Without torque the arm sinks: compare with the shafts' true angles.
+        # Compare with the shafts' true angles, because without torque the arm sinks.
         reading = next(reading for reading in self.cycles(world, bus, 2) if all(reading.drives))
         assert [drive.position_deg for drive in reading.drives] == pytest.approx(wanted, abs=1.0)
         for _ in range(20):
@@ -251,7 +251,7 @@ class Configuring(_Suite):
 
 
 class Reading(_Suite):
-    """Measurements, statuses and inputs."""
+    """Requirements of measurements, statuses and inputs."""
 
     def test_reading_returns_what_drives_measured_and_when(self, world: RecordingWorld, bus: Bus) -> None:
         began_ns = world.t_ns
@@ -327,13 +327,13 @@ class Reading(_Suite):
         world.fault("inputs_silent")
         readings = self.cycles(world, bus, 5)
         assert [reading.inputs for reading in readings] == [None] * 5
-        # A drive whose answer contains the inputs is silent then, and delays the others by one cycle.
+        # A drive whose answer contains the inputs is then silent, and delays the others by one cycle.
         for reading in readings[1 if self.inputs_come_with_drive else 0 :]:
             assert all(reading.drives[1:])
 
 
 class Writing(_Suite):
-    """Torque, setpoints and the bus watchdog."""
+    """Requirements of torque, setpoints and the bus watchdog."""
 
     def test_torque_comes_on_where_the_arm_is(self, world: RecordingWorld, bus: Bus) -> None:
         before_ns = world.t_ns
@@ -363,7 +363,7 @@ class Writing(_Suite):
         self.cycles(world, bus, 5)
         assert not any(world.torque)
         offs = [seen.t_ns for seen in world.seen if seen.what == "torque" and seen.value == 0 and seen.t_ns > off_ns]
-        # A hundred bytes: the setpoints already on the line, and its own frame.
+        # A hundred bytes are the setpoints already on the bus and the frame itself.
         assert max(offs) - off_ns < 100 * 10e9 / world.config.baud + 1e6
         assert not any(world.goals(motor, max(offs)) for motor in range(1, 6))
         assert {s.torque_on for r in self.cycles(world, bus, 5) for s in r.statuses} == {False}
@@ -381,7 +381,7 @@ class Writing(_Suite):
 
 
 class Faults(_Suite):
-    """Silent drives, damaged and late answers, and a lost port."""
+    """Requirements for silent drives, damaged and late answers, and a lost port."""
 
     @pytest.mark.parametrize("motor", [1, 3, 5])
     def test_silent_drive_delays_others_by_at_most_one_cycle(self, world: RecordingWorld, bus: Bus, motor: int) -> None:
@@ -434,7 +434,7 @@ class Faults(_Suite):
 
     def test_noise_between_answers_loses_no_valid_answer(self, world: RecordingWorld, bus: Bus) -> None:
         world.fault("noise", value=3)
-        # One cycle to detect the noise.
+        # The driver may need one cycle to detect the noise.
         for reading in self.cycles(world, bus, 20)[1:]:
             assert all(reading.drives)
             assert reading.inputs is not None
@@ -454,7 +454,7 @@ class Faults(_Suite):
             bus.read,
             bus.torque_off,
             bus.open,
-            # A driver may send setpoints with its next reading.
+            # write_setpoints is not tested, because a driver may send setpoints with its next reading.
         ]
         for call in calls:
             with pytest.raises(BusError, match=r"gone|opened"):
@@ -489,7 +489,7 @@ class Faults(_Suite):
 
 
 class Timing(_Suite):
-    """The time of a cycle."""
+    """Requirements of the time of a cycle."""
 
     def test_cycle_lasts_as_long_as_its_bytes(self, world: RecordingWorld, bus: Bus) -> None:
         bus.torque_on(HOLD)
@@ -498,7 +498,7 @@ class Timing(_Suite):
         for _ in range(50):
             bus.read()
             bus.write_setpoints(HOLD)
-        # The last setpoints are still on their way.
+        # The last setpoints are still being sent.
         took_ns = (world.t_ns - began_ns) / 50
         assert took_ns <= 1.02 * 1e9 / max_cycle_hz(world.config)
 

@@ -1,4 +1,4 @@
-"""The simulated apparatus under a stepped clock, with a record of what its drives accepted."""
+"""Provides the simulated apparatus with a stepped clock and a record of the values that its drives accepted."""
 
 import math
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Seen:
 
 
 class _LossyLine(world.MemoryLine):
-    """A line on which requests can be lost."""
+    """A transport on which requests can be lost."""
 
     def __init__(self, lossy: "RecordingWorld", baud: int) -> None:
         super().__init__(lossy, baud)
@@ -39,7 +39,7 @@ class _LossyLine(world.MemoryLine):
 
 
 class RecordingWorld(world.World):
-    """The apparatus behind the serial port, with a record of accepted values."""
+    """The simulated apparatus at the serial port, with a record of accepted values."""
 
     def __init__(
         self,
@@ -50,10 +50,10 @@ class RecordingWorld(world.World):
         make_mechanics: MakeMechanics = Plant,
         **settings: object,
     ) -> None:
-        """``make_drives``: simulated drives of a protocol that the simulator does not have. ``make_mechanics``: makes the
-        simulated mechanics. ``settings``: fields of the station's configuration.
+        """Create the apparatus. ``make_drives``: makes drives of a protocol that the simulator does not have. ``make_mechanics``:
+        makes the simulated mechanics. ``settings``: fields of the station's configuration.
         """
-        # There is no kernel in between, and the long time-outs for a pseudo-terminal would hide silent drives.
+        # Use short time-outs. No kernel delays bytes here, and the long time-outs for a pseudo-terminal would hide silent drives.
         cycle_hz = settings.get("cycle_hz", 100)
         assert isinstance(cycle_hz, int)
         age_cycles = min(10, 3 * cycle_hz // 10)
@@ -84,17 +84,17 @@ class RecordingWorld(world.World):
         """Number of requests that still pass, and number of lost requests after them."""
 
     def open_transport(self, port: str, baud: int) -> world.MemoryLine:
-        """Open the port; requests that :meth:`lose_requests` names do not reach the drives."""
+        """Open the port. Requests that :meth:`lose_requests` selects do not reach the drives."""
         super().open_transport(port, baud)
         self.opened = _LossyLine(self, baud)
         return self.opened
 
     def lose_requests(self, count: int, after: int) -> None:
-        """Let no drive hear ``count`` requests, from the one after the next ``after`` on."""
+        """Lose ``count`` requests after the next ``after`` requests, so that no drive receives them."""
         self._lost = [after, count]
 
     def loses_this(self) -> bool:
-        """Return whether the request that is being sent is lost."""
+        """Return True if the request that is being sent is lost, and count it."""
         passing, losing = self._lost
         if passing:
             self._lost[0] -= 1
@@ -104,19 +104,19 @@ class RecordingWorld(world.World):
         return False
 
     def registers(self, motor: int, address: int, length: int) -> bytes:
-        """Return what a drive has in its registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
+        """Return the contents of a drive's registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
         return self.drives[motor - 1].stored(address, length)
 
     def set_registers(self, motor: int, address: int, data: bytes) -> None:
-        """Change a drive's registers behind the driver's back."""
+        """Change a drive's registers without the driver."""
         self.drives[motor - 1].store(address, data)
 
     def place(self, motor: int, angle_deg: float) -> None:
-        """Put a shaft and its arm at an angle, at rest, without torque, as if a hand had guided it."""
+        """Put a shaft and its arm at an angle, at rest and without torque, as if a hand had guided them."""
         self.apparatus.place(motor, math.radians(angle_deg))
 
     def speaks_untruth(self, motor: int) -> bool:
-        """Return True if a fault makes a drive report another angle than its shaft's."""
+        """Return True if a fault prevents a drive from reporting its shaft's true angle."""
         return any(self.faults.has(kind, motor) for kind in ("off", "silent", "frozen", "garbage", "exchanged_id"))
 
     def fault(self, kind: FaultKind, motor: int | None = None, value: float | None = None) -> None:
@@ -124,7 +124,7 @@ class RecordingWorld(world.World):
         self.faults.fault(SimulatedFault(kind, motor, value))
 
     def goals(self, motor: int, since_ns: int = 0) -> list[float]:
-        """Return the goals that a drive has accepted, degrees."""
+        """Return the goals in degrees that a drive has accepted since ``since_ns``."""
         return [
             seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns
         ]

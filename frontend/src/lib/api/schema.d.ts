@@ -4630,7 +4630,7 @@ export interface components {
         DatabaseStatus: {
             /**
              * Unavailable Since
-             * @description Since then the database is unavailable; null while it is available.
+             * @description Time since which the database has been unavailable; null while it is available.
              */
             unavailable_since?: string | null;
             /**
@@ -4641,7 +4641,7 @@ export interface components {
             waiting: number;
             /**
              * Spool Full Since
-             * @description Since then this computer's disk cannot store records either; null while it can.
+             * @description Time since which this computer's disk has been unable to store records; null while it can.
              */
             spool_full_since?: string | null;
         };
@@ -4730,7 +4730,7 @@ export interface components {
         };
         /**
          * DriveTrendPoint
-         * @description What the drives reported at one time.
+         * @description Values that the drives reported at one time.
          */
         DriveTrendPoint: {
             /**
@@ -4751,7 +4751,7 @@ export interface components {
         };
         /**
          * DriveWarningLive
-         * @description A drive is near one of its own limits. It is not a stop.
+         * @description A drive is near one of its own limits. The warning does not stop the apparatus.
          */
         DriveWarningLive: {
             /**
@@ -5487,7 +5487,7 @@ export interface components {
             recording_id: string;
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -5606,7 +5606,7 @@ export interface components {
             taken_from: string | null;
             /**
              * Unreachable Since
-             * @description Since then the holder's browser is unreachable: playback pauses after 2 s, and the motors release the arm after 30 s. Null while it is reachable.
+             * @description Time since which the holder's browser has been unreachable. Playback pauses after 2 s, and the motors release the arm after 30 s. Null while it is reachable.
              */
             unreachable_since: string | null;
             /**
@@ -5640,7 +5640,7 @@ export interface components {
         };
         /**
          * Live
-         * @description The newest state of the station. Without a running device process it is old: see ``age_ms``.
+         * @description The newest state of the station. Without a running device process it is out of date: see ``age_ms``.
          */
         Live: {
             /**
@@ -5672,18 +5672,18 @@ export interface components {
             mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
             /**
              * Torque
-             * @description Of all drives together: on if one has torque, else unknown if one may have.
+             * @description Torque of all drives together: on if one drive has torque, else unknown if one drive may have torque.
              * @enum {string}
              */
             torque: "on" | "off" | "unknown";
             /**
              * Stops
-             * @description Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.
+             * @description Number of stops. Each Stop command and each latched stop adds one. Commands that can start motion carry this number.
              */
             stops: number;
             /**
              * Verified Since
-             * @description Since then the apparatus is connected and every drive configured, without a break; null while not. An earlier emergency-stop test does not count.
+             * @description Time since which the apparatus has been connected and every drive configured, without interruption; else null. An emergency-stop test from before this time does not count.
              */
             verified_since: string | null;
             /**
@@ -5785,7 +5785,7 @@ export interface components {
             programme_position?: number | null;
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -6383,7 +6383,7 @@ export interface components {
             };
             /**
              * Text
-             * @description In English.
+             * @description The text in English.
              */
             text: string;
         };
@@ -7190,7 +7190,7 @@ export interface components {
         PlacedText: {
             /**
              * Code
-             * @description Of `frontend/server-messages.json`.
+             * @description Code in `frontend/server-messages.json`.
              * @example motor_out_of_range
              */
             code: string;
@@ -7606,7 +7606,7 @@ export interface components {
             recording_id: string;
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -7679,7 +7679,7 @@ export interface components {
             recording_id: string;
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -8822,12 +8822,12 @@ export interface components {
             left_s: number;
             /**
              * At Start
-             * @description Held at the recording's start: ready to play.
+             * @description The arm is held at the recording's start and ready to play.
              */
             at_start: boolean;
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -9274,7 +9274,7 @@ export interface components {
             recording_name: string;
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -9769,7 +9769,7 @@ export interface components {
             stage: "freezing" | "frozen" | "thawing";
             /**
              * Load Level
-             * @description Resistance at which the arm moves back: 1 the lightest touch, 25 the motors' rated torque.
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
             load_level: number;
@@ -10419,7 +10419,7 @@ export interface components {
         TextKey: {
             /**
              * Code
-             * @description Of `frontend/server-messages.json`.
+             * @description Code in `frontend/server-messages.json`.
              * @example motor_out_of_range
              */
             code: string;
