@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import typer
 
+from docs.clinical import range_of_motion
 from docs.limits import limits
 from docs.paper import paper
 from docs.risk_file import components, hazards, requirements
@@ -238,6 +239,7 @@ PAGES: Final = {
     "messages.md": messages,
     "limits.md": limits,
     "paper.md": paper,
+    "range-of-motion.md": range_of_motion,
     "requirements.md": requirements,
     "hazards.md": hazards,
     "components.md": components,

@@ -262,7 +262,7 @@ def test_progress_columns_have_units() -> None:
 _VALUE: Final = r"\s?\{\{%s[^}]*\}\}"
 TEXT_NUMBERS: Final[dict[str, str]] = {
     # The unit follows, also after a range.
-    **dict.fromkeys(("angle", "highest", "lowest", "margin", "limit"), r"{}(?: (?:to|and) \{\{\w+\}\}| *[~〜] *\{\{\w+\}\})? ?(?:°|deg|degrees|度)|level {}|レベルの上限は{}|{}(?:から|〜|～)"),
+    **dict.fromkeys(("angle", "counted", "highest", "lowest", "margin", "limit"), r"{}(?: (?:to|and) \{\{\w+\}\}| *[~〜] *\{\{\w+\}\})? ?(?:°|deg|degrees|度)|level {}|レベルの上限は{}|{}(?:から|〜|～)"),
     "percent": r"{} ?%", "ms": r"{} ?(?:ms|ミリ秒)", "hz": r"{} ?Hz", "degPerSecond": r"{} ?(?:deg/s|°/s)|毎秒{}°",
     "seconds": r"{} ?(?:s\b|秒)", "offset": r"{} ?(?:s\b|秒)", "minutes": r"{} ?(?:min|分)", "age": r"{} ?(?:years|歳)",
     "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",

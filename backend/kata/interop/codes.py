@@ -53,7 +53,7 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "arm-position": "Position of the arm during the measurement",
     "position-at_side": "Arm at the side",
     "position-abducted_90": "Arm abducted to 90 degrees",
-    "position-flexed_90": "Arm flexed to 90 degrees",
+    "position-flexed_90": "Arm flexed to 90 degrees; Kata's form counts from the forearm that points straight up",
     "pain-rest": "Pain at rest",
     "pain-active": "Pain when moving the arm oneself",
     "pain-passive": "Pain when the arm is moved",

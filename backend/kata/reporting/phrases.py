@@ -287,8 +287,9 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "no_assessments": ("Nothing has been assessed yet.", "評価はまだ行われていない。"),
     "rom": ("Range of motion", "関節可動域"),
     "rom_caption": (
-        "Degrees. First and newest of the treated side, the newest of the other side, and a healthy shoulder's reference.",
-        "単位は度。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。",
+        "Degrees. First and newest of the treated side, the newest of the other side, and a healthy shoulder's reference. "
+        "Rotation with the arm flexed 90° counts from the forearm that points straight up.",
+        "単位は度。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。3rdの回旋は前腕が真上を向く肢位を0°とする。",
     ),
     "kind": ("Kind", "種別"),
     "kind.active": ("Active", "自動"),

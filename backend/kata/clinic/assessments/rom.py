@@ -5,6 +5,13 @@ measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabi
 rotation with the arm raised sideways is from its section on other methods. Rotation with the arm raised forward has no reference there; its
 value is that of the apparatus' motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
 
+The zero of rotation is the Association's with the arm at the side and raised sideways: the forearm points forward, along its basic axis,
+the perpendicular to the frontal plane. With the arm raised forward that axis is the upper arm itself, so the Association's table defines no
+zero. Kata's zero there is the Association's zero with the arm at the side, carried forward without rotation: the elbow bent to 90 deg, the
+forearm straight up. We infer that Table 2 counts from it too: Section 2.2 of the article gives about 10 deg of external rotation with the arm
+raised sideways, where the Association counts 90 deg to the forearm that points up. The other zero in use carries the arm that is raised
+sideways forward: the forearm lies level across the chest, and every angle differs by 90 deg (:class:`OtherZero`).
+
 The bounds detect typing errors. The upper bound lies beyond the most supple shoulder. The lower bound is as far below zero as a contracture
 can keep an arm from neutral.
 """
@@ -33,6 +40,11 @@ Kind = Literal["active", "passive"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
 
+_JOA: Final = "JOA and JARM 1995, revised 2022"
+_JOA_OTHER: Final = "JOA and JARM 1995, revised 2022: other methods"
+_TABLE_2: Final = "Sun et al. 2025, Table 2, motion 6"
+
+
 @dataclass(frozen=True)
 class Loinc:
     """LOINC codes of one motion. They do not state the side or the position of the arm."""
@@ -40,6 +52,16 @@ class Loinc:
     active: str
     """Empty if we have verified none without a side."""
     passive: str
+
+
+@dataclass(frozen=True)
+class OtherZero:
+    """A second zero that is in use for the same measurement."""
+
+    adds_deg: float
+    """An angle counted from it is larger by this."""
+    fits_from_deg: float
+    """An angle beyond this, towards the other zero's angles, fits the other zero better."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +77,9 @@ class Measure:
     highest_deg: float
     reference_deg: float
     loinc: Loinc | None = None
+    source: str = _JOA
+    """Of the reference."""
+    other_zero: OtherZero | None = None
 
     def loinc_of(self, kind: str) -> str:
         """Return the LOINC code of ``active`` or ``passive``; empty if we have verified none."""
@@ -68,6 +93,10 @@ _INTERNAL: Final = Loinc("41391-4", "41392-2")
 _HORIZONTAL_ADDUCTION: Final = Loinc("", "56046-6")
 """Horizontal flexion is LOINC's horizontal adduction: 56046-6, Shoulder Horizontal adduction Passive Range of Motion. Of the active codes we
 have verified only the right shoulder's (56044-1)."""
+_LEVEL_FOREARM_OUT: Final = OtherZero(adds_deg=90.0, fits_from_deg=45.0)
+"""20 deg beyond the reference. We chose this margin: a stiff shoulder does not turn further out than a healthy one."""
+_LEVEL_FOREARM_IN: Final = OtherZero(adds_deg=-90.0, fits_from_deg=35.0)
+"""From here on an angle is nearer to the reference of the other zero (-10) than to Kata's (80). A stiff shoulder can be here too."""
 
 MEASURES: Final = (
     Measure("flexion", "", texts.ROM_FLEXION(), "屈曲", -20, 200, 180, Loinc("41389-8", "41390-6")),
@@ -76,17 +105,23 @@ MEASURES: Final = (
     Measure("adduction", "", texts.ROM_ADDUCTION(), "内転", -60, 90, 0),
     Measure("external_rotation", "at_side", texts.ROM_EXTERNAL_ROTATION_1(), "外旋(1st)", -60, 120, 60, _EXTERNAL),
     Measure("internal_rotation", "at_side", texts.ROM_INTERNAL_ROTATION_1(), "内旋(1st)", -60, 120, 80, _INTERNAL),
-    Measure("external_rotation", "abducted_90", texts.ROM_EXTERNAL_ROTATION_2(), "外旋(2nd)", -60, 130, 90, _EXTERNAL),
-    Measure("internal_rotation", "abducted_90", texts.ROM_INTERNAL_ROTATION_2(), "内旋(2nd)", -60, 120, 70, _INTERNAL),
-    Measure("external_rotation", "flexed_90", texts.ROM_EXTERNAL_ROTATION_3(), "外旋(3rd)", -60, 130, 25, _EXTERNAL),
-    Measure("internal_rotation", "flexed_90", texts.ROM_INTERNAL_ROTATION_3(), "内旋(3rd)", -60, 120, 80, _INTERNAL),
+    Measure("external_rotation", "abducted_90", texts.ROM_EXTERNAL_ROTATION_2(), "外旋(2nd)", -60, 130, 90, _EXTERNAL, _JOA_OTHER),
+    Measure("internal_rotation", "abducted_90", texts.ROM_INTERNAL_ROTATION_2(), "内旋(2nd)", -60, 120, 70, _INTERNAL, _JOA_OTHER),
+    Measure(
+        "external_rotation", "flexed_90", texts.ROM_EXTERNAL_ROTATION_3(), "外旋(3rd)", -60, 130, 25,
+        _EXTERNAL, _TABLE_2, _LEVEL_FOREARM_OUT,
+    ),
+    Measure(
+        "internal_rotation", "flexed_90", texts.ROM_INTERNAL_ROTATION_3(), "内旋(3rd)", -60, 120, 80,
+        _INTERNAL, _TABLE_2, _LEVEL_FOREARM_IN,
+    ),
     Measure("horizontal_flexion", "", texts.ROM_HORIZONTAL_FLEXION(), "水平屈曲", -30, 170, 135, _HORIZONTAL_ADDUCTION),
     Measure("horizontal_extension", "", texts.ROM_HORIZONTAL_EXTENSION(), "水平伸展", -60, 90, 30),
     Measure("scapular_flexion", "", texts.ROM_SCAPULAR_FLEXION(), "肩甲帯 屈曲", -20, 60, 20),
     Measure("scapular_extension", "", texts.ROM_SCAPULAR_EXTENSION(), "肩甲帯 伸展", -20, 60, 20),
     Measure("scapular_elevation", "", texts.ROM_SCAPULAR_ELEVATION(), "肩甲帯 挙上", -20, 60, 20),
     Measure("scapular_depression", "", texts.ROM_SCAPULAR_DEPRESSION(), "肩甲帯 引き下げ", -20, 60, 10),
-)
+)  # fmt: skip
 """In the order in which the form asks for them."""
 
 _BY_KEY: Final[dict[tuple[str, str], Measure]] = {(measure.motion, measure.position): measure for measure in MEASURES}

@@ -188,6 +188,15 @@ class EpisodeAssessments(Page[Assessment]):
     baseline: Assessment | None = Field(description="The first assessment that was not withdrawn.")
 
 
+class OtherZero(Schema):
+    """A second zero that is in use for the same measurement."""
+
+    adds_deg: float = Field(description="An angle counted from it is larger by this, degrees.")
+    fits_from_deg: float = Field(
+        description="An angle beyond this, in the direction of `adds_deg`, fits the other zero better, degrees."
+    )
+
+
 class RomMeasure(Schema):
     """One motion with the arm in one position."""
 
@@ -198,6 +207,7 @@ class RomMeasure(Schema):
     lowest_deg: float = Field(description="Lowest plausible angle, degrees.")
     highest_deg: float = Field(description="Highest plausible angle, degrees.")
     reference_deg: float = Field(description="Reference of a healthy shoulder, degrees.")
+    other_zero: OtherZero | None = Field(description="Null if one zero is in use.")
 
 
 class SpadiItem(Schema):

@@ -16,6 +16,7 @@ from kata.clinic.assessments.schemas import (
     AssessmentCreate,
     AssessmentForm,
     AssessmentUpdate,
+    OtherZero,
     QuestionnaireScore,
     RomEntry,
     RomMeasure,
@@ -46,6 +47,7 @@ def form() -> AssessmentForm:
             lowest_deg=measure.lowest_deg,
             highest_deg=measure.highest_deg,
             reference_deg=measure.reference_deg,
+            other_zero=OtherZero(**asdict(measure.other_zero)) if measure.other_zero else None,
         )
         for measure in rom.MEASURES
     ]

@@ -119,6 +119,34 @@ describe("entering an assessment", () => {
     expect(screen.queryByRole("alert")).toBeNull();
   });
 
+  it("shows the zero of the third position, and warns of an angle that fits the other zero", () => {
+    show();
+    expect(screen.queryByAltText(/forearm straight up is 0°/)).toBeNull();
+    press(/More motions/);
+    expect(screen.getByAltText(/forearm straight up is 0°/)).toBeTruthy();
+    const outwards = "External rotation, arm flexed 90°, left, passive";
+    const inwards = "Internal rotation, arm flexed 90°, left, passive";
+    const notes = () => screen.queryAllByRole("status").map((note) => note.textContent);
+    type(outwards, "45");
+    expect(notes()).toEqual([]);
+    type(outwards, "100");
+    expect(notes()).toEqual([
+      `${outwards}: 100° fits a zero with the forearm level across the chest. Counted from the forearm straight up, ` +
+        "the same rotation is 10°. Check the zero; the angle is saved as typed.",
+    ]);
+    expect(screen.getByText("Save assessment").closest("button")?.disabled).toBe(false);
+    type(inwards, "−5");
+    expect(notes()[1]).toContain(`${inwards}: −5° fits`);
+    expect(notes()[1]).toContain("the same rotation is 85°");
+    // A stiff shoulder, whose rotation outwards is counted from Kata's zero.
+    type(outwards, "10");
+    expect(notes()).toEqual([]);
+    type(outwards, "");
+    expect(notes()).toHaveLength(1);
+    type("Internal rotation, arm flexed 90°, right, passive", "80");
+    expect(notes()).toHaveLength(1);
+  });
+
   it("keeps the input after a refusal and shows why", async () => {
     create.mockRejectedValue(
       new ProblemError({ detail: "Yamada Hanako is archived.", next_step: "Restore it." }),

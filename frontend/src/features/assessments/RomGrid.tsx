@@ -1,9 +1,11 @@
-import { Button, Table, Text, TextInput } from "@mantine/core";
+import { Alert, Button, Table, Text, TextInput } from "@mantine/core";
+import { IconAlertTriangle } from "@tabler/icons-react";
 import { type KeyboardEvent, useState } from "react";
 import type { Assessment, Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
-import { angleKey, angleProblem, type Kind, type Side } from "./draft";
+import { angleKey, angleProblem, type Kind, otherZeroNote, type Side } from "./draft";
 import { measureName } from "./messages";
+import { ThirdPosition } from "./ThirdPosition";
 
 type Measure = Schemas["RomMeasure"];
 
@@ -34,6 +36,9 @@ export function RomGrid(props: {
   const lastAngles = new Map(props.last?.rom.map((entry) => [angleKey(entry), entry.angle_deg]));
   const problems = shown.flatMap((measure) =>
     columns.map(({ side, kind }) => angleProblem(measure, typed[angleKey({ ...measure, side, kind })] ?? "")),
+  );
+  const notes = shown.flatMap((measure) =>
+    columns.map((column) => otherZeroNote(measures, measure, typed, column)),
   );
   return (
     <>
@@ -74,6 +79,9 @@ export function RomGrid(props: {
           ))}
         </Table.Tbody>
       </Table>
+      <Text size="sm" c="dimmed">
+        {t("assessments:rom.sources")}
+      </Text>
       {[...new Set(problems)].map(
         (problem) =>
           problem && (
@@ -82,7 +90,15 @@ export function RomGrid(props: {
             </Text>
           ),
       )}
-      {showAll && <Text size="sm">{t("assessments:rom.thirdPosition")}</Text>}
+      {notes.map(
+        (note) =>
+          note && (
+            <Alert key={note} color="yellow" role="status" icon={<IconAlertTriangle />}>
+              {note}
+            </Alert>
+          ),
+      )}
+      {showAll && <ThirdPosition />}
       {!showAll && (
         <Button variant="subtle" onClick={() => setShowAll(true)}>
           {t("assessments:rom.more")}

@@ -71,6 +71,38 @@ export function angleProblem(measure: Measure, text: string): string | null {
   return t("assessments:rom.implausible", { measure: measureName(measure), lowest, highest });
 }
 
+/**
+ * Return a sentence if the typed angle fits the other zero of its measurement better, else null. A rotation
+ * inwards that a stiff shoulder can have too is taken as meant when the rotation outwards fits Kata's zero.
+ */
+export function otherZeroNote(
+  measures: Measure[],
+  measure: Measure,
+  typed: Record<string, string>,
+  at: { side: Side; kind: Kind },
+): string | null {
+  const angle = typedAngle(typed[angleKey({ ...measure, ...at })] ?? "");
+  if (!measure.other_zero || typeof angle !== "number") return null;
+  if (!fitsOtherZero(measure, angle)) return null;
+  const opposite = measures.find(
+    (one) => one.position === measure.position && (one.other_zero?.adds_deg ?? 0) > 0,
+  );
+  if (measure.other_zero.adds_deg < 0 && opposite) {
+    const outwards = typedAngle(typed[angleKey({ ...opposite, ...at })] ?? "");
+    if (typeof outwards === "number" && !fitsOtherZero(opposite, outwards)) return null;
+  }
+  return t("assessments:rom.otherZero", {
+    measure: t(`assessments:rom.cell.${at.side}.${at.kind}`, { measure: measureName(measure) }),
+    angle: formatDeg(angle, 0),
+    counted: formatDeg(angle - measure.other_zero.adds_deg, 0),
+  });
+}
+
+function fitsOtherZero({ other_zero }: Measure, angle: number): boolean {
+  if (!other_zero) return false;
+  return Math.sign(other_zero.adds_deg) * (angle - other_zero.fits_from_deg) > 0;
+}
+
 /** Return the request for the service. */
 export function toRequest(draft: Draft, measures: Measure[]): Schemas["AssessmentCreate"] {
   const rom: Entry[] = [];

@@ -6,7 +6,14 @@ export const FORM: Schemas["AssessmentForm"] = {
     measure("flexion", "", "Flexion", -20, 200, 180),
     measure("extension", "", "Extension", -30, 90, 50),
     measure("external_rotation", "at_side", "External rotation, arm at the side", -60, 120, 60),
-    measure("external_rotation", "flexed_90", "External rotation, arm flexed 90°", -60, 130, 25),
+    measure("external_rotation", "flexed_90", "External rotation, arm flexed 90°", -60, 130, 25, {
+      adds_deg: 90,
+      fits_from_deg: 45,
+    }),
+    measure("internal_rotation", "flexed_90", "Internal rotation, arm flexed 90°", -60, 120, 80, {
+      adds_deg: -90,
+      fits_from_deg: 35,
+    }),
   ],
   spadi: Array.from({ length: 13 }, (_, place) => ({
     subscale: place < 5 ? "pain" : "disability",
@@ -58,8 +65,9 @@ function measure(
   lowest_deg: number,
   highest_deg: number,
   reference_deg: number,
+  other_zero: Schemas["OtherZero"] | null = null,
 ): Schemas["RomMeasure"] {
-  return { motion, position, name, name_ja: name, lowest_deg, highest_deg, reference_deg };
+  return { motion, position, name, name_ja: name, lowest_deg, highest_deg, reference_deg, other_zero };
 }
 
 function angle(

@@ -19,6 +19,16 @@ function near(found: Vec, wanted: Vec, within = 1e-6) {
   expect(distance(found, wanted)).toBeLessThan(within);
 }
 
+it.each(SIDES)("counts rotation from the forearm straight up when the arm is raised forward: %s", (side) => {
+  // The zero of the assessment form (kata/clinic/assessments/rom.py).
+  const leaning = (rotation: number) => {
+    const { elbow, wrist } = at([0, 0, 0, 90, rotation], side);
+    const [, left, up] = minus(wrist, elbow);
+    return (Math.atan2(outward(side) * left, up) * 180) / Math.PI;
+  };
+  for (const rotation of [-80, 0, 25]) expect(leaning(rotation)).toBeCloseTo(rotation, 6);
+});
+
 describe("the linkage", () => {
   it.each(cases)("agrees with kata.motion.linkage: $side $pose_deg", ({ side, pose_deg, motors_deg }) => {
     const [phi, psi] = pose_deg as [number, number];

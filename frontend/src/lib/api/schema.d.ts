@@ -6526,6 +6526,22 @@ export interface components {
             disk_bytes: number;
         };
         /**
+         * OtherZero
+         * @description A second zero that is in use for the same measurement.
+         */
+        OtherZero: {
+            /**
+             * Adds Deg
+             * @description An angle counted from it is larger by this, degrees.
+             */
+            adds_deg: number;
+            /**
+             * Fits From Deg
+             * @description An angle beyond this, in the direction of `adds_deg`, fits the other zero better, degrees.
+             */
+            fits_from_deg: number;
+        };
+        /**
          * OutcomeChange
          * @description The change of one measure in one group of patients.
          */
@@ -8579,6 +8595,8 @@ export interface components {
              * @description Reference of a healthy shoulder, degrees.
              */
             reference_deg: number;
+            /** @description Null if one zero is in use. */
+            other_zero: components["schemas"]["OtherZero"] | null;
         };
         /**
          * Run
