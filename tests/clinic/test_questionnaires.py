@@ -1,6 +1,7 @@
 """Questionnaires: definitions as files, their scores, licensed texts, and their export.
 
-We know no published worked example of these scores for certain. The cases below are the ends and the formulas of the named sources.
+``CASES`` are the ends and the formulas of the sources that the definitions name. ``WORKED`` are worked examples that others have published with
+their results: of the SPADI and the QuickDASH. We have found none of the Oxford Shoulder Score and of the ASES.
 """
 
 import json
@@ -19,14 +20,16 @@ from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.questionnaires import definitions, service
-from kata.clinic.questionnaires.definitions import DEFINITIONS
+from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI, read_definition, use_folder
 from kata.clinic.questionnaires.licensed_texts import read_texts
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.fhir_bundle import exported, judged, of_kind
 from tests.support.fhir_patient import treated
-from tests.support.questionnaires import words_of
+from tests.support.questionnaires import PROMIS, T_SCORES, TEMPLATE, clinics_promis, promis_file, words_of
+
+__all__ = ["clinics_promis"]
 
 CASES: tuple[tuple[str, list[Any], float | None], ...] = (
     ("spadi", [0] * 13, 0.0),
@@ -48,6 +51,25 @@ CASES: tuple[tuple[str, list[Any], float | None], ...] = (
     ("ases", [4] + [2] * 10, (10 - 4) * 5 + 5 / 3 * 20),
     ("ases", [None] + [2] * 10, None),
 )
+
+WORKED: tuple[tuple[str, list[Any], float], ...] = (
+    ("spadi", [3, 2, 3, 2, 3, 5, 4, 3, 4, 4, 3, 5, 1], 31.125),
+    ("quickdash", [1, 2, 3, 4, 1, 1, 2, 3, 5, 1, 1], 29.545),
+)
+"""From the tests of another implementation: Awell Health, awell-score, src/scores/{spadi,quickdash}/__testdata__, commit c37843e5 (2026-08-13).
+It agrees on both scales of the SPADI, 26 and 36.25, and takes the mean of both as the total."""
+
+
+@pytest.mark.parametrize(("code", "answers", "total"), WORKED)
+def test_score_agrees_with_a_published_worked_example(code: str, answers: list[int | None], total: float) -> None:
+    assert definitions.score(DEFINITIONS[code], answers).total == pytest.approx(total, abs=0.0005)
+
+
+def test_scales_of_the_worked_spadi_agree() -> None:
+    assert definitions.score(SPADI, WORKED[0][1]).scales == {
+        "pain": pytest.approx(26),
+        "disability": pytest.approx(36.25),
+    }
 
 
 @pytest.mark.parametrize(("code", "answers", "total"), CASES)
@@ -79,6 +101,88 @@ def test_every_definition_is_complete_and_has_its_sources() -> None:
 def test_spadi_of_the_form_is_scored_from_its_file() -> None:
     assert [item.subscale for item in spadi.ITEMS] == [scale.code for scale in DEFINITIONS["spadi"].item_scales]
     assert (spadi.IMPORTANT_CHANGE, spadi.DETECTABLE_CHANGE) == ((8, 13), 17)
+
+
+# -- a clinic's own definitions --------------------------------------------------------------------------------------
+
+
+def test_definition_of_a_clinic_is_scored_by_its_table(clinics_promis: Path) -> None:
+    definition = DEFINITIONS[PROMIS]
+    cases: list[tuple[list[int | None], float | None]] = [
+        ([1] * 7, T_SCORES[0]),
+        ([5] * 7, T_SCORES[-1]),
+        ([1, 2, 3, 4, 5, 1, 2], T_SCORES[18 - 7]),
+        ([5] * 6 + [None], None),
+    ]
+    for answers, total in cases:
+        assert definition.fits(answers)
+        assert definitions.score(definition, answers).total == total
+    use_folder(clinics_promis / "nothing")
+    assert PROMIS not in DEFINITIONS
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (("conversion = [", "conversion = [1.0, "), "must have 29 T-scores, one for each sum, not 30"),
+        (("31.0", "30.0"), "must rise from each sum to the next"),
+        (("most_unanswered = 0", "most_unanswered = 1"), "a T-score needs every answer"),
+        (("highest_total = 48.0", "highest_total = 80"), "must be the last T-score"),
+        (('total = "t_score"', 'total = "sum"'), "belongs to the total t_score"),
+        (("highest = 5", "highest = 1"), "a highest answer above the lowest"),
+        (('code = "promis', 'code = "../promis'), "code"),
+        (('code = "promis_upper_extremity_7a"', 'code = "spadi"'), "Kata has its own definition of spadi"),
+        (("items = 7", "itemz = 7"), "itemz"),
+    ],
+)
+def test_wrong_definition_is_refused_with_its_reason(tmp_path: Path, change: tuple[str, str], complaint: str) -> None:
+    file = promis_file(tmp_path / "given.toml")
+    text = file.read_text()
+    assert change[0] in text
+    file.write_text(text.replace(*change))
+    data = tmp_path / "clinic"
+    refused = CliRunner().invoke(app, ["questionnaires", "add", str(file), "--data", str(data)])
+    assert refused.exit_code == 1
+    assert complaint in " ".join(refused.output.split())
+    assert not list(data.rglob("*.toml"))
+
+
+def test_published_template_lacks_only_the_clinics_table(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="must have 29 T-scores, one for each sum, not 0"):
+        read_definition(TEMPLATE)
+    assert read_definition(promis_file(tmp_path / "whole.toml")).scales[0].items == 7
+
+
+def test_added_definition_is_used_and_a_broken_file_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    data = ["--data", str(tmp_path)]
+    added = CliRunner().invoke(app, ["questionnaires", "add", str(promis_file(tmp_path / "given.toml")), *data])
+    assert (added.exit_code, "7 items" in added.output) == (0, True), added.output
+    (tmp_path / "questionnaires/broken.toml").write_text("code = 1")
+    try:
+        use_folder(definitions.clinic_folder(tmp_path))
+        assert set(DEFINITIONS) == {"spadi", "quickdash", "oxford", "ases", PROMIS}
+        assert "broken.toml is not used" in caplog.text
+        words = tmp_path / "words.json"
+        words.write_text(json.dumps(words_of(PROMIS, "ja")))
+        imported = CliRunner().invoke(app, ["questionnaires", "import", PROMIS, str(words), *data])
+        assert (imported.exit_code, "7 items" in imported.output) == (0, True), imported.output
+    finally:
+        use_folder(tmp_path / "nothing")
+
+
+@pytest.mark.parametrize("database", ["sqlite"], indirect=True)
+def test_t_score_is_shown_and_exported_as_one(database: Database, clinics_promis: Path, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=0)
+    answered(database, patient_id, PROMIS, [4] * 7)
+    with database.read() as session:
+        (row,) = session.scalars(select(AssessmentRow))
+        (shown,) = assessments.as_assessment(row).questionnaires
+    assert (shown.title, shown.total_points, shown.is_t_score) == ("PROMIS Upper Extremity 7a", T_SCORES[28 - 7], True)
+    told = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": told}) == {"bundle": []}
+    (total,) = [one for one in of_kind(told, "Observation") if f"{PROMIS}-total" in json.dumps(one["code"])]
+    assert total["valueQuantity"]["value"] == T_SCORES[28 - 7]
+    assert "T-score (50 is the mean" in total["code"]["coding"][0]["display"]
 
 
 # -- licensed texts -------------------------------------------------------------------------------------------------

@@ -267,7 +267,7 @@ TEXT_NUMBERS: Final[dict[str, str]] = {
     "seconds": r"{} ?(?:s\b|秒)", "offset": r"{} ?(?:s\b|秒)", "minutes": r"{} ?(?:min|分)", "age": r"{} ?(?:years|歳)",
     "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",
     # Scores.
-    "total": r"100|\{\{highestTotal\}\} ?(?:points|点)", "pain": r"100|", "disability": r"100",
+    "tScore": r"50", "total": r"100|\{\{highestTotal\}\} ?(?:points|点)", "pain": r"100|", "disability": r"100",
     **dict.fromkeys(("least", "most", "detectable"), r"points|点|段階|level|レベル|of \{\{most|/ ?\{\{most|\{\{most\}\}(?:[:：]|はモータの定格)"),
     # Counts and places: a word says of what.
     **dict.fromkeys(

@@ -8,13 +8,14 @@ from typing import Final
 import pytest
 from playwright.sync_api import Page, expect
 
+from kata.clinic.questionnaires.definitions import DEFINITIONS, clinic_folder, score, use_folder
 from kata.database.engine import Database
 from tests.support.accessibility import wrong
 from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
 from tests.support.databases import upgraded_file
 from tests.support.page_accounts import PASSWORD, first_password, made
 from tests.support.page_actions import sign_up
-from tests.support.questionnaires import store_words
+from tests.support.questionnaires import PROMIS, promis_file, store_words
 
 WORDS: Final = {
     "en": {
@@ -34,12 +35,19 @@ WORDS: Final = {
 def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
     """Return one clinic that has imported texts in both languages. Each test has an account of its own."""
     folder = tmp_path_factory.mktemp("kata")
+    clinic_folder(folder).mkdir()
+    promis_file(clinic_folder(folder) / f"{PROMIS}.toml")
+    use_folder(clinic_folder(folder))
     database = Database(upgraded_file(folder / "kata.db"))
     for language in WORDS:
-        store_words(database, "spadi", language)
+        for code in DEFINITIONS:
+            store_words(database, code, language)
     database.close()
-    with clinic_in(folder) as made_clinic:
-        yield made_clinic
+    try:
+        with clinic_in(folder) as made_clinic:
+            yield made_clinic
+    finally:
+        use_folder(folder / "nothing")
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
@@ -93,3 +101,49 @@ def test_patient_answers_alone_and_the_password_leads_back(
     page.locator("form button[type=submit]").click()
     expect(page.get_by_role("heading", name="Yamada Hanako")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("newest-assessment")).to_contain_text("SPADI 70", timeout=LONG_MS)
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_every_questionnaire_is_answered_on_the_tablet(
+    page: Page, clinic: Clinic, language: str, artefacts: Path
+) -> None:
+    """Each item has the answers of its scale, and the total is that of its definition; axe finds nothing."""
+    code = made(page, "Ito Ken", f"ken-{language}", "Therapist")
+    page.context.clear_cookies()
+    first_password(page, clinic, f"ken-{language}", code)
+    expect(page.get_by_role("button", name="Signed in as Ito Ken")).to_be_visible(timeout=LONG_MS)
+    origin = {"Origin": clinic.url}
+    page.evaluate(f"localStorage.setItem('kata.language', '{language}')")
+    page.request.put(f"{clinic.url}/api/me/language", data={"language": language}, headers=origin)
+    body = {"clinic_number": f"Q-{language}", "name": "Mori Ken", "affected_side": "right"}
+    episode = page.request.post(f"{clinic.url}/api/patients", data=body, headers=origin).json()["episode_id"]
+    page.set_viewport_size({"width": 820, "height": 1180})
+    words, mode = WORDS[language], page.get_by_test_id("patient-mode")
+    for name, definition in DEFINITIONS.items():
+        handed = page.request.post(
+            f"{clinic.url}/api/episodes/{episode}/patient-mode",
+            data={"questionnaire": name, "language": language},
+            headers=origin,
+        )
+        assert handed.status == 204, handed.text()
+        page.goto(clinic.url)
+        for number, scale in enumerate(definition.item_scales, start=1):
+            expect(mode.get_by_role("heading", level=1)).to_have_text(f"{words['question']}{number}", timeout=LONG_MS)
+            expect(mode.get_by_role("radio")).to_have_count(scale.highest - scale.lowest + 1)
+            if number == 1:
+                page.screenshot(path=artefacts / f"patient-mode-{name}-{language}.png")
+                assert wrong(page) == []
+            mode.get_by_role("radio").last.click()
+            mode.get_by_role("button", name=words["next"], exact=True).click()
+        mode.get_by_role("button", name=words["finish"]).click()
+        expect(mode.get_by_role("heading", level=1)).to_have_text(words["thanks"])
+        unlocked = page.request.post(f"{clinic.url}/api/me/unlock", data={"password": PASSWORD}, headers=origin)
+        assert unlocked.status == 200, unlocked.text()
+    found = page.request.get(f"{clinic.url}/api/episodes/{episode}/assessments").json()["items"]
+    totals = {one["code"]: one["total_points"] for assessment in found for one in assessment["questionnaires"]}
+    expected = {
+        name: score(definition, [scale.highest for scale in definition.item_scales]).total
+        for name, definition in DEFINITIONS.items()
+        if name != "spadi"
+    }
+    assert totals == expected

@@ -1,13 +1,23 @@
 """Invented texts of questionnaires, in the form in which a clinic imports licensed ones."""
 
 import json
-from typing import Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
 
 from kata.clinic.questionnaires import service
-from kata.clinic.questionnaires.definitions import DEFINITIONS
+from kata.clinic.questionnaires.definitions import DEFINITIONS, clinic_folder, use_folder
 from kata.clinic.questionnaires.licensed_texts import read_texts
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from tests.support.paths import ROOT
+
+PROMIS: Final = "promis_upper_extremity_7a"
+TEMPLATE: Final = ROOT / f"docs/questionnaires/{PROMIS}.toml"
+T_SCORES: Final = tuple(20.0 + number for number in range(29))
+"""Invented: the real table is not ours to pass on."""
 
 _WORDS = {
     "en": (
@@ -44,3 +54,22 @@ def store_words(database: Database, code: str, language: str) -> None:
     given = read_texts(json.dumps(words_of(code, language)).encode(), DEFINITIONS[code])
     with database.write() as session:
         service.store_texts(session, code, given, utc_now(), may_be_exported=False)
+
+
+def promis_file(file: Path) -> Path:
+    """Write the published template of a PROMIS short form with an invented table."""
+    table = ", ".join(str(score) for score in T_SCORES)
+    text = TEMPLATE.read_text().replace("conversion = []", f"conversion = [{table}]")
+    file.write_text(text.replace("highest_total = 0", f"highest_total = {T_SCORES[-1]}"))
+    return file
+
+
+@pytest.fixture
+def clinics_promis(tmp_path: Path) -> Iterator[Path]:
+    """Let the clinic have a PROMIS short form. Return its folder of definitions."""
+    folder = clinic_folder(tmp_path)
+    folder.mkdir()
+    promis_file(folder / f"{PROMIS}.toml")
+    use_folder(folder)
+    yield folder
+    use_folder(folder / "nothing")

@@ -43,6 +43,7 @@ from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.profile import service as profile
+from kata.clinic.questionnaires.definitions import clinic_folder, use_folder
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.offline_sessions import OfflineSessions
@@ -196,6 +197,7 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     and gets its audit entries.
     """
     settings.journal.mkdir(parents=True, exist_ok=True)
+    use_folder(clinic_folder(settings.data))
     if await asyncio.to_thread(make_key, settings):
         log.warning(_NEW_KEY, settings.backup_key_file)
     await asyncio.to_thread(_upgrade, settings.effective_database_url)

@@ -15,7 +15,6 @@ from kata.device.messages import LOAD_LEVELS
 from kata.interop.codes import (
     HL7,
     LOCAL,
-    LOCAL_CODES,
     NAME_REPRESENTATION,
     STAGE_SINCE,
     Resource,
@@ -24,6 +23,7 @@ from kata.interop.codes import (
     derived_id,
     diagnosis_code,
     fhir_date,
+    local_codes,
     local_concept,
     quantity,
     questionnaire_url,
@@ -254,6 +254,7 @@ def device_key(station: str, *, is_simulated: bool) -> UUID:
 
 def code_system() -> Resource:
     """Return the declaration of our own codes."""
+    codes = local_codes()
     return {
         "resourceType": "CodeSystem",
         "id": str(derived_id("code-system")),
@@ -264,8 +265,8 @@ def code_system() -> Resource:
         "status": "active",
         "caseSensitive": True,
         "content": "complete",
-        "count": len(LOCAL_CODES),
-        "concept": [{"code": code, "display": display} for code, display in LOCAL_CODES.items()],
+        "count": len(codes),
+        "concept": [{"code": code, "display": display} for code, display in codes.items()],
     }
 
 

@@ -14,7 +14,7 @@ from uuid import UUID, uuid5
 from kata.clinic.assessments.rom import KINDS, MEASURES, measure_of
 from kata.clinic.contraindications.kinds import KINDS as CONTRAINDICATIONS
 from kata.clinic.episodes.diagnoses import BY_CODE
-from kata.clinic.questionnaires.definitions import DEFINITIONS
+from kata.clinic.questionnaires.definitions import DEFINITIONS, Definition
 from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
 
 Resource = dict[str, Any]
@@ -93,14 +93,24 @@ LOCAL_CODES: Final[dict[str, str]] = {
         for number in range(1, 7)
     },
     **_ROM_LOCAL,
-    **{
-        f"{one.code}-total": f"{one.title}, total score (0 to {one.highest_total:g}, {one.better} is better)"
-        for one in DEFINITIONS.values()
-        if one is not SPADI_DEFINITION
-    },
     **{f"contraindication-{kind.code}": str(kind.name) for kind in CONTRAINDICATIONS.values()},
 }
-"""Our own codes with their meaning."""
+"""Our own codes with their meaning, besides those of :func:`local_codes`."""
+
+
+def local_codes() -> dict[str, str]:
+    """Return every code of our own with its meaning. Those of totals depend on the clinic's questionnaires."""
+    return LOCAL_CODES | {
+        f"{one.code}-total": f"{one.title}, {_total(one)}, {one.better} is better)"
+        for one in DEFINITIONS.values()
+        if one is not SPADI_DEFINITION
+    }
+
+
+def _total(definition: Definition) -> str:
+    if definition.total == "t_score":
+        return "T-score (50 is the mean of the reference population, 10 its standard deviation"
+    return f"total score (0 to {definition.highest_total:g}"
 
 
 _TEST_DATA: Final = {"system": f"{HL7}v3-ActReason", "code": "HTEST", "display": "test health data"}
@@ -129,7 +139,7 @@ class ClinicNames:
 
 def local_concept(code: str) -> Resource:
     """Return a CodeableConcept of our own declared code."""
-    return concept(LOCAL, code, LOCAL_CODES[code])
+    return concept(LOCAL, code, LOCAL_CODES.get(code) or local_codes()[code])
 
 
 def concept(system: str, code: str, display: str, text: str = "") -> Resource:

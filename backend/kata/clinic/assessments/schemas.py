@@ -160,6 +160,9 @@ class QuestionnaireScore(Schema):
     answers: list[int | None] = Field(description="One for each item in order; null if unanswered.")
     total_points: float | None = Field(description="Null if too many items are unanswered.")
     highest_points: float | None = Field(description="The highest total.")
+    is_t_score: bool = Field(
+        description="True if the total is a T-score: 50 is the mean of a reference population, 10 its standard deviation."
+    )
 
 
 class Assessment(Schema):
@@ -188,7 +191,7 @@ class EpisodeAssessments(Page[Assessment]):
     baseline: Assessment | None = Field(description="The first assessment that was not withdrawn.")
 
 
-class OtherZero(Schema):
+class RomZero(Schema):
     """A second zero that is in use for the same measurement."""
 
     adds_deg: float = Field(description="An angle counted from it is larger by this, degrees.")
@@ -207,7 +210,7 @@ class RomMeasure(Schema):
     lowest_deg: float = Field(description="Lowest plausible angle, degrees.")
     highest_deg: float = Field(description="Highest plausible angle, degrees.")
     reference_deg: float = Field(description="Reference of a healthy shoulder, degrees.")
-    other_zero: OtherZero | None = Field(description="Null if one zero is in use.")
+    other_zero: RomZero | None = Field(description="Null if one zero is in use.")
 
 
 class SpadiItem(Schema):

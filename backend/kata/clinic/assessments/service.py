@@ -16,10 +16,10 @@ from kata.clinic.assessments.schemas import (
     AssessmentCreate,
     AssessmentForm,
     AssessmentUpdate,
-    OtherZero,
     QuestionnaireScore,
     RomEntry,
     RomMeasure,
+    RomZero,
     SpadiItem,
     SpadiScore,
     has_findings,
@@ -47,7 +47,7 @@ def form() -> AssessmentForm:
             lowest_deg=measure.lowest_deg,
             highest_deg=measure.highest_deg,
             reference_deg=measure.reference_deg,
-            other_zero=OtherZero(**asdict(measure.other_zero)) if measure.other_zero else None,
+            other_zero=RomZero(**asdict(measure.other_zero)) if measure.other_zero else None,
         )
         for measure in rom.MEASURES
     ]
@@ -239,6 +239,7 @@ def _answered(code: str, answers: list[int | None]) -> QuestionnaireScore:
         answers=answers,
         total_points=score(definition, answers).total if definition and fits else None,
         highest_points=definition.highest_total if definition else None,
+        is_t_score=definition is not None and definition.total == "t_score",
     )
 
 

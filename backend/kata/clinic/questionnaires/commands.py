@@ -8,7 +8,27 @@ import typer
 from kata.settings import Settings
 from kata.system.console import fail
 
-app = typer.Typer(no_args_is_help=True, help="Import the licensed texts of questionnaires.")
+app = typer.Typer(no_args_is_help=True, help="Add questionnaires, and import their licensed texts.")
+
+
+@app.command("add")
+def add(
+    file: Annotated[Path, typer.Argument(help="The definition: a TOML file.", exists=True, dir_okay=False)],
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+) -> None:
+    """Check a questionnaire's definition and add it to the clinic, in place of an earlier one. The service uses it after its next start."""
+    from kata.clinic.questionnaires.definitions import check_new, clinic_folder, read_definition
+
+    settings = Settings(data=data) if data else Settings()
+    try:
+        definition = read_definition(file)
+        check_new(definition)
+        folder = clinic_folder(settings.data)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{definition.code}.toml").write_bytes(file.read_bytes())
+    except (ValueError, OSError) as error:
+        fail(f"{file} is not added: {error}.")
+    typer.echo(f"{definition.title}: {len(definition.item_scales)} items. Restart the service to use it.")
 
 
 @app.command("import")
@@ -23,7 +43,7 @@ def import_texts(
 ) -> None:
     """Import the texts of a questionnaire in one language, in place of earlier ones. The clinic needs a licence for them."""
     from kata.actor import by_program
-    from kata.clinic.questionnaires.definitions import DEFINITIONS
+    from kata.clinic.questionnaires.definitions import DEFINITIONS, clinic_folder, use_folder
     from kata.clinic.questionnaires.licensed_texts import read_texts
     from kata.clinic.questionnaires.service import store_texts
     from kata.database.base import utc_now
@@ -31,6 +51,7 @@ def import_texts(
     from kata.database.upgrade import upgrade
 
     settings = Settings(data=data) if data else Settings()
+    use_folder(clinic_folder(settings.data))
     definition = DEFINITIONS.get(code)
     if definition is None:
         fail(f"There is no questionnaire {code}. There are {', '.join(DEFINITIONS)}.")

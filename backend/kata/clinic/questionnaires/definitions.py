@@ -1,17 +1,23 @@
-"""Definitions of questionnaires: one file each in ``definitions/``, with structure, score and the changes that matter.
+"""Definitions of questionnaires: one file each, with structure, score and the changes that matter.
+
+Kata's own files are in ``definitions/``, a clinic's in the folder ``questionnaires`` of its data. A new file adds a questionnaire without code.
 
 A definition has no item texts: most questionnaires are protected by copyright. A clinic imports the texts that it has a licence for
-(:mod:`kata.clinic.questionnaires.licensed_texts`). A new file adds a questionnaire without code.
-
-PROMIS is missing: its scores come from item-response tables that a definition of this form cannot hold.
+(:mod:`kata.clinic.questionnaires.licensed_texts`). For the same reason Kata brings no table of T-scores: a clinic adds the definition of a PROMIS
+short form with the table of its own manual.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
+from msgspec import Meta
+
+log = logging.getLogger(__name__)
 
 _FOLDER: Final = Path(__file__).parent / "definitions"
 
@@ -39,10 +45,10 @@ class Threshold(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One questionnaire."""
 
-    code: str
-    title: str
-    total: Literal["mean", "sum"]
-    """Of the scales' scores."""
+    code: Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
+    title: Annotated[str, Meta(min_length=1, max_length=200)]
+    total: Literal["mean", "sum", "t_score"]
+    """Of the scales' scores. ``t_score``: from the sum of all answers by ``conversion``."""
     highest_total: float
     better: Literal["lower", "higher"]
     most_unanswered: int
@@ -54,6 +60,30 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The smallest change that patients call important."""
     detectable: Threshold
     """A change of one patient up to this may be chance."""
+    conversion: tuple[float, ...] = ()
+    """T-score of each sum of the answers, from the lowest sum to the highest. A T-score of 50 is the mean of a reference population, 10 its
+    standard deviation."""
+
+    def __post_init__(self) -> None:
+        """Check that every answered questionnaire has a score.
+
+        :raises ValueError: with what is wrong.
+        """
+        if not self.scales or any(scale.items < 1 or scale.lowest >= scale.highest for scale in self.scales):
+            raise ValueError("every scale must have an item, and a highest answer above the lowest")
+        if self.total != "t_score":
+            if self.conversion:
+                raise ValueError("a conversion belongs to the total t_score")
+            return
+        sums = sum(scale.items * (scale.highest - scale.lowest) for scale in self.scales) + 1
+        if len(self.conversion) != sums:
+            raise ValueError(f"conversion must have {sums} T-scores, one for each sum, not {len(self.conversion)}")
+        if any(later <= earlier for earlier, later in pairwise(self.conversion)):
+            raise ValueError("conversion must rise from each sum to the next")
+        if self.most_unanswered:
+            raise ValueError("a T-score needs every answer: most_unanswered must be 0")
+        if self.highest_total != self.conversion[-1]:
+            raise ValueError("highest_total must be the last T-score of conversion")
 
     @property
     def item_scales(self) -> list[ItemScale]:
@@ -90,14 +120,56 @@ def score(definition: Definition, answers: Sequence[int | None]) -> Scores:
     known = [value for value in found.values() if value is not None]
     if len(known) < len(found):
         return Scores(dict.fromkeys(found), None)
+    if definition.total == "t_score":
+        lowest = sum(scale.lowest for scale in definition.item_scales)
+        return Scores(found, definition.conversion[sum(answer or 0 for answer in answers) - lowest])
     return Scores(found, sum(known) / len(known) if definition.total == "mean" else sum(known))
 
 
-def _load() -> Mapping[str, Definition]:
-    found = [msgspec.toml.decode(path.read_bytes(), type=Definition) for path in sorted(_FOLDER.glob("*.toml"))]
-    return MappingProxyType({definition.code: definition for definition in found})
+def read_definition(file: Path) -> Definition:
+    """Read a definition.
+
+    :raises ValueError: with what is wrong.
+    :raises OSError: when the file cannot be read.
+    """
+    return msgspec.toml.decode(file.read_bytes(), type=Definition)
 
 
-DEFINITIONS: Final = _load()
-"""Every questionnaire by its code."""
-SPADI: Final = DEFINITIONS["spadi"]
+def _by_code(folder: Path) -> dict[str, Definition]:
+    found = [read_definition(path) for path in sorted(folder.glob("*.toml"))]
+    return {definition.code: definition for definition in found}
+
+
+_ours: Final = _by_code(_FOLDER)
+_known: Final = dict(_ours)
+DEFINITIONS: Final[Mapping[str, Definition]] = MappingProxyType(_known)
+"""Every questionnaire by its code: Kata's, and those of the clinic's folder (:func:`use_folder`)."""
+SPADI: Final = _ours["spadi"]
+
+
+def clinic_folder(data: Path) -> Path:
+    """Return the folder of the clinic's own definitions. Backups contain it."""
+    return data / "questionnaires"
+
+
+def use_folder(folder: Path) -> None:
+    """Use the definitions of a clinic's folder besides Kata's, in place of those of an earlier call. An unusable file is logged and left out."""
+    _known.clear()
+    _known.update(_ours)
+    for file in sorted(folder.glob("*.toml")):
+        try:
+            definition = read_definition(file)
+            check_new(definition)
+        except (ValueError, OSError) as error:
+            log.error("the questionnaire in %s is not used: %s", file, error)
+        else:
+            _known[definition.code] = definition
+
+
+def check_new(definition: Definition) -> None:
+    """Check that a clinic's definition replaces none of Kata's.
+
+    :raises ValueError: if it does.
+    """
+    if definition.code in _ours:
+        raise ValueError(f"Kata has its own definition of {definition.code}; choose another code")

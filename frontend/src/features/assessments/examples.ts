@@ -65,7 +65,7 @@ function measure(
   lowest_deg: number,
   highest_deg: number,
   reference_deg: number,
-  other_zero: Schemas["OtherZero"] | null = null,
+  other_zero: Schemas["RomZero"] | null = null,
 ): Schemas["RomMeasure"] {
   return { motion, position, name, name_ja: name, lowest_deg, highest_deg, reference_deg, other_zero };
 }

@@ -91,13 +91,14 @@ export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"])
 
 /** The totals of other questionnaires than the SPADI. */
 export function describeQuestionnaires(assessment: Assessment): string[] {
-  return (assessment.questionnaires ?? []).map(({ title, total_points, highest_points }) =>
-    total_points === null
-      ? t("assessments:found.questionnaireUnanswered", { title })
-      : t("assessments:found.questionnaire", {
-          title,
-          total: formatScore(total_points),
-          highestTotal: highest_points ?? "–",
-        }),
-  );
+  return (assessment.questionnaires ?? []).map(({ title, total_points, highest_points, is_t_score }) => {
+    if (total_points === null) return t("assessments:found.questionnaireUnanswered", { title });
+    if (is_t_score)
+      return t("assessments:found.questionnaireTScore", { title, tScore: formatDeg(total_points, 1) });
+    return t("assessments:found.questionnaire", {
+      title,
+      total: formatScore(total_points),
+      highestTotal: highest_points ?? "–",
+    });
+  });
 }

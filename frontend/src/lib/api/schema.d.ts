@@ -6526,22 +6526,6 @@ export interface components {
             disk_bytes: number;
         };
         /**
-         * OtherZero
-         * @description A second zero that is in use for the same measurement.
-         */
-        OtherZero: {
-            /**
-             * Adds Deg
-             * @description An angle counted from it is larger by this, degrees.
-             */
-            adds_deg: number;
-            /**
-             * Fits From Deg
-             * @description An angle beyond this, in the direction of `adds_deg`, fits the other zero better, degrees.
-             */
-            fits_from_deg: number;
-        };
-        /**
          * OutcomeChange
          * @description The change of one measure in one group of patients.
          */
@@ -7875,7 +7859,7 @@ export interface components {
             title: string;
             /**
              * Highest Points
-             * @description The highest total; the lowest is 0.
+             * @description The highest total. The lowest is 0, except of a T-score.
              */
             highest_points: number;
             /**
@@ -7932,6 +7916,11 @@ export interface components {
              * @description The highest total.
              */
             highest_points: number | null;
+            /**
+             * Is T Score
+             * @description True if the total is a T-score: 50 is the mean of a reference population, 10 its standard deviation.
+             */
+            is_t_score: boolean;
         };
         /**
          * ReachMargin
@@ -8596,7 +8585,23 @@ export interface components {
              */
             reference_deg: number;
             /** @description Null if one zero is in use. */
-            other_zero: components["schemas"]["OtherZero"] | null;
+            other_zero: components["schemas"]["RomZero"] | null;
+        };
+        /**
+         * RomZero
+         * @description A second zero that is in use for the same measurement.
+         */
+        RomZero: {
+            /**
+             * Adds Deg
+             * @description An angle counted from it is larger by this, degrees.
+             */
+            adds_deg: number;
+            /**
+             * Fits From Deg
+             * @description An angle beyond this, in the direction of `adds_deg`, fits the other zero better, degrees.
+             */
+            fits_from_deg: number;
         };
         /**
          * Run
