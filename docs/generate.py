@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import typer
 
-from docs.clinical import range_of_motion
+from docs.clinical import glossary, glossary_ja, range_of_motion
 from docs.limits import limits
 from docs.paper import paper
 from docs.risk_file import components, hazards, requirements
@@ -240,6 +240,8 @@ PAGES: Final = {
     "limits.md": limits,
     "paper.md": paper,
     "range-of-motion.md": range_of_motion,
+    "glossary.md": glossary,
+    "../manual/ja/glossary.md": glossary_ja,
     "requirements.md": requirements,
     "hazards.md": hazards,
     "components.md": components,

@@ -1,0 +1,70 @@
+"""The texts of page, service and reports use the words of the glossary, in both languages."""
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any, Final
+
+import pytest
+
+from docs.clinical import GLOSSARY, Term
+from kata.reporting.phrases import WORDS
+from tests.support.paths import ROOT
+
+LOCALES: Final = ROOT / "frontend/src/locales"
+_PARAMETER: Final = re.compile(r"\{\{?[^}]*\}\}?")
+
+
+def _texts(part: Any, place: str) -> Iterator[tuple[str, str]]:
+    if isinstance(part, dict | list):
+        inner = part.items() if isinstance(part, dict) else enumerate(part)
+        for name, value in inner:
+            yield from _texts(value, f"{place}.{name}")
+    else:
+        yield place, str(part)
+
+
+def _both() -> Iterator[tuple[str, str, str]]:
+    """Yield every text of page, service and reports: its key, the English and the Japanese text."""
+    for file in sorted((LOCALES / "en").glob("*.json")):
+        japanese = dict(_texts(json.loads((LOCALES / "ja" / file.name).read_text()), file.stem))
+        for key, english in _texts(json.loads(file.read_text()), file.stem):
+            # A plural form that Japanese does not have.
+            yield key, english, japanese.get(key) or japanese[re.sub("_one$", "_other", key)]
+    japanese = json.loads((LOCALES / "ja/server.json").read_text())
+    for key, english in json.loads((ROOT / "frontend/server-messages.json").read_text()).items():
+        yield f"server.{key}", english, japanese[key]
+    for key, (english, translated) in WORDS.items():
+        yield f"report.{key}", english, translated
+
+
+PAIRS: Final = tuple(_both())
+CHECKED: Final = [term for term in GLOSSARY.terms if term.pattern]
+
+
+@pytest.mark.parametrize("term", CHECKED, ids=[term.english for term in CHECKED])
+def test_a_term_has_its_japanese_word_everywhere(term: Term) -> None:
+    """``left_out`` lists the texts whose Japanese does without the word, and none that has it."""
+    having = [pair for pair in PAIRS if re.search(term.pattern, _PARAMETER.sub("", pair[1]), re.IGNORECASE)]
+    assert having
+    assert {key for key, _, japanese in having if not any(word in japanese for word in term.japanese)} == set(
+        term.left_out
+    )
+
+
+def test_no_text_has_a_word_that_the_glossary_excludes() -> None:
+    excluded = {word for term in GLOSSARY.terms for word in term.never}
+    assert len(excluded) > 8
+    texts = {key: japanese for key, _, japanese in PAIRS}
+    texts["manual"] = (ROOT / "docs/manual/ja/index.md").read_text()
+    assert [(word, key) for word in sorted(excluded) for key, text in texts.items() if word in text] == []
+
+
+def test_every_term_has_a_known_source_and_two_meanings() -> None:
+    assert len(GLOSSARY.terms) > 40
+    assert len({term.english for term in GLOSSARY.terms}) == len(GLOSSARY.terms)
+    for term in GLOSSARY.terms:
+        assert term.source in GLOSSARY.sources, term.english
+        assert term.meaning, term.english
+        assert re.search(r"[ぁ-ん]", term.meaning_ja), term.english
+    assert {term.source for term in GLOSSARY.terms} == set(GLOSSARY.sources)
