@@ -5,6 +5,7 @@ scheme in Japanese. The campaign checks every page in both.
 """
 
 import json
+import re
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,9 +23,13 @@ pytestmark = pytest.mark.shared_clinic("invented")
 _ALL: Final = [pytest.param(scheme, 1, marks=pytest.mark.campaign) for scheme in ("light", "dark")]
 
 
+OF_A_PATIENT: Final = re.compile("^(patient|session|recording|programme|new-programme|progress|station-patient)(-|$)")
+"""Names of pages whose numbers belong to a patient."""
+
+
 @pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
 def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
-    """axe checks every second or every page. Each number on each page has a unit."""
+    """axe checks every second or every page. Each number on each page has a unit, and a patient's page names the shoulder."""
     tabs = tab, tab.context.new_page()
     for one in tabs:
         one.emulate_media(color_scheme=scheme, reduced_motion="reduce")
@@ -41,7 +46,18 @@ def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every:
             found[name] = violations
         if bare := bare_numbers(page):
             found[f"{name}: numbers without a unit"] = bare
+        if OF_A_PATIENT.match(name):
+            expect(page.get_by_test_id("patient-banner")).to_contain_text(re.compile("(Left|Right) shoulder"))
     assert found == {}, json.dumps(found, ensure_ascii=False, indent=1)
+
+
+def test_numbers_in_printed_reports_have_a_unit(page: Page, clinic: Clinic) -> None:
+    pages = addresses(page, clinic)
+    for record in (pages["session"], pages["progress"].partition("/progress")[0]):
+        page.goto(f"{clinic.url}/api{record}/report.html?language=en")
+        expect(page.get_by_role("heading", level=1)).to_be_visible()
+        expect(page.get_by_text(re.compile("Right|Left")).first).to_be_visible()
+        assert bare_numbers(page) == [], record
 
 
 def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
@@ -49,9 +65,16 @@ def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
     page.set_content(
         """<main><p>Flexion 95</p><p>Flexion 96 deg</p><p>3 of 10 repetitions</p><p>25 Nov 2026, 10:30</p>
         <table><thead><tr><th>Motion</th><th>Angle, deg</th><th>Result</th></tr></thead>
-        <tbody><tr><th>Lift</th><td>97</td><td>98</td></tr></tbody></table></main>"""
+        <tbody><tr><th>Lift</th><td>97</td><td>98</td></tr></tbody></table>
+        <ol><li>Lift to 94</li></ol><nav><button><b>1</b> Play</button>Angle 93</nav><p>Runs that were stopped: 0.</p><h3>Pain, 0 to 10</h3><table><tbody><tr><td>4</td></tr></tbody></table>
+        <figure><figcaption>Motor 1, ° over s</figcaption><svg width="9" height="9"><text y="9">15</text></svg></figure>
+        <figure><figcaption>Motor 1</figcaption><svg width="9" height="9"><text y="9">16</text></svg></figure>
+        <div class="js-plotly-plot"><span class="xtick">17</span><span class="ytitle">Angle, deg</span></div>
+        <div class="js-plotly-plot"><span class="xtick">18</span><span class="ytitle">Angle</span></div></main>"""
     )
-    assert [one.split(" ")[0] for one in bare_numbers(page)] == ["95", "98"]
+    found = bare_numbers(page)
+    assert found[0] == 'a figure with the titles "Angle"'
+    assert [one.split(" ")[0] for one in found[1:]] == ["95", "98", "94", "93", "16"]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

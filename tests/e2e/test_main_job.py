@@ -19,6 +19,7 @@ from tests.support.page_actions import (
     sign_up,
     teach,
 )
+from tests.support.units import bare_numbers
 
 
 def test_teach_stop_reset_play_again_and_read_the_errors(
@@ -52,6 +53,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     # The banner replaces the work panels until it is acknowledged.
     expect(page.get_by_role("button", name="Load")).to_be_hidden()
     page.screenshot(path=artefacts / "emergency-stop.png")
+    assert bare_numbers(page) == []
     # Every page shows the banner.
     page.get_by_role("link", name="Sessions").click()
     expect(banner).to_be_visible()
@@ -68,6 +70,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     load_and_play(page)
     expect(page.get_by_test_id("left")).to_contain_text("remaining")
     page.screenshot(path=artefacts / "playing.png")
+    assert bare_numbers(page) == []
     expect(first).to_contain_text("6 of 6")
     first.get_by_role("button", name="Hide", exact=True).click()
     expect(first).to_be_hidden()

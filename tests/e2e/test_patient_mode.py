@@ -117,7 +117,7 @@ def test_every_questionnaire_is_answered_on_the_tablet(
     page.request.put(f"{clinic.url}/api/me/language", data={"language": language}, headers=origin)
     body = {"clinic_number": f"Q-{language}", "name": "Mori Ken", "affected_side": "right"}
     episode = page.request.post(f"{clinic.url}/api/patients", data=body, headers=origin).json()["episode_id"]
-    page.set_viewport_size({"width": 820, "height": 1180})
+    page.set_viewport_size({"width": 800, "height": 1280})
     words, mode = WORDS[language], page.get_by_test_id("patient-mode")
     for name, definition in DEFINITIONS.items():
         handed = page.request.post(
@@ -130,6 +130,8 @@ def test_every_questionnaire_is_answered_on_the_tablet(
         for number, scale in enumerate(definition.item_scales, start=1):
             expect(mode.get_by_role("heading", level=1)).to_have_text(f"{words['question']}{number}", timeout=LONG_MS)
             expect(mode.get_by_role("radio")).to_have_count(scale.highest - scale.lowest + 1)
+            ends = [one.bounding_box() for one in (mode.get_by_role("radio").first, mode.get_by_role("radio").last)]
+            assert ends[0] and ends[1] and ends[0]["y"] == ends[1]["y"], "a scale in two rows is no scale"
             if number == 1:
                 page.screenshot(path=artefacts / f"patient-mode-{name}-{language}.png")
                 assert wrong(page) == []

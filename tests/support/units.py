@@ -82,32 +82,43 @@ COUNTED: Final = (
 """Words of counted things, which follow their number."""
 PLACED: Final = (
     "Motor", "motor", "Version", "version", "Playback", "Station", "Take", "take", "Step", "step", "level", "Level", "number", "item", "M", "Kata",
-    "No.", "fixer", "SPADI", "Table", "WCAG", "playback",
+    "No.", "fixer", "SPADI", "Table", "WCAG", "playback", "run",
 )  # fmt: skip
 """Words before the number of a place, of a level or of a thing that is called by a number."""
 COUNT_HEADS: Final = (
     "Playbacks", "Stopped", "Measurements", "Motor", "Motion", "Version", "Repetitions", "Samples", "Number", r"No\.", "Patients", "Audit", "Subject",
 )  # fmt: skip
 """Heads of table columns with counts and places."""
-SCALES: Final = r"0 to 10|of 10\b|of 100|of 25|level|0: no pain|0 is no pain"
+SCALES: Final = r"0 to 10|0 \(none\) to 10|0 \(best\) to 100|of 10\b|of 100|of 25|level|0: no pain|0 is no pain"
 
 _BARE_NUMBERS: Final = """([unitsAfter, counted, placed, heads, scales]) => {
-    const moment = /\\d{1,2}:\\d{2}(:\\d{2})?(\\s?[AP]M)?|\\d{4}-\\d{2}-\\d{2}|[A-Z][a-z]{2} \\d{1,2}, \\d{4}|\\d{1,2} [A-Z][a-z]{2,} \\d{4}/g;
+    // Also the volume, issue and pages of a cited article.
+    const moment = /[A-Z][a-z]+ (?:19|20)\\d{2}(?:, \\d+)+|\\d{1,2}:\\d{2}(:\\d{2})?(\\s?[AP]M)?|\\d{4}-\\d{2}-\\d{2}|[A-Z][a-z]{2} \\d{1,2}, \\d{4}|\\d{1,2} [A-Z][a-z]{2,} \\d{4}/g;
     const number = /(?<![\\w.\\-/−+])[+\\-−]?\\d+(?:[.,]\\d+)?(?![\\w\\-]|\\.\\d)/g;
     const after = new RegExp('^\\\\s?(?:(?:to|of|and|or|–|/)\\\\s?[+\\\\-−]?[\\\\d.]+\\\\s?)*(?:' + unitsAfter + ')');
     const thing = new RegExp('^\\\\s?(?:of [\\\\d.]+ )?(?:[a-z]+ )?(?:' + counted.join('|') + ')\\\\b');
     const place = new RegExp('(?:' + placed.map((one) => one.replace('.', '\\\\.')).join('|') + ')\\\\s?$|\\\\bof\\\\s?$|^$');
+    // "Sessions that were stopped: 0"
+    const countedBefore = new RegExp('(?:' + counted.join('|') + '|runs)\\\\b[^.:]*: (?:\\\\d+ of )?$', 'i');
     const inContext = new RegExp(unitsAfter + '|' + scales);
     const countedHead = new RegExp(heads.join('|'));
     const found = [];
+    const headingBefore = (one) => document.evaluate('preceding::*[self::h2 or self::h3][1]', one, null, XPathResult.FIRST_ORDERED_NODE_TYPE).singleNodeValue;
+    for (const figure of document.querySelectorAll('.js-plotly-plot')) {
+        // The titles of axes and panels state the unit of the ticks; a legend or a heading does not.
+        const titles = [...figure.querySelectorAll('.xtitle, .ytitle, .y2title, .x2title, .annotation, .g-gtitle')].map((one) => one.textContent).join(' | ');
+        if (figure.querySelector('.ytick, .xtick') && !new RegExp(unitsAfter + '|' + scales + '|, deg|Week|Number').test(titles)) found.push('a figure with the titles "' + titles.slice(0, 150) + '"');
+    }
     const walker = document.createTreeWalker(document.querySelector('main') ?? document.body, NodeFilter.SHOW_TEXT);
     for (let node = walker.nextNode(); node; node = walker.nextNode()) {
         const element = node.parentElement;
-        if (!/\\d/.test(node.data) || !element.checkVisibility() || element.closest('.js-plotly-plot, script, style, nav, ol, [aria-current=step], [translate=no]:not(td *), td:first-child [translate=no]')) continue;
+        if (!/\\d/.test(node.data) || !element.checkVisibility() || element.closest('.js-plotly-plot, script, style')) continue;
+        // The number of a step in a list of steps.
+        if (/^\\d+$/.test(node.data.trim()) && element.closest('ol > li, nav button')) continue;
         const cell = element.closest('td, th');
-        const block = cell ?? element.closest('p, li, button, label, h1, h2, h3, h4, caption, legend, [role=status], a, text:not(a text), div');
-        const text = block.textContent.replace(moment, ' ');
-        let context = block.getAttribute('aria-label') ?? '';
+        const block = cell ?? element.closest('p, li, button, label, h1, h2, h3, h4, caption, legend, [role=status], a, text:not(a text), div') ?? element;
+        const text = (block.innerText ?? block.textContent).replace(moment, ' ');
+        let context = (block.getAttribute('aria-label') ?? '') + ' ' + (element.closest('figure')?.querySelector('figcaption')?.textContent ?? '');
         const group = element.closest('[role=radiogroup], fieldset, [role=group], section');
         context += ' ' + (group?.getAttribute('aria-label') ?? '') + ' ' + (group?.querySelector('legend, label')?.textContent ?? '');
         let head = '';
@@ -122,13 +133,14 @@ _BARE_NUMBERS: Final = """([unitsAfter, counted, placed, heads, scales]) => {
             const unit = units < 0 ? null : cell.parentElement.children[units].textContent.trim();
             if (unit || (unit === '' && /[^\\d.,\\s−-]/.test(cell.textContent))) continue;
             context += ' ' + (rows[0]?.children[0]?.textContent ?? '');
+            context += ' ' + (headingBefore(table)?.textContent ?? '');
             context += ' ' + (table.querySelector('caption')?.textContent ?? '') + ' ' + (table.getAttribute('aria-label') ?? '');
         }
         for (const match of text.matchAll(number)) {
             if (!node.data.includes(match[0])) continue;
             const rest = text.slice(match.index + match[0].length);
             const before = text.slice(0, match.index);
-            if (after.test(rest) || thing.test(rest) || (!before.trim() && rest.startsWith('. ')) || (before.trim() && place.test(before))) continue;
+            if (after.test(rest) || thing.test(rest) || (!before.trim() && rest.startsWith('. ')) || (before.trim() && place.test(before)) || countedBefore.test(before)) continue;
             if (inContext.test(context) || countedHead.test(head) || new RegExp(scales).test(text)) continue;
             found.push(match[0] + ' in "' + text.trim().slice(0, 120) + '"' + (cell ? ' under "' + context.trim().slice(0, 80) + '"' : ''));
         }

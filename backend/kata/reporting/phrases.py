@@ -183,7 +183,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "動作の時間に対するモータ角度（°）。実線：設定を適用した教示、破線：再生。",
     ),
     "motor": ("Motor", "モータ"),
-    "motor_n": ("Motor {number}", "モータ{number}"),
+    "motor_curve": ("Motor {number}, ° over s", "モータ{number}：角度(°)と時間(秒)"),
     "peak": ("Peak, °", "最大(°)"),
     "rmse": ("RMSE, °", "RMSE, °"),
     "start": ("Start, °", "開始時(°)"),
@@ -317,6 +317,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "side's newest (passive, where there is one); thin: a healthy shoulder.",
         "治療側の関節可動域（°）。実線：自動、破線：他動、点線：反対側の最新値（他動があれば他動）、細線：健常肩の参考値。",
     ),
+    "trends_angle": ("{name}, °", "{name}（°）"),
     "trends_pain": (
         "Pain before (solid) and after (dashed) a session, 0 to 10",
         "セッション前（実線）後（破線）の痛み（0〜10）",

@@ -87,7 +87,7 @@ def _rom(motion: str, position: str, lines: Sequence[RomSeries], axis: _Axis, ph
         series.append(DatedSeries("reference", (), (lines[0].reference_deg,)))
     values = [value for curve in series for value in curve.values]
     return over_days(
-        phrases.measure(motion, position),
+        phrases.text("trends_angle", name=phrases.measure(motion, position)),
         [curve for curve in series if curve.values],
         axis.labels,
         min(0, *values),
