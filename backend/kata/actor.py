@@ -12,11 +12,11 @@ Role = Literal["therapist", "administrator", "viewer", "technician"]
 
 @dataclass(frozen=True, slots=True)
 class Actor:
-    """A user who is signed in at one browser."""
+    """A user who is signed in at one browser, or whose program sends an access token."""
 
     account_id: UUID
     login_session_id: UUID
-    """Identifies the browser, which holds the lease."""
+    """Identifies the browser, which holds the lease; of a program, its access token."""
     name: str
     """The name in records: therapist, examiner, signature."""
     role: Role
@@ -26,6 +26,8 @@ class Actor:
     """The screen is locked: until the password is given again, the user can see and stop a running session and nothing else."""
     enrolling: bool = False
     """The account needs a second factor and has none yet: the user may only set it up."""
+    by_token: bool = False
+    """A program acts with an access token: it may only read (``TOKEN_PERMISSIONS``)."""
 
 
 CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("current_actor", default=None)

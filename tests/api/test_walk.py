@@ -19,6 +19,7 @@ from kata.actor import Role
 from kata.api import authorization
 from kata.audit import deduplication
 from kata.audit.tables import AuditRow
+from kata.auth import access_tokens
 from kata.auth.login_session import COOKIE
 from kata.auth.permissions import RULES, UNAUDITED_VIEWS, audit_action
 from kata.auth.tables import AccountRow, LoginSessionRow
@@ -28,7 +29,7 @@ from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.support.login import signed_in
+from tests.support.login import signed_in, with_token
 from tests.support.service import other_browser, replaced, running
 from tests.support.treatment import Texts, treat
 
@@ -49,6 +50,7 @@ SOCKETS: Final = {"live": "/api/live", "live_stations": "/api/stations/live"}
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
 OWN: Final = ENROLLING | {
     "remove_second_factor", "change_password", "choose_language", "get_patient_questionnaire", "answer_patient_questionnaire", "list_own_sign_ins", "end_own_sign_in",
+    "list_own_access_tokens", "create_access_token", "revoke_own_access_token",
 }  # fmt: skip
 LEAVES_LESS: Final = {"lock_screen", "start_patient_mode"}
 """After it the user may do less; tests/api/test_accounts.py asks for it."""
@@ -74,7 +76,7 @@ OPERATE: Final = {
 ADMINISTER: Final = {
     "refuse_erasure", "approve_erasure", "change_record_access", "list_break_glass_accesses", "review_break_glass_access", "list_audit",
     "list_accounts", "create_account", "update_account", "reset_account", "list_backups", "make_backup",
-    "get_clinic_profile", "update_clinic_profile",
+    "get_clinic_profile", "update_clinic_profile", "list_access_tokens", "revoke_access_token",
 }  # fmt: skip
 OPERATION: Final = {
     "get_metrics", "get_support_bundle", "list_station_versions", "get_operation", "get_usage", "get_tracking_quality", "get_stop_counts",
@@ -110,6 +112,8 @@ WRITE: Final = {
     "update_session", "confirm_check", "end_session", "sign_session", "add_addendum",
     "add_goniometer_reading", "remove_goniometer_reading",
 }  # fmt: skip
+FOR_PROGRAMS: Final = READ - {"break_glass"} | STATION - {"stop"} | OPERATION
+"""Routes that accept an access token."""
 GROUPS: Final[tuple[tuple[Collection[str], frozenset[Role]], ...]] = (
     (PUBLIC, _EVERYBODY),
     (STATIC, _EVERYBODY),
@@ -126,8 +130,11 @@ GROUPS: Final[tuple[tuple[Collection[str], frozenset[Role]], ...]] = (
 )
 """Every route by name, and the roles that may use it."""
 AUTHORIZATION: Final = frozenset(
-    {"not_signed_in", "locked", "second_factor_needed", "not_allowed", "other_station", "restricted"}
-)
+    {
+        "not_signed_in", "locked", "second_factor_needed", "not_allowed", "other_station", "restricted",
+        "token_only_reads", "token_ended",
+    }
+)  # fmt: skip
 """Codes of refusals before the route."""
 
 
@@ -142,6 +149,8 @@ class Asker:
     """Why the sign-in is none any more."""
     locked: bool = False
     enrolling: bool = False
+    by_token: bool = False
+    """A program with an access token."""
 
 
 ASKERS: Final = (
@@ -154,6 +163,8 @@ ASKERS: Final = (
     *(Asker(f"{role} of another station", role, here=False) for role in sorted(_EVERYBODY)),
     *(Asker(f"{role} behind a locked screen", role, locked=True) for role in sorted(_EVERYBODY)),
     Asker("administrator without a second factor", "administrator", enrolling=True),
+    *(Asker(f"program of a {role}", role, by_token=True) for role in sorted(_EVERYBODY)),
+    Asker("program with a revoked token", "administrator", gone="revoked", by_token=True),
 )
 _REPEATED: Final = {
     # A disabled account and a locked screen are refused before the role is read.
@@ -298,10 +309,12 @@ def records(service: TestClient) -> dict[str, dict[str, UUID]]:
 
 
 def sign_in_as(client: TestClient, asker: Asker) -> str:
-    """Return the cookie of a login session of this kind."""
+    """Return the cookie of a login session, or the access token, of this kind."""
     if asker.role is None:
         return "made-up" if asker.gone else ""
     database = _database(client)
+    if asker.by_token:
+        return with_token(database, asker.role, revoked=asker.gone == "revoked")
     cookie = signed_in(database, asker.role, stations=() if asker.here else ("Elsewhere",))
     with database.write() as session:
         row = session.scalars(select(LoginSessionRow).order_by(LoginSessionRow.began_at.desc())).first()
@@ -319,6 +332,16 @@ def sign_in_as(client: TestClient, asker: Asker) -> str:
     return cookie
 
 
+def present(client: TestClient, credential: str) -> None:
+    """Let a client send a cookie, an access token, or nothing."""
+    client.cookies.clear()
+    client.headers.pop("authorization", None)
+    if credential.startswith(access_tokens.PREFIX):
+        client.headers["authorization"] = f"Bearer {credential}"
+    elif credential:
+        client.cookies.set(COOKIE, credential)
+
+
 def roles_of(name: str) -> frozenset[Role]:
     """Return the roles that may use a route. Fails for a route that is not declared."""
     (roles,) = (roles for names, roles in GROUPS if name in names)
@@ -329,8 +352,12 @@ def expected(name: str, asker: Asker, whose: str = "") -> tuple[int, str] | None
     """Return the refusal of a cell of the matrix; None: allowed."""
     if name in PUBLIC or name in STATIC:
         return None
+    if asker.gone and asker.by_token:
+        return 401, "token_ended"
     if asker.role is None or asker.gone:
         return 401, "not_signed_in"
+    if asker.by_token and name not in FOR_PROGRAMS:
+        return 403, "token_only_reads"
     if asker.locked and name not in BEHIND_A_LOCK:
         return 423, "locked"
     if asker.enrolling and name not in ENROLLING | {"stop"}:
@@ -354,9 +381,7 @@ def ask(client: TestClient, operation: Operation, cookie: str, ids: dict[str, UU
     path = operation.path.format_map(_OrAnything(known))
     query = {name: known[name] for name in operation.query if name in known}
     body: Any = {name: known[name] for name in operation.body if name in known}
-    client.cookies.clear()
-    if cookie:
-        client.cookies.set(COOKIE, cookie)
+    present(client, cookie)
     if operation.method == "GET":
         return client.get(path, params=query)
     return client.request(operation.method, path, params=query, json=body)
@@ -439,9 +464,7 @@ _SLOW: Final = {"get_session_report_pdf", "get_episode_report_pdf", "make_backup
 @AS_EVERYBODY
 def test_every_role_sees_only_permitted_station_data(service: TestClient, asker: Asker) -> None:
     client = TestClient(service.app)
-    cookie = sign_in_as(service, asker)
-    if cookie:
-        client.cookies.set(COOKIE, cookie)
+    present(client, sign_in_as(service, asker))
     for name, path in SOCKETS.items():
         refusal = expected(name, asker)
         if refusal:
@@ -461,9 +484,7 @@ def test_static_addresses_are_public_and_contain_only_files(
     service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
 ) -> None:
     client = TestClient(service.app)
-    cookie = sign_in_as(service, asker)
-    if cookie:
-        client.cookies.set(COOKIE, cookie)
+    present(client, sign_in_as(service, asker))
     patient_id = records["open"]["patient_id"]
     answers = {path: client.get(path) for path in (*STATIC_ADDRESSES, f"/patients/{patient_id}")}
     # Without a built page or documentation the service says so.

@@ -1,10 +1,11 @@
 """Login sessions written directly to the database."""
 
+from datetime import timedelta
 from pathlib import Path
 from uuid import uuid4
 
 from kata.actor import Actor, Role
-from kata.auth import login_session
+from kata.auth import access_tokens, login_session
 from kata.auth.tables import AccountRow, AccountStationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -34,6 +35,15 @@ def signed_in(
         session.flush()
         session.add_all(AccountStationRow(account_id=id_, station=station) for station in stations)
         return login_session.begin(session, account, "totp", now, "testclient", "tests")
+
+
+def with_token(database: Database, role: Role = "viewer", *, revoked: bool = False) -> str:
+    """Create an account of this role and return one of its access tokens."""
+    owner = signed_in_actor(database, role)
+    with database.write() as session:
+        row, token = access_tokens.create(session, owner.account_id, "Tests", timedelta(days=1), utc_now())
+        row.revoked_at = utc_now() if revoked else None
+        return token
 
 
 def signed_in_actor(database: Database, role: Role) -> Actor:

@@ -28,7 +28,7 @@ from kata.api.services import attach
 from kata.api.set_up import set_up_services
 from kata.audit.middleware import AuditMiddleware
 from kata.audit.router import router as audit_router
-from kata.auth import accounts_router, login_router, openid_router, own_account_router
+from kata.auth import access_tokens_router, accounts_router, login_router, openid_router, own_account_router
 from kata.backups.router import router as backups_router
 from kata.clinic.assessments.router import router as assessments_router
 from kata.clinic.commissionings.router import router as commissionings_router
@@ -63,6 +63,7 @@ seconds; timestamps are UTC. Errors are problem documents (RFC 9457) with a stab
 
 _ROUTERS: Final[tuple[APIRouter, ...]] = (
     health.router,
+    access_tokens_router.router,
     accounts_router.router,
     assessments_router,
     backups_router,

@@ -21,9 +21,18 @@ from starlette.requests import HTTPConnection
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
 from kata.api import texts
 from kata.api.services import Services, services_of
-from kata.auth import login_session, secrets
+from kata.auth import access_tokens, login_session, secrets
 from kata.auth.login import address_of, authenticate, cookie_of
-from kata.auth.permissions import COMMANDS, ROLE_PERMISSIONS, RULES, UNAUDITED_VIEWS, RouteRule, audit_action
+from kata.auth.permissions import (
+    COMMANDS,
+    ROLE_PERMISSIONS,
+    RULES,
+    TOKEN_PERMISSIONS,
+    UNAUDITED_VIEWS,
+    RouteRule,
+    audit_action,
+)
+from kata.auth.throttle import ADDRESS_POLICY
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.availability import DatabaseUnavailableError
@@ -92,7 +101,7 @@ def document(described: dict[str, Any]) -> None:
         for operation in operations.values():
             rule = RULES[operation["operationId"]]
             if rule.needs != "public":
-                statuses = (401, 403, 503) if rule.locked else (401, 403, 423, 503)
+                statuses = (401, 403, 429, 503) if rule.locked else (401, 403, 423, 429, 503)
                 for status, answer in PROBLEMS.of(*statuses).items():
                     operation["responses"].setdefault(str(status), answer)
 
@@ -118,10 +127,15 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     named = list(_named_records(connection, body))
     context.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
     cookie, auth_cache = cookie_of(connection) or "", services.auth_cache
-    actor = auth_cache.cached_actor_for_stop(cookie) if rule.needs == "stop" else None
-    if actor is None:
+    token = _bearer_token(connection)
+    actor = auth_cache.cached_actor_for_stop(cookie) if rule.needs == "stop" and not token else None
+    if token:
+        actor = await run_in_threadpool(_read_token_owner, services, token, context.address)
+    elif actor is None:
         actor = await _read_actor(connection, rule, cookie)
     CURRENT_ACTOR.set(actor)
+    if actor.by_token:
+        _check_only_reads(connection, rule)
     check_user(actor, rule, context.station, named)
     if named:
         await run_in_threadpool(_wait_for_arrival, services, named)
@@ -132,8 +146,10 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
             if patient_id is None:
                 raise
             context.patient_id = patient_id
-    is_activity = connection.scope.get("method", "GET") not in _READ_METHODS or ACTIVE in connection.headers
-    if is_activity and rule.needs != "stop" and auth_cache.should_store_activity(cookie):
+    is_activity = (
+        actor.by_token or connection.scope.get("method", "GET") not in _READ_METHODS or ACTIVE in connection.headers
+    )
+    if is_activity and rule.needs != "stop" and auth_cache.should_store_activity(token or cookie):
         task = asyncio.create_task(
             run_in_threadpool(_record_activity, services.database, actor, services.auth.now()), name="record activity"
         )
@@ -174,6 +190,36 @@ async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) 
     return actor
 
 
+def _bearer_token(connection: HTTPConnection) -> str:
+    """Return the access token of the request, empty without one. A browser sends none: its cookie then counts."""
+    scheme, _, sent = connection.headers.get("authorization", "").partition(" ")
+    return sent.strip() if scheme.lower() == "bearer" and sent.strip().startswith(access_tokens.PREFIX) else ""
+
+
+def _read_token_owner(services: Services, token: str, address: str) -> Actor:
+    """Return the owner of an access token. An address that sends invented ones must wait.
+
+    :raises ProblemError: 401; 429 after too many attempts.
+    """
+    throttle, key = services.auth.throttle, f"token {address}"
+    throttle.check(key)
+    with services.database.read() as session:
+        actor = access_tokens.find_actor(session, token, services.auth.now())
+    if actor is None:
+        throttle.begin((key, ADDRESS_POLICY))
+        raise ProblemError(401, "token_unknown", texts.TOKEN_UNKNOWN(), texts.COPY_WHOLE_TOKEN())
+    return actor
+
+
+def _check_only_reads(connection: HTTPConnection, rule: RouteRule) -> None:
+    """Check that a request with an access token only reads. A WebSocket has no method: it is refused.
+
+    :raises ProblemError: 403.
+    """
+    if connection.scope.get("method") not in _READ_METHODS or rule.needs not in TOKEN_PERMISSIONS:
+        raise ProblemError(403, "token_only_reads", texts.TOKEN_ONLY_READS(), texts.SIGN_IN_AT_THE_PAGE())
+
+
 def _has_token(connection: HTTPConnection) -> bool:
     """Return whether the request carries the token of the file. The file is read each time, so a new token needs no restart."""
     file = services_of(connection).settings.metrics_token_file
@@ -192,7 +238,10 @@ def _has_token(connection: HTTPConnection) -> bool:
 def _record_activity(database: Database, actor: Actor, now: datetime) -> None:
     try:
         with database.write() as session:
-            login_session.record_activity(session, actor, now)
+            if actor.by_token:
+                access_tokens.record_use(session, actor.login_session_id, now)
+            else:
+                login_session.record_activity(session, actor, now)
     except DatabaseUnavailableError:
         # The log already contains the outage once.
         return
@@ -248,7 +297,7 @@ def _check_records(
                 texts.RECORD_RESTRICTED(),
                 texts.OPEN_IN_EMERGENCY(),
             )
-    if context.patient_id and not rule.restricted:
+    if context.patient_id and not rule.restricted and not actor.by_token:
         services.offline_cache.note_opened(context.patient_id)
 
 

@@ -12,7 +12,10 @@ NOT_COLLECTED: Final = frozenset(
     }
 )  # fmt: skip
 """Tables that are logs themselves, are derived from others, or belong to internal machinery. Code that changes them for a user adds its own audit entry."""
-_COLUMNS_NOT_COLLECTED: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
+_COLUMNS_NOT_COLLECTED: Final = {
+    "accounts": frozenset({"totp_last_step", "updated_at"}),
+    "access_tokens": frozenset({"last_used_at"}),
+}
 _MAX_ROWS: Final = 8
 """If more rows of a table change, the trail contains only their number."""
 

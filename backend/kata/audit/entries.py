@@ -31,6 +31,8 @@ def entry(
     :param actor: the user, if it is not the user of the request.
     """
     actor, context = actor or CURRENT_ACTOR.get(), REQUEST_CONTEXT.get()
+    if actor and actor.by_token:
+        detail = {**(detail or {}), "access_token": str(actor.login_session_id)}
     return Entry(
         at=utc_now(),
         account_id=actor.account_id if actor else context.account_id if context else None,

@@ -11,7 +11,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from kata.actor import Role
-from kata.auth import demonstration, login_session, second_factor, secrets, texts
+from kata.auth import access_tokens, demonstration, login_session, second_factor, secrets, texts
 from kata.auth.tables import AccountRow, AccountStationRow
 from kata.errors import ProblemError, not_found
 
@@ -111,12 +111,15 @@ def issue_code(row: AccountRow, now: datetime) -> str:
 
 
 def reset(session: Session, row: AccountRow, now: datetime, *, with_second_factor: bool) -> str:
-    """Remove the password, and the second factor if ``with_second_factor``. Return a one-time code for setting a new password."""
+    """Remove the password, the login sessions and access tokens, and the second factor if ``with_second_factor``. Return a one-time code
+    for setting a new password.
+    """
     row.password_hash = None
     row.updated_at = now
     if with_second_factor:
         second_factor.remove(session, row)
     login_session.end_all(session, row.id, "reset", now)
+    access_tokens.revoke_all(session, row.id, now)
     return issue_code(row, now)
 
 
@@ -138,11 +141,12 @@ def set_password(
 
 
 def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool) -> None:
-    """Disable the account and end its login sessions, or enable it again."""
+    """Disable the account, end its login sessions and revoke its access tokens, or enable it again without them."""
     row.disabled_at = (row.disabled_at or now) if disabled else None
     if disabled:
         row.code_hash = row.code_until = None
         login_session.end_all(session, row.id, "disabled", now)
+        access_tokens.revoke_all(session, row.id, now)
 
 
 def check_administrators_left(session: Session) -> None:

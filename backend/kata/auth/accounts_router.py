@@ -7,7 +7,7 @@ from fastapi import APIRouter, Request
 from pydantic import Field, StrictBool, StringConstraints
 
 from kata.actor import Role
-from kata.auth import accounts, login_session, texts
+from kata.auth import access_tokens, accounts, login_session, texts
 from kata.auth.login import Authentication, StationName, TheAuthentication, Username, auth_services
 from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
@@ -105,7 +105,9 @@ def create_account(database: TheDatabase, auth: TheAuthentication, given: Accoun
 def update_account(
     request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, change: AccountUpdate
 ) -> Account:
-    """Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions."""
+    """Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions and
+    access tokens.
+    """
     # The real clock: the time is the account's version and must differ between changes.
     now = utc_now()
     with database.write() as session:
@@ -120,6 +122,7 @@ def update_account(
             row.role = role
             accounts.set_stations(session, row, wanted)
             login_session.end_all(session, row.id, "role", now)
+            access_tokens.revoke_all(session, row.id, now)
         if change.openid is not None:
             accounts.link_subject(session, row, _stored_subject(auth, change.openid), now)
         if change.disabled is not None:

@@ -8,7 +8,7 @@ from uuid import UUID, uuid5
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from kata.auth import login_session, secrets
+from kata.auth import access_tokens, login_session, secrets
 from kata.auth.tables import AccountRow, LoginSessionRow
 
 DemonstrationRole = Literal["therapist", "administrator"]
@@ -63,6 +63,7 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
             row.disabled_at = None if allowed else row.disabled_at or now
             if not allowed:
                 login_session.end_all(session, row.id, "no_demonstration", now)
+                access_tokens.revoke_all(session, row.id, now)
     if not allowed:
         session.execute(
             update(LoginSessionRow)

@@ -46,6 +46,8 @@ UNAUDITED_VIEWS: Final[frozenset[Permission]] = frozenset(
 """Permissions whose read requests the audit trail does not record, because no answer is a patient's record. It records those of all others."""
 COMMANDS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
 """Permissions of commands to the apparatus, whose answers do not wait for the audit trail."""
+TOKEN_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"see_station", "see_operation", "read_records"})
+"""Permissions that an access token leaves to its owner, for requests that only read. A program sees neither accounts nor the audit trail."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +67,7 @@ class RouteRule:
     """Allowed while the database does not answer, for users that it confirmed last. Only records of this day's patients may be named then
     (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
-    """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``."""
+    """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``, which is no user's access token."""
     file: str = ""
     """Media type of a file that the body is. It may be large, names no record, and is parsed outside the service's process."""
 
@@ -137,11 +139,16 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "choose_language": RouteRule("own_account"),
         "list_own_sign_ins": RouteRule("own_account"),
         "end_own_sign_in": RouteRule("own_account"),
+        "list_own_access_tokens": RouteRule("own_account"),
+        "create_access_token": RouteRule("own_account"),
+        "revoke_own_access_token": RouteRule("own_account"),
         # Accounts.
         "list_accounts": _ADMINISTER,
         "create_account": _ADMINISTER,
         "update_account": _ADMINISTER,
         "reset_account": _ADMINISTER,
+        "list_access_tokens": _ADMINISTER,
+        "revoke_access_token": _ADMINISTER,
         # Patients.
         "list_patients": _READ,
         "create_patient": _WRITE,

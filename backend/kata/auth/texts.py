@@ -66,6 +66,11 @@ OPENID_NOT_LINKED: Final = message("openid_not_linked", "No account is linked wi
 HAVE_IDENTITY_LINKED: Final = message(
     "have_identity_linked", "Tell an administrator, who can link it with your account: {identity:name}"
 )
+ACCESS_TOKEN_NOT_FOUND: Final = message("access_token_not_found", "There is no such access token.")
+TOO_MANY_TOKENS: Final = message("too_many_tokens", "You have {most:d} access tokens, the most that are possible.")
+REVOKE_UNUSED_TOKENS: Final = message("revoke_unused_tokens", "Revoke those that are not used any more.")
+TOKEN_ENDED: Final = message("token_ended", "This access token has expired or was revoked.")
+CREATE_ANOTHER_TOKEN: Final = message("create_another_token", "Create another one under My account.")
 LOGIN_SESSION_ENDED: Final = message("login_session_ended", "This login session has ended.")
 SIGN_IN: Final = message("sign_in", "Sign in.")
 NOBODY_SIGNED_IN: Final = message("nobody_signed_in", "No user is signed in at this browser.")

@@ -56,11 +56,17 @@ class Throttle:
         """
         with self._lock:
             now_s = self._clock()
-            left_s = max((self._left_s(key, now_s) for key, _ in keys), default=0.0)
-            if left_s > 0.0:
-                raise _too_many(ceil(left_s))
+            self._check(now_s, *(key for key, _ in keys))
             for key, policy in keys:
                 self._count(key, policy, now_s)
+
+    def check(self, key: str) -> None:
+        """Check a key without counting an attempt.
+
+        :raises ProblemError: 429 with the time to wait.
+        """
+        with self._lock:
+            self._check(self._clock(), key)
 
     def succeeded(self, key: str) -> None:
         """Forget all failures of a key after a successful authentication."""
@@ -74,6 +80,11 @@ class Throttle:
             if attempts:
                 attempts.failed -= 1
                 attempts.until_s = 0.0
+
+    def _check(self, now_s: float, *keys: str) -> None:
+        left_s = max((self._left_s(key, now_s) for key in keys), default=0.0)
+        if left_s > 0.0:
+            raise _too_many(ceil(left_s))
 
     def _left_s(self, key: str, now_s: float) -> float:
         attempts = self._attempts.get(key)

@@ -23,7 +23,7 @@ from kata.audit.restored import note_restored
 from kata.audit.tables import AuditRow
 from kata.audit.verify import verify
 from kata.auth.factor_key import add_keys
-from kata.auth.tables import AccountRow, LoginSessionRow
+from kata.auth.tables import AccessTokenRow, AccountRow, LoginSessionRow
 from kata.backups.archive import ANCHOR, DATA, DATABASE, FACTOR_KEY, Contents, read_archive
 from kata.backups.catalogue import BackupRecord, write_record
 from kata.backups.folder import (
@@ -211,7 +211,9 @@ def _with_audit_result(copy: Database, contents: Contents, anchor: Path) -> Veri
 
 
 def revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, now: datetime) -> None:
-    """End all login sessions and one-time codes, which may have been revoked since the backup. Record the restore in the audit trail."""
+    """End all login sessions, access tokens and one-time codes, which may have been revoked since the backup. Record the restore in the
+    audit trail.
+    """
     AuditHook(copy)
     with copy.write() as session:
         note_restored(session, _newest_anchor(settings, folder / DATA / ANCHOR), file.name)
@@ -220,6 +222,7 @@ def revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, 
             .where(LoginSessionRow.ended_at.is_(None))
             .values(ended_at=now, end_reason="restored")
         )
+        session.execute(update(AccessTokenRow).where(AccessTokenRow.revoked_at.is_(None)).values(revoked_at=now))
         session.execute(
             update(AccountRow).where(AccountRow.code_hash.is_not(None)).values(code_hash=None, code_until=None)
         )

@@ -1,7 +1,7 @@
 """All tables of the clinic, for migrations."""
 
 from kata.audit.tables import AuditRow
-from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow, RecoveryCodeRow
+from kata.auth.tables import AccessTokenRow, AccountRow, AccountStationRow, LoginSessionRow, RecoveryCodeRow
 from kata.backups.tables import BackupRow
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.commissionings.tables import CommissioningRow
@@ -32,6 +32,7 @@ from kata.database.delivery import SpoolRow
 from kata.database.upgrade import SchemaRow
 
 __all__ = [
+    "AccessTokenRow",
     "AccountRow",
     "AccountStationRow",
     "AddendumRow",

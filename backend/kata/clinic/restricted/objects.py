@@ -45,7 +45,9 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     }
 )
 """Query of the owner by the id's name in paths, queries and bodies."""
-OF_NOBODY: Final = frozenset({"account_id", "account_ids", "backup_id", "commissioning_id", "glass_id", "sign_in_id"})
+OF_NOBODY: Final = frozenset(
+    {"access_token_id", "account_id", "account_ids", "backup_id", "commissioning_id", "glass_id", "sign_in_id"}
+)
 """Ids of records that belong to no patient."""
 
 

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID, uuid4
 
-from sqlalchemy import Select, delete, or_, select
+from sqlalchemy import Select, delete, false, or_, select
 from sqlalchemy.orm import Session
 
 from kata.actor import Actor
@@ -34,7 +34,10 @@ _UNREVIEWED_FIRST: Final = Keyset(
 
 
 def hidden(actor: Actor) -> Select[UUID]:
-    """Return a query of the patients whose records this actor may not see. A list excludes them within its own query."""
+    """Return a query of the patients whose records this actor may not see. A list excludes them within its own query.
+
+    A break-glass access opens a record to the person who gave the reason, not to that person's programs.
+    """
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
     opened = _open_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
     return select(PatientRow.id).where(PatientRow.restricted, ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened)))
@@ -163,6 +166,7 @@ def _as_access(row: BreakGlassAccessRow, name: str) -> BreakGlassAccess:
 
 
 def _open_glass(actor: Actor) -> Select[datetime]:
-    return select(BreakGlassAccessRow.until).where(
+    opened = select(BreakGlassAccessRow.until).where(
         BreakGlassAccessRow.account_id == actor.account_id, BreakGlassAccessRow.until > utc_now()
     )
+    return opened.where(false()) if actor.by_token else opened
