@@ -74,6 +74,7 @@ SENTENCES: Final[dict[str, Template]] = {
 """By pydantic's type of error or Kata's own. The parameters are bounds."""
 
 _NAMES: Final = (
+    "access_token_id",
     "account_id",
     "account_ids",
     "action",
@@ -215,6 +216,7 @@ _NAMES: Final = (
     "updated_at",
     "username",
     "utc_offset",
+    "valid_days",
     "verification",
     "version",
     "written_by",

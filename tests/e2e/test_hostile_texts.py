@@ -206,7 +206,7 @@ _NOT_ASKED: Final = {
 does not have; commissioning records, of which there are none; and the rhythm, because the recordings here are of no pose of the scapula.
 """
 NOT_KEPT: Final = {
-    "", "AccountUpdate.openid", "Reauthentication.password", "BeginOpenId.to", "OidcCallback.iss", "OidcCallback.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
+    "", "AccessTokenCreate.password", "AccountUpdate.openid", "Reauthentication.password", "BeginOpenId.to", "OidcCallback.iss", "OidcCallback.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
     "PatientModeStart.questionnaire", "StationFile.config", "LinkSignIn.secret", "SetPassword.password", "SetUp.password", "SetUp.secret",
     "ClinicProfileUpdate.phone", "ClinicProfileUpdate.time_zone", "SecondFactorRemoval.password", "SignIn.password", "SignOff.doctor", "Unlock.password",
 }  # fmt: skip
@@ -233,7 +233,7 @@ MADE_BY_KATA: Final = {
     *(f"Commissioning{kind}.{name}" for kind in ("", "Detail") for name in ("configuration_digest", "digest", "done_by", "fault", "software", "station")),
     "CommissioningRunState.by", "SettingChange.after", "SettingChange.before", "SettingField.value", "StationVersion.changed_by",
     # Secrets, told once.
-    "OneTimeCode.code", "RecoveryCodes.codes", "SecondFactorSetup.address", "SecondFactorSetup.picture",
+    "CreatedAccessToken.token", "OneTimeCode.code", "RecoveryCodes.codes", "SecondFactorSetup.address", "SecondFactorSetup.picture",
     # Texts of the apparatus, its configuration and its files.
     "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "HandMotion.id", "HandMotion.name",
     "UnderstoodMotion.left_alone", "ImportedPatients.left_out",

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from kata.actor import Actor
 from kata.audit import entries
-from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow
+from kata.auth.tables import AccessTokenRow, AccountRow, AccountStationRow, LoginSessionRow
 from kata.backups.tables import BackupRow
 from kata.clinic import tables
 from kata.clinic.contraindications.tables import ContraindicationRow
@@ -38,7 +38,7 @@ NOT_WRITTEN: Final = frozenset(
         "sessions.end_reason", "sign_ins.end_reason", "sign_ins.method", "stages.stage", "teachings.side",
         # Secrets and their hashes.
         "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
-        "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
+        "access_tokens.secret_hash", "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
         # Derived by the program from other columns.
         "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
@@ -159,10 +159,13 @@ def _of_the_clinic(session: Session, first: Place) -> list[Base]:
     backup = BackupRow(id=uuid4(), at=now, kind="asked", file="", bytes=1, tested_at=now)
     station = AccountStationRow(account_id=account.id, station="")
     known = StationRow(name="", config="", registered_at=now, started_at=now)
-    session.add_all([glass, backup, station, known])
+    token = AccessTokenRow(
+        id=uuid4(), account_id=account.id, name="", secret_hash="0", created_at=now, expires_at=now + timedelta(days=1)
+    )
+    session.add_all([glass, backup, station, known, token])
     session.flush()
     patient = session.get_one(PatientRow, first.patients)
-    return [account, session.scalars(select(LoginSessionRow)).one(), patient, glass, backup, station, known]
+    return [account, session.scalars(select(LoginSessionRow)).one(), patient, glass, backup, station, known, token]
 
 
 def _ids(session: Session, place: Place) -> dict[str, str]:
@@ -180,7 +183,7 @@ def _copy(session: Session, row: Base, times: int) -> None:
     """Insert more rows with their own ids and unique values."""
     table, number = cast(Table, row.__table__), count(1_000)
     values = {column.name: getattr(row, column.name) for column in table.columns}
-    own = {"accounts": "username", "sign_ins": "secret_hash", "patients": "clinic_number", "account_stations": "station", "stations": "name"}  # fmt: skip
+    own = {"access_tokens": "secret_hash", "accounts": "username", "sign_ins": "secret_hash", "patients": "clinic_number", "account_stations": "station", "stations": "name"}  # fmt: skip
     copies: list[dict[str, Any]] = []
     for _ in range(times):
         n = next(number)

@@ -50,6 +50,7 @@ DECLARED: Final[dict[str, str]] = {
     **dict.fromkeys(("ratio", "ratio_deviation"), "degrees for each degree, which has no unit"),
     **dict.fromkeys(("p_gain", "i_gain", "d_gain"), "in the drive's own units"),
     "minutes": "minutes",
+    "valid_days": "days",
     "hours": "hours",
     "weeks_to_important": "weeks",
     "points": "points",

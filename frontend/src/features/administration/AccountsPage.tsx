@@ -7,11 +7,12 @@ import { useTitle } from "../../app/title";
 import { type Account, api, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { AccessTokenList } from "../auth/AccessTokenList";
 import { useMe } from "../auth/hooks";
 import { AccountForm } from "./AccountForm";
 import { OneTimeCode } from "./OneTimeCode";
 
-/** The accounts with their roles and stations. */
+/** The accounts with their roles and stations, and their access tokens. */
 export function AccountsPage() {
   useTitle(t("administration:accounts.title"));
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
@@ -31,6 +32,7 @@ export function AccountsPage() {
       <ProblemNote error={accounts.error} />
       {accounts.isPending && <Skeleton h={200} />}
       {items.length > 0 && <AccountTable accounts={items} onCode={setOneTimeCode} />}
+      <AllAccessTokens />
       <Modal
         opened={creating}
         onClose={() => setCreating(false)}
@@ -53,6 +55,22 @@ export function AccountsPage() {
       >
         {oneTimeCode && <OneTimeCode code={oneTimeCode} onDone={() => setOneTimeCode(null)} />}
       </Modal>
+    </Stack>
+  );
+}
+
+/** The access tokens of all accounts. */
+function AllAccessTokens() {
+  const tokens = useQuery({ queryKey: ["access-tokens"], queryFn: api.accessTokens });
+  const items = tokens.data?.items ?? [];
+  return (
+    <Stack component="section" aria-label={t("auth:tokens.title")} mt="lg">
+      <Title order={3} size="h4">
+        {t("auth:tokens.title")}
+      </Title>
+      <ProblemNote error={tokens.error} />
+      {tokens.isSuccess && items.length === 0 && <Text>{t("auth:tokens.none")}</Text>}
+      <AccessTokenList tokens={items} queryKey="access-tokens" revoke={api.revokeAccessToken} />
     </Stack>
   );
 }

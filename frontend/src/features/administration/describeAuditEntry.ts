@@ -46,6 +46,7 @@ export function describeDetail({ detail }: Entry): string[] {
     ...("identity" in detail
       ? [t("administration:audit.identity", { identifiers: describeIdentifiers(String(detail.identity)) })]
       : []),
+    ...("access_token" in detail ? [t("administration:audit.byToken")] : []),
     ...("again" in detail ? [t("administration:audit.repeated", { times: Number(detail.again) })] : []),
     ...kindsOf("added").map((kinds) => t("administration:audit.added", { kinds })),
     ...[...kindsOf("changed"), ...kindsOf("changed_many")].map((kinds) =>

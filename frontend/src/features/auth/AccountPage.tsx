@@ -6,6 +6,7 @@ import { api, type Me, ProblemError } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { AccessTokens } from "./AccessTokens";
 import { AuthLayout } from "./AuthLayout";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
@@ -14,7 +15,7 @@ import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
 import { ReauthenticateForm } from "./ReauthenticateForm";
 import { SecondFactor } from "./SecondFactor";
 
-/** The user's own account: name, language, password, second factor and login sessions. */
+/** The user's own account: name, language, password, second factor, login sessions and access tokens. */
 export function AccountPage() {
   useTitle(t("auth:account.title"));
   const me = useMe();
@@ -53,6 +54,12 @@ export function AccountPage() {
           {t("auth:account.whereSignedIn")}
         </Title>
         <LoginSessions />
+      </Card>
+      <Card withBorder component="section" aria-label={t("auth:tokens.title")}>
+        <Title order={2} size="h3" mb="md">
+          {t("auth:tokens.title")}
+        </Title>
+        <AccessTokens />
       </Card>
     </Stack>
   );

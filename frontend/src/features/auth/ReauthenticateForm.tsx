@@ -58,7 +58,7 @@ export function ReauthenticateForm<Result>(
           <Button
             type="submit"
             {...buttonProps}
-            disabled={passwordNeeded && password === ""}
+            disabled={buttonProps.disabled || (passwordNeeded && password === "")}
             loading={mutation.isPending}
           >
             {children}

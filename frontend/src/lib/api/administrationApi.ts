@@ -1,4 +1,4 @@
-import { client, startAfter, unwrap } from "./request";
+import { client, expectSuccess, startAfter, unwrap } from "./request";
 import type { AuditQuery, Schemas } from "./types";
 
 /** Notifications, accounts, audit trail, backups, and access to restricted records. */
@@ -8,6 +8,11 @@ export const administrationApi = {
   createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
   updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
     unwrap(client.PATCH("/api/accounts/{account_id}", { params: { path: { account_id } }, body })),
+  accessTokens: () => unwrap(client.GET("/api/access-tokens")),
+  revokeAccessToken: (access_token_id: string) =>
+    expectSuccess(
+      client.DELETE("/api/access-tokens/{access_token_id}", { params: { path: { access_token_id } } }),
+    ),
   resetAccount: (account_id: string, body: Schemas["AccountReset"]) =>
     unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
   audit: (query: AuditQuery, after: string | null = null) =>

@@ -2,7 +2,7 @@ import type { Language } from "../language";
 import { client, expectSuccess, unwrap } from "./request";
 import type { Schemas } from "./types";
 
-/** Login, the own account and its login sessions. */
+/** Login, the own account, its login sessions and access tokens. */
 export const loginApi = {
   me: () => unwrap(client.GET("/api/me")),
   signIn: (body: Schemas["SignIn"]) => unwrap(client.POST("/api/sign-in", { body })),
@@ -31,5 +31,12 @@ export const loginApi = {
         params: { path: { sign_in_id } },
         body: { password },
       }),
+    ),
+  ownAccessTokens: () => unwrap(client.GET("/api/me/access-tokens")),
+  createAccessToken: (body: Schemas["AccessTokenCreate"]) =>
+    unwrap(client.POST("/api/me/access-tokens", { body })),
+  revokeOwnAccessToken: (access_token_id: string) =>
+    expectSuccess(
+      client.DELETE("/api/me/access-tokens/{access_token_id}", { params: { path: { access_token_id } } }),
     ),
 };
