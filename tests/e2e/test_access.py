@@ -6,6 +6,7 @@ import pyotp
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from kata.client import Kata, KataError
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, write
 from tests.support.keyboard import open_tab as open_tab_by_keys
@@ -78,6 +79,31 @@ def test_account_is_created_used_locked_and_closed(
     expect(trail.get_by_role("row").filter(has_text="Ito Mai").first).to_be_visible()
     expect(trail.get_by_role("row").filter(has_text="Screen locked").first).to_contain_text("Ito Mai")
     page.screenshot(path=artefacts / "audit.png")
+
+
+def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic, artefacts: Path) -> None:
+    menu(page, "My account")
+    tokens = page.get_by_role("region", name="Access tokens for scripts")
+    tokens.get_by_label("Name of the new token").fill("Progress of the week")
+    tokens.get_by_role("button", name="Create an access token").click()
+    shown = tokens.get_by_test_id("access-token")
+    expect(shown).to_contain_text("kata_")
+    page.screenshot(path=artefacts / "access-token.png", full_page=True)
+    with Kata(clinic.url, shown.inner_text()) as program:
+        assert list(program.patients("nobody of this name")) == []
+        tokens.get_by_role("button", name="I have stored it").click()
+        expect(shown).to_have_count(0)
+        assert "kata_" not in page.content()
+        # Administrators see when each token was used, and revoke it.
+        page.goto(f"{clinic.url}/administration/accounts")
+        listed = page.get_by_role("region", name="Access tokens for scripts")
+        expect(listed).to_contain_text("Last used")
+        page.screenshot(path=artefacts / "access-tokens.png", full_page=True)
+        listed.get_by_role("button", name="Revoke Progress of the week").click()
+        expect(listed).to_contain_text("No account has an access token.")
+        with pytest.raises(KataError) as refused:
+            list(program.patients())
+    assert refused.value.code == "token_ended"
 
 
 def test_an_administrator_has_to_have_a_second_factor(
