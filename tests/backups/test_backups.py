@@ -22,6 +22,7 @@ from sqlalchemy import select
 from kata.audit.audit_log import AuditLog
 from kata.audit.tables import AuditRow
 from kata.audit.verify import Verdict, verify
+from kata.auth import access_tokens
 from kata.auth.factor_key import read_factor_key
 from kata.auth.second_factor import count_undecryptable
 from kata.auth.tables import AccountRow, LoginSessionRow
@@ -149,13 +150,16 @@ def test_on_a_new_computer_file_and_key_are_enough(settings: Settings, database:
 
 def test_restore_revokes_everything_that_was_open_at_the_backup(settings: Settings, database: Database) -> None:
     with database.write() as session:
-        session.scalars(select(AccountRow)).one().code_hash = "0" * 64
+        account = session.scalars(select(AccountRow)).one()
+        account.code_hash = "0" * 64
+        access_tokens.create(session, account.id, "Nightly export", timedelta(days=30), utc_now())
     file = backup_of(settings)
     database.close()
     restore_backup(settings, file, settings.backup_key_file)
     with database.read() as session:
         assert session.scalars(select(LoginSessionRow)).one().end_reason == "restored"
         assert session.scalars(select(AccountRow)).one().code_hash is None
+        assert access_tokens.list_valid(session, utc_now()) == []
 
 
 def test_audit_trail_continues_after_a_restore_and_records_the_loss(

@@ -251,6 +251,8 @@ MADE_BY_KATA: Final = {
     "ClinicProfile.name", "ClinicProfile.address", "ClinicProfile.phone", "ClinicProfile.time_zone", "ClinicProfile.updated_by",
     # The name of an account, which other fields try. No restricted record was opened in an emergency.
     "Notification.name",
+    # The name of an access token, which AccessToken.name tries.
+    "CreatedAccessToken.name",
     # The name of a recording, which RecordingDetail.name tries.
     "SoundRecording.name",
 }  # fmt: skip
