@@ -68,10 +68,13 @@ SYSTEMCTL: Final = '''#!{python}
 import json, os, signal, subprocess, sys, time
 from pathlib import Path
 
+# Like systemd, it finishes what was asked for when the asking process is killed.
+os.setsid()
 folder = Path("{folder}")
 action, name, *options = sys.argv[1:]
 unit = json.loads((folder / (name + ".json")).read_text())
 pid_file = folder / (name + ".pid")
+stopping = folder / (name + ".stopping")
 
 
 def running():
@@ -90,18 +93,25 @@ if action == "show":
         "EnvironmentFiles": "", "User": "",
     }}
     print(values[options[0].partition("=")[2]])
-elif action == "start" and not running():
+elif action == "start":
+    # systemd starts a unit that is stopping after its end.
+    while stopping.exists():
+        time.sleep(0.02)
+    if running():
+        sys.exit()
     environment = {{key: value for key, value in os.environ.items() if not key.startswith("KATA_")}} | unit["environment"]
     with (folder / (name + ".log")).open("ab") as log:
         child = subprocess.Popen([unit["command"], "serve"], env=environment, stdout=log, stderr=log, start_new_session=True)
     pid_file.write_text(str(child.pid))
 elif action == "stop" and (pid := running()):
+    stopping.touch()
     os.kill(pid, signal.SIGINT)
     limit = time.monotonic() + 60
     while running():
         if time.monotonic() > limit:
             os.killpg(pid, signal.SIGKILL)
         time.sleep(0.02)
+    stopping.unlink()
 '''
 _KILLED: Final = """
 import os, signal, sys, threading, time
@@ -109,6 +119,8 @@ import os, signal, sys, threading, time
 EVENTS = {"os.rename", "os.symlink", "os.mkdir", "subprocess.Popen", "shutil.rmtree", "os.link"}
 number, delay_s, count_file = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
 seen = 0
+# Written as a whole: the kill may come at any time.
+count = os.open(count_file, os.O_WRONLY)
 
 
 def kill():
@@ -120,8 +132,7 @@ def hook(event, arguments):
     if event not in EVENTS:
         return
     seen += 1
-    with open(count_file, "w") as file:
-        file.write(str(seen))
+    os.pwrite(count, b"%06d" % seen, 0)
     if seen == number:
         threading.Timer(delay_s, kill).start() if delay_s else kill()
 
