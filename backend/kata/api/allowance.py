@@ -1,4 +1,4 @@
-"""How much a client may send or open."""
+"""Token bucket that limits how much a client may send or open."""
 
 import time
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Allowance:
-    """A token bucket: ``per_s`` a second on average, and at most ``at_once`` without a pause."""
+    """A token bucket: ``per_s`` tokens a second on average, and at most ``at_once`` tokens without a pause."""
 
     per_s: float
     at_once: float
@@ -19,7 +19,7 @@ class Allowance:
         self.at_s = time.monotonic()
 
     def take(self) -> bool:
-        """Take one. Return False, with nothing taken, if less is left."""
+        """Take one token and return True. Return False and take nothing if less than one is left."""
         self._refill()
         if self.left < 1:
             return False
@@ -27,7 +27,7 @@ class Allowance:
         return True
 
     def take_some(self, amount: int) -> int:
-        """Take ``amount``, or as much of it as is left. Return what was taken."""
+        """Take ``amount`` tokens, or as many as are left. Return the number taken."""
         self._refill()
         taken = min(amount, int(self.left))
         self.left -= taken
@@ -35,7 +35,7 @@ class Allowance:
 
     @property
     def is_full(self) -> bool:
-        """True if nothing has been taken for long enough."""
+        """True if the bucket is full: nothing was taken, or it has refilled since."""
         self._refill()
         return self.left == self.at_once
 

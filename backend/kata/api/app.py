@@ -105,7 +105,7 @@ _ROUTERS: Final[tuple[APIRouter, ...]] = (
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Return the application. Its services start with its lifespan."""
+    """Return the application. The services start when its lifespan begins."""
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -137,7 +137,7 @@ def create_app(settings: Settings) -> FastAPI:
 
 
 def _add_middleware(app: FastAPI, hosts: frozenset[str]) -> None:
-    """Put audit and security middleware around everything. ``add_middleware`` would leave out the answer to an unexpected error."""
+    """Wrap the whole application in audit and security middleware. ``add_middleware`` would not wrap the answer to an unexpected error."""
     build_inner_stack = app.build_middleware_stack
 
     def build_middleware_stack() -> ASGIApp:

@@ -44,16 +44,16 @@ from kata.errors import ProblemError
 log = logging.getLogger(__name__)
 
 ACTIVE: Final = "x-kata-active"
-"""The header by which a page reports user activity in a request that only reads."""
+"""Header by which a page reports user activity in a request that only reads."""
 _AUTHORIZED: Final = "authorized"
-"""Name in a connection's state: True once the connection has been authorized."""
+"""Name of the field in a connection's state that is True once the connection has been authorized."""
 _READ_METHODS: Final = ("GET", "HEAD")
 _CACHED_ACTOR_AFTER_S: Final = 0.5
-"""After this time without an answer of the database a cached user is used, so that Pause does not take longer."""
+"""Seconds. If the database has not answered within this time, a cached user is used, so that Pause does not take longer."""
 _SPOOL_ARRIVAL_LIMIT_S: Final = 20.0
-"""After an outage, a request waits this long for spooled records of the objects that it names."""
+"""Seconds that a request waits after an outage for spooled records of the objects that it names."""
 _MIN_TOKEN_CHARACTERS: Final = 20
-"""Characters: at least 100 random bits."""
+"""Shortest accepted token: 20 characters have at least 100 random bits."""
 
 
 async def authorize(connection: HTTPConnection) -> None:
@@ -85,7 +85,7 @@ async def authorize_before_validation(request: Request) -> None:
 def check_rules(app: FastAPI) -> None:
     """Check that every route has a rule, and that FastAPI authorizes every route that is not public.
 
-    :raises LookupError: when one is missing.
+    :raises LookupError: when a rule or the authorization is missing.
     """
     for found in iter_route_contexts(app.routes):
         rule = RULES.get(found.name or "")
@@ -96,7 +96,7 @@ def check_rules(app: FastAPI) -> None:
 
 
 def document(described: dict[str, Any]) -> None:
-    """Add the refusals of authorization to the operations of an OpenAPI document."""
+    """Add the refusals by authorization to the operations of an OpenAPI document."""
     for operations in described["paths"].values():
         for operation in operations.values():
             rule = RULES[operation["operationId"]]
@@ -158,7 +158,7 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
 
 
 def _log_late_error(query: asyncio.Future[Actor | None]) -> None:
-    # The log already contains the outage once.
+    # The start of the outage is already in the log.
     if not query.cancelled() and (error := query.exception()) and not isinstance(error, DatabaseUnavailableError):
         log.info("the user could not be read from the database: %s", error)
 
@@ -181,7 +181,7 @@ async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) 
         if cached is None:
             raise
         query.add_done_callback(_log_late_error)
-        # Not cached again: only the database can confirm the login session.
+        # The actor is not cached again, because only the database can confirm the login session.
         return cached
     if actor is None:
         auth_cache.forget(cookie)
@@ -243,14 +243,14 @@ def _record_activity(database: Database, actor: Actor, now: datetime) -> None:
             else:
                 login_session.record_activity(session, actor, now)
     except DatabaseUnavailableError:
-        # The log already contains the outage once.
+        # The start of the outage is already in the log.
         return
     except SQLAlchemyError as error:
         log.warning("user activity could not be stored: %s", error)
 
 
 def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tuple[str, UUID]] = ()) -> None:
-    """Check that the user may do what the rule needs at this station, whichever of the records ``named`` may be restricted.
+    """Check that the user has the rule's permission at this station and may open every restricted record in ``named``.
 
     :raises ProblemError: 403 or 423.
     """
@@ -275,7 +275,7 @@ def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tupl
 def _wait_for_arrival(services: Services, named: list[tuple[str, UUID]]) -> None:
     """Wait for spooled records of the named objects, so that the route finds them in the database.
 
-    :raises DatabaseUnavailableError: when the database answers and they have not arrived after the limit.
+    :raises DatabaseUnavailableError: when the database answers but the records have not arrived within the limit.
     """
     database = services.database
     if database.unavailable_since is not None or not services.offline_cache.is_pending(named):
@@ -331,9 +331,9 @@ def _fields(body: Any) -> Iterator[tuple[str, Any]]:
 
 
 async def _body(connection: HTTPConnection) -> Any:
-    """Return the JSON body, also with content types that FastAPI would not parse. Starlette caches the bytes for the route.
+    """Return the JSON body, also for content types that FastAPI would not parse. Starlette keeps the bytes for the route.
 
-    A file names no record. It is not parsed here, because parsing it would block the event loop.
+    Return None for an uploaded file: it names no record, and parsing it would block the event loop.
     """
     if not isinstance(connection, Request) or RULES[connection.scope["route"].name].file:
         return None

@@ -1,4 +1,4 @@
-"""Limits on the body of a request: little before the user is authorized, and a large file only on a route that takes one."""
+"""Limits on the body of a request: small before the user is authorized; large only for routes that take a file."""
 
 from typing import Final
 
@@ -12,13 +12,15 @@ from kata.api import authorization, texts
 from kata.auth.permissions import RULES
 
 ANONYMOUS_BODY: Final = 1 << 16
-"""Bytes that are read before the user is authorized, and of a request to a public route: more than any login needs."""
+"""Most bytes read before the user is authorized, and in a request to a public route. This is more than any login needs."""
 LARGEST_BODY: Final = 1 << 20
-"""Bytes of a request in JSON: a hundred times the longest note."""
+"""Most bytes of a request in JSON: a hundred times the longest note."""
 LARGEST_FILE: Final = 1 << 26
-"""Bytes of a file: an hour's motion as CSV, a FHIR bundle."""
+"""Most bytes of a file, such as an hour's motion as CSV or a FHIR bundle."""
 MOST_PARTS: Final = 20_000
-"""Commas and opening brackets of a request in JSON, an upper bound of its values. Parsing and checking them blocks the event loop."""
+"""Most commas and opening brackets in a JSON request. Their number is an upper bound of the number of values. Parsing and checking
+values blocks the event loop.
+"""
 _OPENING: Final = (b",", b"[", b"{")
 
 
@@ -40,7 +42,7 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
         if parts > MOST_PARTS and not _is_file(scope):
             raise HTTPException(413, texts.TOO_MANY_PARTS(limit=MOST_PARTS))
         if received > ANONYMOUS_BODY:
-            # The router has found the route by now: nothing before it reads the body.
+            # The router has found the route by now, because nothing before the router reads the body.
             if received > (limit := _limit(scope)):
                 raise HTTPException(413, texts.TOO_MUCH_SENT(limit=limit))
             if not authorized:
@@ -52,7 +54,7 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
 
 
 def _limit(scope: Scope) -> int:
-    """Return the largest body of a request in bytes."""
+    """Return the largest allowed body of this request in bytes."""
     route = scope.get("route")
     if not isinstance(route, APIRoute) or RULES[route.name].needs == "public":
         return ANONYMOUS_BODY

@@ -1,4 +1,4 @@
-"""Run the procedure of commissioning for the page, in a process of its own that uses the drives in place of the device process."""
+"""Run the commissioning procedure for the page. It runs in a separate process, which uses the drives in place of the device process."""
 
 import asyncio
 import contextlib
@@ -19,9 +19,11 @@ from kata.station.station import NO_ANSWER, Station
 log = logging.getLogger(__name__)
 
 PRACTICE_FILE: Final = "practice.toml"
-"""File in the data folder that a practice on a simulated apparatus writes."""
+"""File in the data folder to which a practice run on a simulated apparatus writes its configuration."""
 _STOP_LIMIT_S: Final = 1.5
-"""The procedure ends within a cycle of 10 ms. A process that does not is killed; the drives' watchdog then stops them."""
+"""The procedure ends within a 10 ms cycle after a stop. A process that still runs after this time is killed; the drives' watchdog then
+stops them.
+"""
 _END_LIMIT_S: Final = 10.0
 _LONGEST_LINE: Final = 1 << 20
 
@@ -37,11 +39,11 @@ class RunProgress:
     simulated: bool
     running: bool = True
     step: str = ""
-    """Key of the step that runs, or ran last."""
+    """Key of the step that is running or, if none is, that ran last."""
     instruction: dict[str, Any] | None = None
     """What the technician is asked to do now."""
     ended: list[dict[str, Any]] = field(default_factory=list)
-    """Finished steps as in the record."""
+    """Finished steps, in the form of the commissioning record."""
     passed: bool | None = None
     presses: int = 0
 

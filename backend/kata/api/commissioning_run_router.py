@@ -1,4 +1,4 @@
-"""Routes that run the commissioning from the page."""
+"""Routes with which the page runs the commissioning."""
 
 from typing import Annotated, Final, Literal
 
@@ -28,16 +28,16 @@ _ORDER: Final = [step.key for step in STEP_TEXTS]
 
 
 class RunStart(Schema):
-    """What to run."""
+    """The kind of run and its first step."""
 
     kind: RunKind = Field(description="full: all steps that have not passed. check: the periodic check.")
     begin: StepKey | None = Field(
-        None, description="Repeat from this step on; by default the first that has not passed."
+        None, description="First step of the run; by default the first step that has not passed."
     )
 
 
 class RunConfirmation(Schema):
-    """The instruction that was carried out."""
+    """Confirms that the technician has carried out an instruction."""
 
     number: StrictInt = Field(ge=1)
 
@@ -49,9 +49,9 @@ class RunInstruction(Schema):
     kind: str = Field(examples=["press_estop"])
     text: str
     text_key: OptionalKey = None
-    motor: int = Field(ge=0, description="Of the motor or the pose; 0: of none.")
-    seen: bool = Field(description="True if the drives show when it is done.")
-    press: bool = Field(description="True if it waits for a confirmation.")
+    motor: int = Field(ge=0, description="Number of the motor or the pose; 0: the instruction concerns none.")
+    seen: bool = Field(description="True if the drives show when the instruction has been carried out.")
+    press: bool = Field(description="True if the procedure waits for a confirmation.")
 
 
 class RunStep(Schema):
@@ -63,24 +63,26 @@ class RunStep(Schema):
     does: str
     does_key: OptionalKey = None
     state: Literal["waiting", "running", "passed", "failed"]
-    result: CommissioningStepRun | None = Field(description="Its last run; null: it has not run yet.")
+    result: CommissioningStepRun | None = Field(
+        description="Result of the step's last run; null: the step has not run yet."
+    )
 
 
 class CommissioningRunState(Schema):
-    """The procedure of commissioning."""
+    """State of the commissioning procedure."""
 
-    possible: bool = Field(description="False if the service has no station's file.")
-    practice: bool = Field(description="True if it runs on a factory-new simulated apparatus, for training.")
+    possible: bool = Field(description="False if the service has no station file.")
+    practice: bool = Field(description="True if the procedure runs on a factory-new simulated apparatus, for training.")
     running: bool
     kind: RunKind
     by: str
     step: StepKey | None = Field(
-        description="The step that runs, or ran last; null: none has run since the service started."
+        description="The step that is running or, if none is, ran last; null: no step has run since the service started."
     )
     instruction: RunInstruction | None
     steps: list[RunStep]
-    presses: int = Field(ge=0, description="Confirmations since its start.")
-    passed: bool | None = Field(description="Null: it runs, or has not run since the service started.")
+    presses: int = Field(ge=0, description="Number of confirmations since the procedure's start.")
+    passed: bool | None = Field(description="Null: the procedure is running, or has not run since the service started.")
     may_check: bool = Field(description="True if the station is commissioned, so that the periodic check can run.")
 
 
@@ -122,14 +124,14 @@ async def start_commissioning(
 
 @router.post("/confirm", responses=PROBLEMS.of(409, 422), summary="Confirm an instruction")
 async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> CommissioningRunState:
-    """Confirm that an instruction was carried out. Refused when another one is shown meanwhile."""
+    """Confirm that an instruction was carried out. Refused if the page now shows another instruction."""
     if not run.confirm(given.number):
         raise ProblemError(409, "other_instruction", texts.OTHER_INSTRUCTION(), texts.READ_INSTRUCTION_AGAIN())
     return await run_in_threadpool(_state, run)
 
 
 def _check_start(run: CommissioningRun, wanted: RunStart) -> None:
-    """Refuse a start that the procedure would refuse.
+    """Check that the procedure would accept this start.
 
     :raises ProblemError: 409.
     """
@@ -142,7 +144,7 @@ def _check_start(run: CommissioningRun, wanted: RunStart) -> None:
 
 
 def _record(run: CommissioningRun) -> CommissioningRecord | None:
-    """Return the record of the real apparatus; None if there is none that can be used."""
+    """Return the record of the real apparatus; None if there is no usable record."""
     return None if run.file is None or run.practises else readable_record(record_path(run.file))
 
 
@@ -152,7 +154,9 @@ def _may_check(record: CommissioningRecord | None) -> bool:
 
 
 def _passed(record: CommissioningRecord | None) -> set[str]:
-    """Return the steps that an unfinished record has passed. A finished one is commissioned again from the first step on."""
+    """Return the steps that an unfinished record has passed; empty for a finished record, because a new commissioning starts from the
+    first step.
+    """
     return set() if record is None or record.passed else passed_steps(record.steps)
 
 

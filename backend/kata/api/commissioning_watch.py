@@ -1,4 +1,4 @@
-"""Follow the commissioning record beside the station's file while the service runs."""
+"""Follow the commissioning record in the folder of the station's file while the service runs."""
 
 import logging
 from collections.abc import Callable
@@ -16,12 +16,14 @@ log = logging.getLogger(__name__)
 
 
 class CommissioningWatch:
-    """Imports finished records, and knows whether the station is commissioned with the configuration in use."""
+    """Imports finished commissioning records, and knows whether the station is commissioned with the configuration in use."""
 
     def __init__(
         self, database: Database, config: StationConfig, station_file: Path | None, *, simulated: bool
     ) -> None:
-        """``config``: of ``station_file``. A simulated apparatus needs no commissioning; its records are imported nevertheless."""
+        """``config``: the configuration in ``station_file``. A simulated apparatus needs no commissioning; its records are still
+        imported.
+        """
         self._database, self._config, self._file = database, config, station_file
         self._simulated = simulated
         self._seen: object = None
@@ -30,7 +32,7 @@ class CommissioningWatch:
 
     @property
     def refusal(self) -> Refusal | None:
-        """Return why the station refuses patients, else None."""
+        """Return why the station refuses patients, or None if it does not."""
         if self.status is None or self.status.missing is None:
             return None
         return Refusal.of(
@@ -40,13 +42,13 @@ class CommissioningWatch:
         )
 
     def use(self, config: StationConfig) -> None:
-        """Judge the record by another configuration from now on."""
+        """Judge the record against another configuration from now on."""
         self._config, self._seen = config, None
 
     def look(self) -> None:
         """Judge and import the records if a file has changed since the last call. Call it from one thread, at any interval.
 
-        :raises DatabaseUnavailableError: when the database does not answer; the next call imports.
+        :raises DatabaseUnavailableError: when the database does not answer. The next call imports the records.
         """
         if self._file is None:
             return
@@ -59,7 +61,7 @@ class CommissioningWatch:
         self._seen = seen
 
     def _judge(self) -> CommissioningStatus | None:
-        """Return the status; None where no commissioning is needed."""
+        """Return the commissioning status; None if no commissioning is needed."""
         if self._simulated or self._file is None:
             return None
         status = commissioning_status(self._file, self._config)

@@ -1,6 +1,6 @@
-"""Limits on connections: how many, how long the headers of a request may be, and how long a request may take to arrive.
+"""Limits on the number of connections, the length of a request's headers, and the time in which a request must arrive.
 
-They hold before any login, in uvicorn's protocol, because the application sees a request only when its headers are complete.
+They apply before any login, in uvicorn's protocol, because the application sees a request only when its headers are complete.
 """
 
 import asyncio
@@ -17,25 +17,31 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResp
 from kata.api.allowance import Allowance
 
 MAX_CONNECTIONS: Final = 1000
-"""Open connections of the service. More are closed at once; those that exist, such as the pages' WebSockets, are not affected."""
+"""Most open connections of the service. Further connections are closed at once; existing ones, such as the pages' WebSockets, are not
+affected.
+"""
 NEW_AT_ONCE: Final = 2
-"""An address may open this many times its connections at once, and all its connections again each second."""
+"""An address may open this multiple of its connection limit at once, and its connection limit again each second."""
 MAX_ABANDONED: Final = 8
-"""Requests of one address that are still being answered although the client has closed its connection. Until they are answered, further
-connections of the address are closed. A page that is closed abandons a few.
+"""Most requests of one address that are still being answered although the client has closed its connection. At this number, further
+connections of the address are closed. Closing a page abandons a few requests.
 """
 MAX_HEADER_BYTES: Final = 64 * 1024
-"""Request line and headers."""
+"""Most bytes of request line and headers."""
 HEADERS_WITHIN_S: Final = 10.0
-"""From the connection, or from the first byte of the next request, until the headers are complete."""
+"""Longest time until the headers are complete, from the connection or from the first byte of the next request."""
 BODY_WITHIN_S: Final = 120.0
-"""From the headers until the body is complete: 64 MiB at 0.6 MB/s."""
+"""Longest time from the headers until the body is complete: 64 MiB at 0.6 MB/s."""
 MAX_UNREAD_BYTES: Final = 64 * 1024
-"""Of a body that arrives after its request has been answered. A smaller one is dropped, and the connection can be used again."""
+"""Most bytes of a body that arrives after its request has been answered. A smaller body is dropped, and the connection can be used
+again.
+"""
 ANSWER_READ_WITHIN_S: Final = 1.0
-"""From the first byte beyond ``MAX_UNREAD_BYTES``, as of a refused file, until the connection is closed."""
+"""Time from the first byte beyond ``MAX_UNREAD_BYTES`` (for example of a refused file) until the connection is closed."""
 REFUSED_AT_ONCE: Final = 32
-"""Connections closed in one step of the event loop. Each takes up to 0.1 ms, because the client has sent a request that nobody reads."""
+"""Most connections closed in one step of the event loop. Closing one takes up to 0.1 ms, because the client's unread request must be
+discarded.
+"""
 _OF_PROXIES: Final = frozenset({b"x-forwarded-for", b"forwarded"})
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 _TOO_SLOW: Final = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
@@ -43,15 +49,15 @@ _TOO_SLOW: Final = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\nconten
 
 @dataclass
 class OpenConnections:
-    """The open connections by the address of their client, and those closed by a client whose request is still being answered.
+    """Counts the open connections of each client address, and the closed connections whose request is still being answered.
 
-    A client that does not wait for its answers could otherwise have any number of requests in progress.
+    Without the second count, a client that does not wait for its answers could have any number of requests in progress.
     """
 
     per_address: int
     """Most connections of one address."""
     trusted_proxies: str = ""
-    """Addresses and networks without a limit of their own, separated by commas: all clients behind a proxy share its address."""
+    """Addresses and networks without a limit of their own, separated by commas, because all clients behind a proxy share its address."""
     on_unlisted_proxy: Callable[[str], None] = lambda address: None
     """Called once with the address of a proxy that is not in ``trusted_proxies``."""
     _of: dict[str, set[asyncio.BaseTransport]] = field(default_factory=lambda: defaultdict(set))
@@ -63,7 +69,7 @@ class OpenConnections:
     def may_open(self, address: str) -> bool:
         """Return whether an address may open a connection now, and count it.
 
-        A client that opens connections as fast as possible takes the service's time even if they are few.
+        Limits the rate, too: a client that opens connections as fast as possible takes the service's time even if few are open.
         """
         if not self.has_room(address):
             return False
@@ -77,7 +83,7 @@ class OpenConnections:
     def has_room(self, address: str) -> bool:
         """Return whether another connection of an address may be opened."""
         if len(self._of[address]) >= self.per_address:
-            # A WebSocket takes over its connection, and its end is not reported here.
+            # A WebSocket takes over its connection, and the end of that connection is not reported here.
             self._of[address] = self._occupied(self._of[address])
         too_many = len(self._of[address]) >= self.per_address or len(self._abandoned.get(address, ())) >= MAX_ABANDONED
         if too_many and not is_listed(address, self.trusted_proxies):
@@ -122,7 +128,9 @@ class OpenConnections:
         return sum(map(len, self._of.values()))
 
     def note_headers(self, address: str, headers: list[tuple[bytes, bytes]]) -> None:
-        """Notice the headers of a proxy at an address that is not listed: all its clients then share one address."""
+        """If an address that is not listed sends a proxy's headers, call ``on_unlisted_proxy`` once. All clients of that proxy share one
+        address.
+        """
         if not self._unlisted_seen and any(name in _OF_PROXIES for name, _ in headers):
             self._unlisted_seen = not is_listed(address, self.trusted_proxies)
             if self._unlisted_seen:
@@ -142,7 +150,7 @@ class LimitedProtocol(HttpToolsProtocol):
     """uvicorn's protocol with the limits of this module."""
 
     def __init__(self, open_connections: OpenConnections, *args: Any, **options: Any) -> None:
-        """``open_connections``: shared by all connections of the service; the rest is uvicorn's."""
+        """``open_connections``: shared by all connections of the service. The other arguments are uvicorn's."""
         super().__init__(*args, **options)
         self.app = self._answer
         self._open_connections = open_connections
@@ -162,7 +170,7 @@ class LimitedProtocol(HttpToolsProtocol):
         self._limit_time(HEADERS_WITHIN_S)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget the connection."""
+        """Stop counting the connection."""
         self._stop_timer()
         self._open_connections.lost(self._address, self.transport, answered=self._is_answered)
         super().connection_lost(exc)
@@ -174,15 +182,15 @@ class LimitedProtocol(HttpToolsProtocol):
         if self.transport.get_protocol() is not self:
             self._stop_timer()  # a WebSocket has taken over
         elif self._timer is None and self.timeout_keep_alive_task is None and self._is_answered:
-            self._limit_time(HEADERS_WITHIN_S)  # empty lines end uvicorn's wait for the next request
+            self._limit_time(HEADERS_WITHIN_S)  # an empty line ends uvicorn's own timer for the next request
         if in_headers and self._in_headers:
-            # The headers have begun in an earlier piece, and end in a later one.
+            # The headers began in an earlier piece and end in a later one.
             self._header_bytes += len(data)
             if self._header_bytes > MAX_HEADER_BYTES:
                 self._refuse(_TOO_LARGE)
 
     def on_message_begin(self) -> None:
-        """Begin with the headers of a request."""
+        """Limit the headers of a new request."""
         super().on_message_begin()
         self._in_headers = True
         self._header_bytes = 0
@@ -190,14 +198,14 @@ class LimitedProtocol(HttpToolsProtocol):
         self._limit_time(HEADERS_WITHIN_S)
 
     def on_headers_complete(self) -> None:
-        """Begin with the body of a request."""
+        """Limit the body of the request."""
         self._in_headers = False
         self._open_connections.note_headers(self._address, self.headers)
         self._limit_time(BODY_WITHIN_S)
         super().on_headers_complete()
 
     def on_body(self, body: bytes) -> None:
-        """Stop reading a long body whose request has been answered, and close soon: the client may still read the answer."""
+        """Stop reading a long body whose request has been answered. Close the connection later, so that the client can read the answer."""
         if self.cycle.response_complete:
             self._unread_bytes += len(body)
             if self._unread_bytes > MAX_UNREAD_BYTES and self.transport.is_reading():
@@ -206,12 +214,12 @@ class LimitedProtocol(HttpToolsProtocol):
         super().on_body(body)
 
     def on_message_complete(self) -> None:
-        """The whole request has arrived."""
+        """Stop the timer, because the whole request has arrived."""
         self._stop_timer()
         super().on_message_complete()
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request of this connection by the application."""
+        """Let the application answer a request of this connection."""
         self._open_connections.request_began(self.transport)
         try:
             await self.config.loaded_app(scope, receive, send)
@@ -241,23 +249,24 @@ class LimitedProtocol(HttpToolsProtocol):
 
 
 class LimitedListener(socket.socket):
-    """Listening socket that closes the connections above the limits itself.
+    """Listening socket that closes connections above the limits by itself.
 
-    Under a flood a user's connection waits behind refused ones. Closing them here takes a tenth of the time that a transport and a
-    protocol for each would take.
+    Under a flood a user's connection waits behind refused ones. Closing a connection here takes a tenth of the time of creating a transport
+    and a protocol for it.
     """
 
     def __init__(self, listening: socket.socket, open_connections: OpenConnections) -> None:
-        """``listening``: taken over; it is of no use afterwards."""
+        """``listening``: its file descriptor is taken over; the object cannot be used afterwards."""
         super().__init__(listening.family, listening.type, listening.proto, listening.detach())
         self._open_connections = open_connections
         self._refused = 0
-        """In this step of the event loop, which asks for several connections."""
+        """Connections refused in this step of the event loop, which accepts several connections a step."""
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Return the next connection within the limits.
 
-        :raises BlockingIOError: when none waits, or after ``REFUSED_AT_ONCE`` others; the event loop then asks again in its next step.
+        :raises BlockingIOError: when no connection waits, or after ``REFUSED_AT_ONCE`` refused ones. The event loop then calls again in its
+        next step.
         """
         try:
             while self._refused < REFUSED_AT_ONCE:

@@ -1,4 +1,4 @@
-"""Serves the documentation at /docs/: the files that ``make docs`` or the build of the wheel made."""
+"""Serves the documentation at /docs/, from the files made by ``make docs`` or by the build of the wheel."""
 
 from pathlib import Path
 from typing import Final
@@ -38,19 +38,19 @@ def is_built(folder: Path = FOLDER) -> bool:
 
 
 def find(folder: Path, path: str) -> Path | None:
-    """Return the file or folder of this path within ``folder``, else None. The path may contain anything."""
+    """Return the file or folder at ``path`` within ``folder``, else None. ``path`` may be any text that a client sends."""
     try:
         found = (folder / path.lstrip("/")).resolve(strict=True)
     except (OSError, ValueError):
-        # Missing, too long, or with a NUL.
+        # The path does not exist, is too long, or contains a NUL.
         return None
     return found if found.is_relative_to(folder.resolve()) else None
 
 
 def respond(path: str, accept_language: str, folder: Path = FOLDER) -> Response:
-    """Return a file of the documentation, a redirect to a folder's page, or a page that says what is missing.
+    """Return a file of the documentation, a redirect to a folder's page, or a page that says that the documentation or the file is missing.
 
-    ``path`` has no first slash. ``/docs/manual/`` leads to the manual in the browser's language.
+    ``path`` does not begin with a slash. ``/docs/manual/`` leads to the manual in the browser's language.
     """
     if not is_built(folder):
         return _missing(*_NOT_BUILT)
@@ -61,7 +61,7 @@ def respond(path: str, accept_language: str, folder: Path = FOLDER) -> Response:
     if file is None:
         return _missing(*_NO_PAGE)
     if file.is_dir() and (file / "index.html").is_file():
-        # Links of a folder's page count from the folder.
+        # Relative links of a folder's page need an address that ends with a slash.
         if not path.endswith("/"):
             return RedirectResponse(f"/{path}/")
         file /= "index.html"

@@ -24,11 +24,11 @@ log = logging.getLogger(__name__)
 
 _RETRY_AFTER_S: Final = 5
 REFUSED_AFTER_S: Final = 1.0
-"""Delay of an answer 429. A program that guesses passwords waits for it; if it were answered at once, its next guess would delay the Stops
-of all users.
+"""Delay of an answer with status 429. A program that guesses passwords waits for the answer; without the delay, its next guess would
+slow down the Stops of all users.
 """
 _MAX_FIELDS: Final = 50
-"""Invalid fields that an answer names. Describing thousands would block the event loop for seconds."""
+"""Most invalid fields that an answer names. Describing thousands would block the event loop for seconds."""
 _STATUS_TEXTS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
 """Messages for Starlette's own errors, by status."""
 
@@ -70,7 +70,7 @@ def install(app: FastAPI) -> None:
         if error.status_code == HTTPStatus.BAD_REQUEST:
             if refusal := await _authorization_error(request):
                 return await problem(request, refusal)
-            # FastAPI answers 400 to a body that is not text. The API documents invalid bodies as 422.
+            # FastAPI answers 400 to a body that it cannot decode as text. The API documents invalid bodies as 422.
             return document(422, "invalid", texts.NOT_JSON())
         # Python 3.13 renamed this status.
         code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
@@ -139,9 +139,9 @@ def document(
 
 
 def _invalid_field(error: Any, body: Any) -> tuple[str, Text, Text]:
-    """Return the pointer to a field, its name and the problem."""
+    """Return the pointer to a field, the field's name and the problem."""
     where, *rest = error["loc"]
-    # For invalid JSON, the location is a character's position, not a field.
+    # For invalid JSON, the location is the position of a character instead of a field.
     path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
     problem = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}))
     pointer = "/".join(str(part) for part in path)

@@ -1,8 +1,8 @@
 """Exchange the states of all the clinic's stations through the database that their services share.
 
 On PostgreSQL the services use NOTIFY, which reaches current listeners and stores nothing. On SQLite there is one station. Sending and
-listening each have a connection of their own, so that no request waits for them. While the database is unavailable, the other
-stations are silent and this station's own state stays current.
+Sending and listening use a connection each, so that no request waits for them. While the database is unavailable, the states of the other
+stations are missing and this station's own state stays current.
 """
 
 import asyncio
@@ -53,7 +53,7 @@ class Fleet:
         self._waiting: set[asyncio.Event] = set()
 
     def statuses(self) -> list[StationStatus]:
-        """Return every station, this one first."""
+        """Return the states of all stations, this one first."""
         return self._roster.statuses(self.now())
 
     def register(self, names: list[str]) -> None:
@@ -81,7 +81,7 @@ class Fleet:
 
     @asynccontextmanager
     async def exchange_states(self) -> AsyncIterator[None]:
-        """While the context lasts, send this station's state and receive the others'."""
+        """Send this station's state and receive the others' while the context lasts."""
         shared = self.database.url.get_backend_name() == "postgresql"
         tasks = [asyncio.create_task(self._store_own_reports(), name="own station")]
         if shared:
@@ -111,7 +111,7 @@ class Fleet:
             self.take(state)
 
     async def _own_reports(self) -> AsyncIterator[StationReport]:
-        """Yield the own state at once when more than its progress has changed, and at least every second."""
+        """Yield this station's state at once when more than its progress has changed, and at least every second."""
         last: StationReport | None = None
         until_s = 0.0
         with self.station.subscribed() as heard:
@@ -128,8 +128,8 @@ class Fleet:
                         await heard.changed.wait()
 
     async def _with_connection(self, work: Callable[[Any], Any]) -> None:
-        """Run ``work`` on a connection of its own. Reconnect after a lost connection."""
-        # Only installations with PostgreSQL have it.
+        """Run ``work`` on a separate connection. Reconnect after a lost connection."""
+        # Only installations with PostgreSQL have this package.
         import psycopg
 
         while True:
@@ -166,7 +166,7 @@ class Fleet:
         try:
             state = StationReport.model_validate_json(payload)
         except ValidationError as error:
-            # From another version of Kata. Its station is shown as silent.
+            # Another version of Kata sent it. Its station is shown as silent.
             log.warning("the state of another station could not be decoded: %s", error.errors(include_input=False)[:1])
             return
         if state.service != self.service:
@@ -174,7 +174,7 @@ class Fleet:
 
 
 async def _in_time(connection: Any, statement: str, values: tuple[str, ...]) -> None:
-    """Execute a statement, or close the connection after the limit. A cancel request would go to the same slow server."""
+    """Execute a statement, or close the connection after the limit. A cancel request would wait for the same slow server."""
     execution = asyncio.ensure_future(connection.execute(statement, values))
     try:
         done, _ = await asyncio.wait({execution}, timeout=_STATEMENT_LIMIT_S)

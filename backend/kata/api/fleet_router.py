@@ -1,4 +1,4 @@
-"""Routes for all the clinic's stations: the list, the live states, and the configuration versions."""
+"""Routes for all stations of the clinic: the list, the live states, and the configuration versions."""
 
 import asyncio
 import logging
@@ -34,24 +34,24 @@ class Station(Schema):
 
     shown: StationStatus
     registered_at: datetime | None
-    started_at: datetime | None = Field(description="Last start of its service.")
+    started_at: datetime | None = Field(description="Last start of the station's service.")
     version: int = Field(description="Version of configuration and calibration; 0: unknown.")
 
 
 class StationVersion(Schema):
-    """Configuration and calibration that a station's device used from a moment on."""
+    """Configuration and calibration that a station's device has used since a given time."""
 
     number: int = Field(ge=1)
     since: datetime
     software: str = Field(description="Version of Kata that recorded it.", examples=["1.0.0"])
     config: str = Field(description="TOML: configuration and calibration.")
-    changed_by: str = Field(description="Who imported it on the page; empty where the station's file was changed.")
+    changed_by: str = Field(description="User who imported it on the page; empty if the station's file was edited.")
 
 
 class StationsMessage(Schema):
-    """All stations. Sent at the beginning, when a state has changed, and at least every second."""
+    """States of all stations. Sent when a client connects, when a state has changed, and at least every second."""
 
-    sequence: int = Field(ge=1, description="Without gaps on one connection.")
+    sequence: int = Field(ge=1, description="Number of the message; without gaps on one connection.")
     sent_at: datetime
     stations: list[StationStatus]
 
@@ -84,7 +84,7 @@ class _Redactions:
         try:
             return await self._by_station[station].may_see(patient_id)
         except Exception as error:
-            # Without an answer the patient is hidden.
+            # Without an answer from the database the patient's name is hidden.
             log.info("a patient's name is hidden because the permission could not be read: %s", error)
             return False
 
@@ -98,7 +98,9 @@ TheFleet = Annotated[Fleet, Depends(_fleet)]
 
 @router.get("/api/stations", summary="List all stations with their states")
 async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor) -> Page[Station]:
-    """Return every station with its current state, this service's own first. The list has no pages. A patient is named only to users who may open that record."""
+    """Return every station with its current state, this service's own station first. A patient is named only to users who may open that
+    record. The list has no pages.
+    """
 
     def registered() -> dict[str, tuple[datetime, datetime, int]]:
         with database.read() as session:
@@ -116,7 +118,7 @@ async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor)
 
 @router.get("/api/station-versions", responses=PROBLEMS.of(404, 422), summary="List a station's configuration versions")
 def list_station_versions(
-    database: TheDatabase, station: Annotated[str, Query(max_length=100, description="Its name.")]
+    database: TheDatabase, station: Annotated[str, Query(max_length=100, description="Name of the station.")]
 ) -> Page[StationVersion]:
     """Return the configurations and calibrations that a station has used, newest first. Changes are rare, so the list has no pages."""
     with database.read() as session:
@@ -126,7 +128,7 @@ def list_station_versions(
 
 @router.websocket("/api/stations/live")
 async def live_stations(socket: WebSocket) -> None:
-    """Send the states to one listener until it leaves or its login session ends."""
+    """Send the states to one listener until it disconnects or its login session ends."""
     services = services_of(socket)
     actor = CURRENT_ACTOR.get()
     # The rule of this route requires a login.
@@ -143,7 +145,7 @@ async def _until_disconnected(socket: WebSocket, actor: Actor) -> None:
 
 
 async def _send(socket: WebSocket, fleet: Fleet, redactions: _Redactions) -> None:
-    """Send the newest states when the listener has taken the last message. A slow listener gets fewer messages."""
+    """Send the newest states each time the listener has taken the previous message. A slow listener gets fewer messages."""
     sequence = 0
     try:
         await fleet.refresh()

@@ -23,17 +23,17 @@ from kata.types import Schema
 router = APIRouter(tags=["health"])
 
 _NOT_COUNTED: Final = "second_factor_needed"
-"""The first step of every login with a second factor ends with this code."""
+"""Error code that ends the first step of every login with a second factor. It is no refusal."""
 
 
 class Liveness(Schema):
-    """The service answers."""
+    """Says that the service answers."""
 
     status: Literal["alive"] = "alive"
 
 
 class Readiness(Schema):
-    """A session can begin at this station."""
+    """Says that a session can begin at this station."""
 
     status: Literal["ready"] = "ready"
     version: str
@@ -41,7 +41,7 @@ class Readiness(Schema):
 
 
 class Idleness(Schema):
-    """The service may be stopped: no treatment is interrupted."""
+    """Says that the service may be stopped because no treatment would be interrupted."""
 
     status: Literal["idle"] = "idle"
 
@@ -71,7 +71,7 @@ async def count_refused_logins(metrics: TheMetrics) -> AsyncIterator[None]:
 async def get_health_live() -> Liveness:
     """Answer while the service runs. A supervisor may restart a service that does not answer.
 
-    The answer does not depend on database or apparatus: a restart would end a running session.
+    The answer does not depend on database or apparatus, because a restart would end a running session.
     """
     return Liveness()
 
@@ -80,7 +80,7 @@ async def get_health_live() -> Liveness:
 async def get_health_ready(
     database: TheDatabase, station: TheStation, probe: Annotated[Probe, Depends(_probe)]
 ) -> Readiness:
-    """Answer 200 while database and device process answer, else 503. A running session continues in both cases."""
+    """Answer 200 while database and device process answer, else 503. A running session continues in either case."""
     if not await probe.answers():
         raise ProblemError(503, DATABASE_UNAVAILABLE, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
     if station.live().device != "running":
@@ -92,7 +92,8 @@ async def get_health_ready(
 async def get_health_idle(request: Request, database: TheDatabase, station: TheStation) -> Idleness:
     """Answer 200 while torque is off, no commissioning runs and no session is open at this station, else 503.
 
-    ``kata update`` asks this before it stops the service. Without an answer of the database, sessions are unknown: 503.
+    ``kata update`` asks this route before it stops the service. If the database does not answer, open sessions are unknown, so the answer
+    is 503.
     """
     services = services_of(request)
     if station.occupied or services.commissioning_run.running:

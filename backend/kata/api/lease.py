@@ -14,7 +14,7 @@ from kata.station.lease import Browser, Due
 
 
 def browser() -> Browser:
-    """Return the browser of the current request, identified by its login session. Only for routes that need a login."""
+    """Return the browser of the current request, identified by its login session. Use it only in routes that need a login."""
     actor = CURRENT_ACTOR.get()
     # Authorization rejects requests without a login (``api/authorization.py``).
     assert actor is not None
@@ -36,7 +36,7 @@ async def _operator(station: TheStation) -> Browser:
 
 
 Watcher = Annotated[Browser, Depends(_watcher)]
-"""The browser of the request. The request counts as its sign of life."""
+"""The browser of the request. The request proves that this browser is still connected."""
 Operator = Annotated[Browser, Depends(_operator)]
 """The browser that operates the apparatus. The request takes a free lease; it is refused with 409 while another browser holds it."""
 

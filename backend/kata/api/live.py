@@ -1,4 +1,4 @@
-"""The live WebSocket: a snapshot first, then changes ten times a second, also empty ones. It accepts one message: Stop."""
+"""The live WebSocket. It sends a snapshot first, then changes ten times a second, even if nothing changed. It accepts one message: Stop."""
 
 import asyncio
 import time
@@ -29,18 +29,20 @@ router = APIRouter()
 _PERIOD_S: Final = 0.1
 PING_S: Final = 0.5
 PONG_S: Final = 1.0
-"""A listener is pinged every half second. Without an answer for this long it has gone, and the lease's grace time begins."""
+"""Longest time without an answer to a ping, which is sent every half second. Then the listener counts as gone, and the lease's grace
+time begins.
+"""
 
 
 class _LiveMessage(BaseModel):
-    sequence: int = Field(ge=1, description="Without gaps on one connection; a gap means: connect again.")
+    sequence: int = Field(ge=1, description="Without gaps on one connection; after a gap the client must reconnect.")
     sent_at: datetime = Field(description="UTC, by the service's clock.")
     estop: EstopState
     mode: Mode
 
 
 class SnapshotMessage(_LiveMessage):
-    """The first message on every connection: the complete state."""
+    """The first message on every connection. It contains the complete state."""
 
     kind: Literal["snapshot"] = "snapshot"
     station: StationInfo
@@ -55,7 +57,7 @@ class ChangeMessage(_LiveMessage):
 
 
 class EventMessage(_LiveMessage):
-    """An event of the apparatus. None is left out."""
+    """An event of the apparatus. Every event is sent."""
 
     kind: Literal["event"] = "event"
     event: EventLive
@@ -72,15 +74,15 @@ class SavedMessage(_LiveMessage):
 
 
 class StopAnswerMessage(_LiveMessage):
-    """The answer to a Stop that was sent on this connection."""
+    """The answer to a Stop that this connection sent."""
 
     kind: Literal["stop_answer"] = "stop_answer"
-    number: int = Field(description="Number of the Stop that it answers.")
-    refusal: RefusalLive | None = Field(description="Null: the device has confirmed it.")
+    number: int = Field(description="Number of the answered Stop.")
+    refusal: RefusalLive | None = Field(description="Null: the device has confirmed the Stop.")
 
 
 class StopMessage(BaseModel):
-    """The one message that a page sends here. Unlike a request over a new connection, it needs no handshake."""
+    """The only message that a page sends here. It needs no handshake, unlike a request over a new connection."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -108,7 +110,7 @@ def document(app: FastAPI) -> None:
 
 @router.websocket("/api/live")
 async def live(socket: WebSocket) -> None:
-    """Send the live state to one listener until it leaves."""
+    """Send the live state to one listener until it disconnects."""
     services = services_of(socket)
     station = services.station
     here = browser()
@@ -128,7 +130,7 @@ async def live(socket: WebSocket) -> None:
 
 
 async def _receive(socket: WebSocket, actor: Actor, services: Services, subscription: Subscription) -> None:
-    """Receive until the listener has gone. A Stop goes to the device at once and stays in force if the listener leaves."""
+    """Receive until the listener disconnects. A Stop goes to the device at once and stays in force after a disconnection."""
 
     def answer(number: int, refusal: Refusal | None) -> None:
         subscription.put(_StopAnswer(number, refusal))
@@ -183,7 +185,7 @@ async def _send(
 
 
 async def _until_next(subscription: Subscription) -> None:
-    """Wait a tenth of a second, or less when an event or a notice is waiting."""
+    """Wait a tenth of a second, or until an event or a notice is waiting."""
     until = time.monotonic() + _PERIOD_S
     while (left := until - time.monotonic()) > 0 and not subscription.waiting:
         try:

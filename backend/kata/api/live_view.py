@@ -1,4 +1,4 @@
-"""The live state as JSON: built once for all listeners, with the parts that differ between browsers laid over it."""
+"""The live state as JSON. The shared part is built once for all listeners; the parts that differ between browsers replace fields of it."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -18,12 +18,12 @@ _DATABASE_UNAVAILABLE: Final = Refusal.of(
 
 
 class LiveStateView:
-    """Builds the live state for one browser."""
+    """Builds the live state as JSON for each browser."""
 
     def __init__(
         self, station: Station, database_status: Callable[[], DatabaseStatus], may_load: Callable[[], bool]
     ) -> None:
-        """``may_load`` returns whether something can be loaded without the database."""
+        """``may_load`` returns whether a recording can be loaded without the database."""
         self._station = station
         self._database_status = database_status
         self._may_load = may_load
@@ -46,7 +46,7 @@ class LiveStateView:
         if refusal:
             own["refusals"] = _refuse_all_but_stop(refusal)
         elif database_status.unavailable_since:
-            # A running session continues with its prefetched data. Anything new has to be read from and written to the database first.
+            # A running session continues with its prefetched data. Everything else needs the database.
             refused = ("teach",) if self._may_load() else ("teach", "load")
             own["refusals"] = dict.fromkeys(refused, _as_json(_DATABASE_UNAVAILABLE)) | self._state["refusals"]
         return self._state | own

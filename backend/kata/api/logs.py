@@ -10,7 +10,7 @@ from kata.audit.audit_log import ROWS
 
 
 class Lines(logging.Formatter):
-    """Formats a record as one line with time and offset, followed by the traceback. A text cannot begin a new line."""
+    """Formats a record as one line with time and offset, followed by the traceback. Line breaks within a message are escaped."""
 
     def __init__(self) -> None:
         super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s", "%Y-%m-%dT%H:%M:%S%z")
@@ -21,7 +21,9 @@ class Lines(logging.Formatter):
 
 
 class JsonLines(logging.Formatter):
-    """Formats a record as a JSON object in one line: time (UTC), level, logger and message, and a traceback or an audit row if there is one."""
+    """Formats a record as a JSON object in one line with time (UTC), level, logger and message, and with the traceback or audit row if
+    there is one.
+    """
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line."""
@@ -42,19 +44,19 @@ class RecentLines(logging.Handler):
     """Keeps the newest lines in memory, for the support bundle."""
 
     def __init__(self, number: int) -> None:
-        """``number``: lines kept, each of at most ``LONGEST_KEPT_LINE`` characters."""
+        """``number``: lines to keep. Each is cut to ``LONGEST_KEPT_LINE`` characters."""
         super().__init__()
         self.setFormatter(Lines())
         self._lines: deque[str] = deque(maxlen=number)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep a record. Rows of the audit trail name records, so they are left out."""
+        """Keep a record, except rows of the audit trail, because they name patients' records."""
         if record.name == ROWS:
             return
         try:
             self._lines.append(self.format(record)[:LONGEST_KEPT_LINE])
         except Exception:
-            # As logging's own handlers: a wrong log call must not fail the caller.
+            # Like logging's own handlers: a wrong log call must not fail its caller.
             self.handleError(record)
 
     def text(self) -> str:
@@ -64,7 +66,7 @@ class RecentLines(logging.Handler):
 
 LONGEST_KEPT_LINE: Final = 4000
 RECENT: Final = RecentLines(2000)
-"""Of this process."""
+"""The newest lines of this process."""
 
 
 def begin(log_format: Literal["plain", "json"]) -> None:

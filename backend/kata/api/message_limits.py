@@ -1,4 +1,4 @@
-"""Limits on the messages of a WebSocket, and the memory of users who exceed them."""
+"""Limits on the messages of a WebSocket, and a list of users who exceeded them."""
 
 import time
 from collections import defaultdict, deque
@@ -15,34 +15,34 @@ from kata.api.allowance import Allowance
 MESSAGES_PER_S: Final = 10.0
 """Mean rate of messages of one WebSocket. A page sends only Stops, one for each press."""
 MESSAGES_AT_ONCE: Final = 40
-"""Messages that may come faster than the mean rate allows."""
+"""Messages that one WebSocket may send at once, beyond the mean rate."""
 BYTES_PER_S: Final = 2048.0
-"""Mean rate of bytes of one WebSocket, pings and pongs included. A Stop has 50 bytes."""
+"""Mean rate of bytes of one WebSocket, including pings and pongs. A Stop has 50 bytes."""
 BYTES_AT_ONCE: Final = 8192
-"""Bytes that may come faster than the mean rate allows."""
+"""Bytes that one WebSocket may send at once, beyond the mean rate."""
 TOO_MANY: Final = "too many messages"
-"""The reason in the closing frame."""
+"""Reason in the closing frame."""
 OFFENCES: Final = 3
-"""After this many closed WebSockets within :data:`REFUSED_S`, further ones of the same user at the same address are refused."""
+"""After this many closed WebSockets within :data:`REFUSED_S`, further WebSockets of the same user at the same address are refused."""
 REFUSED_S: Final = 60.0
 
 Offender = tuple[UUID, str]
-"""Account and address: the same user at another computer is not affected."""
+"""Account and address. The same user at another computer is not affected."""
 
 
 @dataclass
 class Offences:
-    """Remembers users whose WebSockets were closed because of too many messages. A Stop by HTTP stays open to them."""
+    """Remembers users whose WebSockets were closed because of too many messages. They can still send a Stop by HTTP."""
 
     clock: Callable[[], float] = time.monotonic
     _at_s: dict[Offender, deque[float]] = field(default_factory=lambda: defaultdict(lambda: deque(maxlen=OFFENCES)))
 
     def add(self, offender: Offender) -> None:
-        """Note a closed WebSocket."""
+        """Note that a WebSocket of this user was closed."""
         self._at_s[offender].append(self.clock())
 
     def is_refused(self, offender: Offender) -> bool:
-        """Return True if the user's WebSockets are refused for now."""
+        """Return True if the user's WebSockets are refused at present."""
         since_s = self.clock() - REFUSED_S
         for known in [known for known, at_s in self._at_s.items() if at_s[-1] < since_s]:
             del self._at_s[known]
@@ -51,10 +51,10 @@ class Offences:
 
 
 class LimitedWebSocket(WebSocketsSansIOProtocol):
-    """uvicorn's WebSocket that reads no more bytes than :class:`Allowance` permits, and then closes.
+    """uvicorn's WebSocket protocol, which reads no more bytes than :class:`Allowance` permits and then closes the connection.
 
-    uvicorn parses a whole read at once, up to 256 KiB, and goes on for ten seconds after the application has closed. Thousands of short
-    messages in one read would keep the event loop from a Stop.
+    uvicorn parses a whole read at once, up to 256 KiB, and continues for ten seconds after the application has closed the WebSocket.
+    Thousands of short messages in one read would block the event loop and delay a Stop.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
@@ -63,7 +63,7 @@ class LimitedWebSocket(WebSocketsSansIOProtocol):
         self._bytes = Allowance(BYTES_PER_S, BYTES_AT_ONCE)
 
     def data_received(self, data: bytes) -> None:
-        """Parse what is allowed, so that a Stop at the beginning of a flood arrives. Close if there is more."""
+        """Parse the bytes within the allowance, so that a Stop among them is processed. Close the connection if there are more bytes."""
         if not self.handshake_initiated:
             super().data_received(data)
             return
@@ -78,6 +78,6 @@ class LimitedWebSocket(WebSocketsSansIOProtocol):
             self.queue.put_nowait(ended)
             self.conn.send_close(CloseCode.POLICY_VIOLATION, TOO_MANY)
             self.transport.write(b"".join(self.conn.data_to_send()))
-            # The application's next message then finds that the client has gone.
+            # When the application receives its next message, it learns that the client is disconnected.
             self.disconnected = True
         self.transport.close()

@@ -1,6 +1,7 @@
 """Metrics for Prometheus: punctuality of the control loop, causes of stops, queued records. They contain no names and no ids.
 
-Counters of the service start at 0 with the service, counters of the device with the device process. Prometheus handles such resets.
+Counters of the service start at 0 when the service starts, counters of the device when the device process starts. Prometheus handles such
+resets.
 """
 
 import asyncio
@@ -17,7 +18,7 @@ from kata.station.station import Station
 
 
 class Metrics:
-    """The metrics of one service. Its own counters count events; :meth:`add_gauge` registers values that others hold."""
+    """The metrics of one service. The counters here count events; :meth:`add_gauge` registers values that other objects hold."""
 
     def __init__(self, station: Station) -> None:
         self.registry = CollectorRegistry()
@@ -42,12 +43,12 @@ class Metrics:
         ProcessCollector(registry=self.registry)
 
     def add_gauge(self, name: str, what: str, now: Callable[[], float]) -> None:
-        """Register a gauge whose value ``now`` returns at each scrape. A ``name`` without a unit is a count."""
+        """Register a gauge whose value ``now`` returns at each scrape. A ``name`` that contains no unit is a count."""
         Gauge(name, what, registry=self.registry).set_function(now)
 
     @asynccontextmanager
     async def counting_stops(self, station: Station) -> AsyncIterator[None]:
-        """While the context lasts, count every cause of every stop once."""
+        """While the context lasts, count each cause of each stop once."""
         latched: set[tuple[str, int | None]] = set()
 
         def count_new_causes() -> None:
@@ -75,13 +76,13 @@ class Metrics:
 
 
 class _DeviceCollector(Collector):
-    """Figures of the control loop, from the newest snapshot."""
+    """Returns figures of the control loop from the newest snapshot."""
 
     def __init__(self, station: Station) -> None:
         self._station = station
 
     def describe(self) -> Iterable[Metric]:
-        """Return nothing: no other collector uses these names."""
+        """Return nothing, because no other collector uses these names."""
         return []
 
     def collect(self) -> Iterable[Metric]:

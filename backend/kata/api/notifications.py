@@ -1,6 +1,6 @@
-"""What the user of a page should know: open erasures, emergency accesses without a review, failed backups, and recent alarms.
+"""Notifications for the user of a page: open erasures, emergency accesses without a review, failed backups, and recent alarms.
 
-Pages ask at intervals. The answer has ids and times and nothing of a record, so the audit trail records no view.
+Pages ask at intervals. The answer has ids and times but no content of a record, so the audit trail records no view.
 """
 
 from collections.abc import Iterator
@@ -26,28 +26,28 @@ from kata.types import Moment, Schema
 router = APIRouter(tags=["notifications"])
 
 _ALARMS_FOR: Final = timedelta(days=7)
-"""Older alarms are in the clinic's figures."""
+"""Age up to which an alarm is a notification. The clinic's figures show older alarms."""
 _MOST: Final = 50
-"""Of one kind."""
+"""Most notifications of one kind."""
 
 
 class Notification(Schema):
-    """Something that a user should know. The record behind it is opened by another route."""
+    """Something that the user should know. Another route opens the record behind it."""
 
     id: UUID
     at: Moment
     kind: Literal["erasure", "emergency_access", "failed_backup", "alarm"]
-    name: str = Field("", description="Of an emergency access: the user's name.", examples=["Sato Ken"])
-    problem: str = Field("", description="Of a failed backup: why it failed.")
-    station: str = Field("", description="Of an alarm.", examples=["Station 1"])
-    code: str = Field("", description="Of an alarm: its cause.", examples=["estop_pressed"])
-    patient_id: UUID | None = Field(None, description="Of a request for erasure.")
-    session_id: UUID | None = Field(None, description="Of an alarm; null if the record is not open to you.")
+    name: str = Field("", description="The user's name, for an emergency access.", examples=["Sato Ken"])
+    problem: str = Field("", description="Why the backup failed, for a failed backup.")
+    station: str = Field("", description="Station of an alarm.", examples=["Station 1"])
+    code: str = Field("", description="Cause of an alarm.", examples=["estop_pressed"])
+    patient_id: UUID | None = Field(None, description="Patient of a request for erasure.")
+    session_id: UUID | None = Field(None, description="Session of an alarm; null if you may not open its record.")
 
 
 @router.get("/api/notifications", summary="List notifications")
 def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notification]:
-    """Return what you should know, newest first, at most 50 of each kind. All users get the alarms of the last seven days.
+    """Return your notifications, newest first, at most 50 of each kind. Every user gets the alarms of the last seven days.
 
     Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
     """

@@ -1,4 +1,4 @@
-"""The state of the service for its operators: version, database and free space. No personal data."""
+"""The state of the service for its operators: version, database size and free space. It contains no personal data."""
 
 import shutil
 from typing import Literal
@@ -21,7 +21,7 @@ class Operation(Schema):
     database: Literal["sqlite", "postgresql"]
     database_bytes: int = Field(ge=0, description="Size of the database.")
     disk_free_bytes: int = Field(
-        ge=0, description="Free space on the disk of this service's folder, which holds the journals."
+        ge=0, description="Free space on the disk that holds this service's data folder with the journals."
     )
     disk_bytes: int = Field(ge=1, description="Size of that disk.")
 

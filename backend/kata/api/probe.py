@@ -14,7 +14,7 @@ _ANSWERS_WITHIN_S: Final = 1.0
 
 
 class Probe:
-    """Asks the database at most once at a time: a hanging database keeps one thread waiting, however many requests ask."""
+    """Asks the database with at most one query at a time, so that a hanging database blocks only one thread, however many requests ask."""
 
     def __init__(self, database: Database, limit_s: float = _ANSWERS_WITHIN_S) -> None:
         """``limit_s``: seconds that :meth:`answers` waits."""

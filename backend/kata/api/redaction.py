@@ -1,4 +1,4 @@
-"""Remove patients from the live state that a user may not see."""
+"""Remove from the live state the patients whom the user may not see."""
 
 import time
 from typing import Any, Final
@@ -15,14 +15,16 @@ from kata.database.engine import Database
 
 _OF_A_PATIENT: Final = ("patient", "recording_name", "session_id")
 _PERMISSION_VALID_S: Final = 5.0
-"""A found permission is used this long. A record may be restricted, or opened by break-glass access, while it is played."""
+"""Seconds for which a permission from the database is used. A record may become restricted, or be opened by break-glass access, during
+playback.
+"""
 
 
 class Redaction:
     """Redacts the live state for one user."""
 
     def __init__(self, actor: Actor, database: Database, offline_cache: OfflineCache | None = None) -> None:
-        """``offline_cache``: knows this station's patients while the database does not answer."""
+        """``offline_cache``: answers for this station's patients while the database does not."""
         self._actor = actor
         self._offline_cache = offline_cache
         self._database = database
@@ -32,7 +34,7 @@ class Redaction:
         self._checked_at_s = 0.0
 
     async def apply(self, state: dict[str, Any]) -> dict[str, Any]:
-        """Return :class:`~kata.station.schemas.Live` as JSON, without a patient and recording that this user may not see."""
+        """Return :class:`~kata.station.schemas.Live` as JSON, without patients and recordings that this user may not see."""
         shown = dict(state)
         for name in ("run", "teaching"):
             activity = state[name]
@@ -41,7 +43,7 @@ class Redaction:
         return shown
 
     async def may_be_notified_of(self, patient_id: UUID) -> bool:
-        """Return whether this user may be notified of a patient's saved data."""
+        """Return whether this user may learn that data of a patient have been saved."""
         return self._reads_records and await run_in_threadpool(self._query, patient_id)
 
     async def may_see(self, patient_id: UUID) -> bool:
@@ -59,6 +61,7 @@ class Redaction:
             with self._database.read() as session:
                 return restricted.may_see(session, self._actor, [patient_id])
         except DatabaseUnavailableError:
-            # A patient seen before stays visible. Otherwise only this day's patients are, who include no restricted record.
+            # A patient whom the user saw before stays visible. Otherwise only patients of the offline cache are, none of whom has a
+            # restricted record.
             known = self._offline_cache is not None and self._offline_cache.holds(patient_id)
             return known or (self._was_allowed and patient_id == self._patient_id)

@@ -1,6 +1,6 @@
 """Check host, origin and size of every request before anything else, and add security headers to every answer.
 
-The middleware wraps the whole application with its error answers. It reads no cookie.
+The middleware wraps the whole application including its error answers. It reads no cookie.
 """
 
 import re
@@ -42,29 +42,31 @@ _HSTS: Final = "max-age=31536000; includeSubDomains"
 
 
 DOCUMENTATION_POLICY: Final = _POLICY.format(styles=_NO_STYLES).replace("form-action 'none'", "form-action 'self'")
-"""The Content-Security-Policy of the documentation: its search is a form that leads to its own search page."""
+"""The Content-Security-Policy of the documentation. The documentation may submit a form, because its search is a form that opens its own
+search page.
+"""
 
 
 def page_policy(nonce: str) -> str:
     """Return the Content-Security-Policy of the page.
 
     It allows scripts only from files of this service. Mantine's style element carries ``nonce``. Plotly creates an empty style element and
-    fills it by script, which the hash of an empty text allows. No text of a record can become a style.
+    fills it by script; the hash of an empty text allows this. Text of a record can never become a style.
     """
     return _POLICY.format(styles=f"style-src 'self' 'nonce-{nonce}' {_EMPTY}")
 
 
 def allowed_hosts(settings: Settings) -> frozenset[str]:
-    """Return the allowed host names: loopback, this computer's names if others can reach it, and those of the settings."""
+    """Return the allowed host names: loopback, this computer's names if other computers can reach it, and those of the settings."""
     own = set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
     return _LOOPBACK | {name for name in own if _HOST.fullmatch(name)} | settings.named_hosts
 
 
 class SecurityMiddleware:
-    """Refuses unknown hosts, changes and WebSockets from another site's page, and bodies that are too large."""
+    """Refuses unknown hosts, changes and WebSockets that another site's page sends, and bodies that are too large."""
 
     def __init__(self, app: ASGIApp, hosts: Iterable[str]) -> None:
-        """``hosts``: see :func:`allowed_hosts`. The address at which a connection arrived is allowed, too."""
+        """``hosts``: see :func:`allowed_hosts`. The address at which a connection arrived is also allowed."""
         self._app = app
         self._hosts = frozenset(hosts)
 
@@ -75,7 +77,7 @@ class SecurityMiddleware:
             return
         refused = self.refusal(scope)
         if scope["type"] == "websocket" and refused:
-            # Before acceptance, this answers 403 without an upgrade.
+            # Before acceptance, this message answers 403 without an upgrade.
             await send({"type": "websocket.close", "code": 1008, "reason": refused[1]})
         elif scope["type"] == "websocket":
             await self._app(scope, receive, send)
@@ -114,7 +116,9 @@ class SecurityMiddleware:
 
 
 def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
-    """Return whether a browser reports another site's page as the origin. Other clients send no such headers and no browser's cookies."""
+    """Return whether a browser names another site's page as the origin. Other clients send neither these headers nor a browser's
+    cookies.
+    """
     site, origin = _single_value(headers, "sec-fetch-site"), _single_value(headers, "origin")
     if origin is None or site is None:
         return True
@@ -126,7 +130,7 @@ def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
 
 
 def _single_value(headers: Headers, name: str) -> str | None:
-    """Return the value of a header, empty if it is missing; None if it occurs twice."""
+    """Return the value of a header, an empty text if the header is missing, or None if it occurs twice."""
     values = headers.getlist(name)
     return None if len(values) > 1 else "".join(values)
 

@@ -1,8 +1,8 @@
 """Everything that the routes of one running service use.
 
 ``app.state.services`` holds the one instance of :class:`Services`; the application's state holds nothing else. Modules of this package
-read it through :func:`services_of`. Packages below the API may not import it. They read the same object through a Protocol of their own
-that names only what they use; :func:`attach` makes the type checker prove that ``Services`` satisfies each of them.
+Packages below the API may not import this module. They read the same object through a Protocol of their own that names only the parts they
+use; :func:`attach` makes the type checker prove that ``Services`` satisfies each of these Protocols.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ from kata.station.station import Station
 
 @dataclass(frozen=True)
 class Services:
-    """What ``api/set_up.py`` sets up."""
+    """The services that ``api/set_up.py`` sets up."""
 
     settings: Settings
     database: Database
@@ -53,7 +53,7 @@ class Services:
     offline_sessions: OfflineSessions
     fleet: Fleet
     simulation: Simulation | None
-    """None where the apparatus is real."""
+    """None if the apparatus is real."""
     probe: Probe
     metrics: Metrics
     backups: Backups
@@ -76,6 +76,6 @@ def attach(app: FastAPI, services: Services) -> None:
 
 
 def services_of(connection: HTTPConnection) -> Services:
-    """Return the services of the application that this request or WebSocket came to."""
+    """Return the services of the application that received this request or WebSocket."""
     services: Services = connection.app.state.services
     return services

@@ -1,4 +1,4 @@
-"""Set up the services in order. The exit stack shuts them down in the opposite order, also after a failed start."""
+"""Set up the services in order. The exit stack shuts them down in reverse order, also after a failed start."""
 
 import asyncio
 import logging
@@ -74,7 +74,7 @@ _NEW_KEY: Final = (
     "if this computer is lost, the backups cannot be opened without the key"
 )
 _SPOOL_DELIVERY_LIMIT_S: Final = 30.0
-"""The start waits this long for records that the last service left in the spool to reach the database."""
+"""Longest time in seconds that the start waits until the database has the records that the previous service left in the spool."""
 
 
 @dataclass(frozen=True)
@@ -106,11 +106,11 @@ class StationServices:
     importer: Importer
     commissioning: CommissioningWatch
     finish_imports: Callable[[], Awaitable[None]]
-    """Waits for running imports."""
+    """Waits until all running imports have ended."""
 
 
 async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services:
-    """Set up all services. The station starts last, when everything that records its events is ready."""
+    """Set up all services. The station starts last, after the services that record its events."""
     letterhead_data = _letterhead(settings)
     await asyncio.to_thread(stack.enter_context, claimed_by_service(settings))
     simulator = _begin_simulator(settings, stack)
@@ -166,7 +166,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
 
 
 async def _warm_up(figures: FigureWorker, station: Station) -> None:
-    """Start the worker of figures when the device process runs. At the same time, each would delay the other's start."""
+    """Start the figure worker after the device process. If both started at the same time, each would slow down the other."""
     with station.subscribed() as subscription:
         while station.live().device != "running":
             await subscription.changed.wait()
@@ -175,7 +175,7 @@ async def _warm_up(figures: FigureWorker, station: Station) -> None:
 
 
 def _letterhead(settings: Settings) -> letterhead.Letterhead:
-    """Return the clinic's letterhead. A logo that cannot be used must not keep the service from starting."""
+    """Return the clinic's letterhead. If the logo cannot be used, return a letterhead without it, so that the service can start."""
     read = partial(letterhead.read, settings.clinic_name, settings.clinic_address, settings.clinic_phone)
     try:
         return read(settings.clinic_logo)
@@ -185,15 +185,15 @@ def _letterhead(settings: Settings) -> letterhead.Letterhead:
 
 
 def clinic_time_zone(settings: Settings, database: Database) -> ZoneInfo | None:
-    """Return the clinic's time zone; None: that of this computer."""
+    """Return the clinic's time zone, or None for that of this computer."""
     with database.read() as session:
         return profile.time_zone(session, settings)
 
 
 async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
-    """Open database, spool and audit log, and deliver the records that the last service left in the spool.
+    """Open database, spool and audit log, and deliver the records that the previous service left in the spool.
 
-    ``StatisticsUpkeep`` and ``AuditLog`` register themselves as the database's hooks: from here on every write updates the clinic's figures
+    ``StatisticsUpkeep`` and ``AuditLog`` register themselves as the database's hooks. From here on every write updates the clinic's figures
     and gets its audit entries.
     """
     settings.journal.mkdir(parents=True, exist_ok=True)
@@ -211,7 +211,7 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     audit_log = await asyncio.to_thread(AuditLog, database, anchor, event_spool, copy=copy, data=settings.data)
     stack.push_async_callback(asyncio.to_thread, audit_log.close)
     database.monitor.on_back = partial(_record_outage, audit_log)
-    # Events of the last service are stored before new ones.
+    # Events of the previous service are stored before new ones.
     await asyncio.to_thread(event_spool.until_taken, _SPOOL_DELIVERY_LIMIT_S)
     return Storage(database, event_spool, audit_log)
 
@@ -219,7 +219,7 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
 async def set_up_authentication(
     settings: Settings, database: Database, auth_cache: AuthCache, stack: AsyncExitStack
 ) -> login.Authentication:
-    """Prepare logins, and watch for login sessions that end."""
+    """Set up logins, and watch for login sessions that end."""
     links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
     limits = Limits(
         idle=timedelta(minutes=settings.idle_minutes),
@@ -231,7 +231,7 @@ async def set_up_authentication(
         with by_program("prepare_demonstration"), database.write() as session:
             demonstration.prepare(session, utc_now(), allowed=links.allowed)
             needs_administrator = not links.allowed and not count_administrators(session)
-        # A new secret at each start: the terminal may have other readers than yesterday.
+        # Each start makes a new secret, because other people may read the terminal today than yesterday.
         return set_up.offer(settings.data, utc_now()) if needs_administrator else ""
 
     auth = login.Authentication(
@@ -249,14 +249,14 @@ async def set_up_authentication(
 
 
 def _openid_provider(settings: Settings) -> "Provider":
-    # Imported here: its HTTP and JWT libraries would delay every start, and few clinics have a provider.
+    # Imported here, because the HTTP and JWT libraries would delay every start and few clinics have a provider.
     from kata.auth.openid_provider import Provider
 
     return Provider(settings)
 
 
 def _begin_simulator(settings: Settings, stack: AsyncExitStack) -> "asyncio.Task[SimulatorProcess] | None":
-    """Start the simulator where the settings ask for one, beside the set-up of the other services, which takes as long."""
+    """Start the simulator if the settings ask for one. It starts while the other services are set up, which takes as long."""
     if not settings.simulate:
         return None
 
@@ -296,7 +296,7 @@ async def set_up_apparatus(
 
 
 async def set_up_station(settings: Settings, storage: Storage, apparatus: Apparatus) -> StationServices:
-    """Create the station with its importer, live state and offline cache. This starts no device process."""
+    """Create the station with its importer, live state and offline cache. This does not start the device process."""
     database, event_spool = storage.database, storage.event_spool
     loop = asyncio.get_running_loop()
     running_imports: set[asyncio.Task[None]] = set()
@@ -349,7 +349,7 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
 
 
 async def set_up_fleet(station: Station, database: Database, stack: AsyncExitStack) -> Fleet:
-    """Exchange states with the clinic's other stations."""
+    """Start to exchange states with the clinic's other stations."""
     fleet = Fleet(station, database, lambda: _station_names(database))
     await stack.enter_async_context(fleet.exchange_states())
     return fleet
@@ -358,7 +358,7 @@ async def set_up_fleet(station: Station, database: Database, stack: AsyncExitSta
 def _adoption(
     settings: Settings, database: Database, at_station: StationServices
 ) -> Callable[[config.StationConfig, str], None]:
-    """Return what makes the service use the configuration that a commissioning has written."""
+    """Return a function that makes the service use the configuration that a commissioning has written."""
 
     def adopt(new: config.StationConfig, by: str) -> None:
         at_station.commissioning.use(new)
@@ -372,7 +372,7 @@ def _adoption(
 
 
 def set_up_delivery_round(event_spool: EventSpool, at_station: StationServices) -> None:
-    """Let the spool's delivery thread also import postponed journals and commissioning records, and refresh the offline cache."""
+    """Make the spool's delivery thread also import postponed journals and commissioning records, and refresh the offline cache."""
 
     def each_round() -> None:
         at_station.importer.run_due()
@@ -383,7 +383,7 @@ def set_up_delivery_round(event_spool: EventSpool, at_station: StationServices) 
 
 
 async def set_up_metrics(storage: Storage, at_station: StationServices, stack: AsyncExitStack) -> Metrics:
-    """Measure the service for ``/metrics``."""
+    """Register the metrics of ``/metrics``."""
     metrics = Metrics(at_station.station)
     storage.database.on_waited = metrics.write_waited_s.observe
     metrics.add_gauge(
@@ -428,7 +428,7 @@ def _database_status(database: Database, event_spool: EventSpool, importer: Impo
 
 
 def _upgrade(url: str) -> None:
-    """Migrate the database. There is no time limit."""
+    """Migrate the database, without a time limit."""
     database = Database(url)
     try:
         upgrade(database)
@@ -450,7 +450,7 @@ def _station_names(database: Database) -> list[str]:
 
 
 def _with_last_side(station_config: config.StationConfig, station_file: Path) -> config.StationConfig:
-    """Return the configuration with the side that was last in use: a restart does not turn the apparatus."""
+    """Return the configuration with the side that was last in use, because a restart does not turn the apparatus."""
     try:
         before = config.read(station_file)
     except config.ConfigError:

@@ -1,4 +1,4 @@
-"""The simulated apparatus with the motions that its hand can follow."""
+"""The simulated apparatus and the motions that its simulated hand can follow."""
 
 from contextlib import closing
 from pathlib import Path
@@ -32,7 +32,7 @@ class HandMotion(Schema):
 
 
 class Simulation:
-    """The simulator process and the motions of its hand."""
+    """The simulator process and the motions of the simulated hand."""
 
     def __init__(self, process: SimulatorProcess, taught: Path | None) -> None:
         """``taught``: folder of recorded motions (CSV). Files that cannot be read as a motion are skipped."""
@@ -49,7 +49,7 @@ class Simulation:
     def set_side(self, side: Side) -> None:
         """Turn the simulated apparatus to a side.
 
-        :raises ProblemError: 409 while its motors hold the arm or the hand guides it.
+        :raises ProblemError: 409 while its motors hold the arm or the simulated hand guides the arm.
         """
         with closing(self.process.client()) as client:
             try:

@@ -1,4 +1,4 @@
-"""Routes for hand, pedal and emergency stop of the simulated apparatus. They answer 404 while the apparatus is real."""
+"""Routes for hand, pedal and emergency stop of the simulated apparatus. They answer 404 if the apparatus is real."""
 
 from contextlib import closing
 from typing import Annotated, Literal
@@ -25,7 +25,7 @@ class Hand(Schema):
 
     phase: Literal["away", "reaching", "tracing", "leaving"]
     motion: str | None
-    left_s: float = Field(ge=0, description="Seconds until it has let go.")
+    left_s: float = Field(ge=0, description="Seconds until the hand releases the arm.")
 
 
 class SimulatorState(Schema):
@@ -50,7 +50,7 @@ class EstopRequest(Schema):
 
 
 class GuideRequest(Schema):
-    """The motion that the hand follows. It presses the pedal too."""
+    """The motion that the hand follows with the pedal pressed."""
 
     motion_id: str
 
@@ -94,7 +94,7 @@ def set_estop(simulation: TheSimulation, wanted: EstopRequest) -> SimulatorState
 
 @router.post("/guide", summary="Guide the arm with the simulated hand", responses=PROBLEMS.of(409, 422))
 def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState:
-    """Let the hand guide the arm along a motion with the pedal pressed."""
+    """Make the hand guide the arm along a motion with the pedal pressed."""
     motion = simulation.get(wanted.motion_id)
     with closing(simulation.process.client()) as client:
         try:
@@ -105,7 +105,7 @@ def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState
 
 @router.post("/release", summary="Release the arm and the pedal")
 def release_arm(simulation: TheSimulation) -> SimulatorState:
-    """Let the hand release arm and pedal."""
+    """Make the hand release the arm and the pedal."""
     with closing(simulation.process.client()) as client:
         return _state(simulation, client.release())
 

@@ -1,4 +1,4 @@
-"""Serve a WebSocket until the page leaves, its login session ends, or it sends too many messages."""
+"""Serve a WebSocket until the page disconnects, its login session ends, or it sends too many messages."""
 
 import asyncio
 import logging
@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 
 
 async def received(socket: WebSocket, actor: Actor) -> AsyncIterator[str]:
-    """Yield the text of every message until the page leaves. Close the WebSocket when there are too many."""
+    """Yield the text of every message until the page disconnects. Close the WebSocket when there are too many messages."""
     allowance = Allowance(MESSAGES_PER_S, MESSAGES_AT_ONCE)
     while (message := await socket.receive())["type"] != "websocket.disconnect":
         if not allowance.take():
@@ -40,7 +40,7 @@ async def _note_offence(socket: WebSocket, actor: Actor) -> None:
 
 
 async def accepted(socket: WebSocket, actor: Actor) -> bool:
-    """Accept a WebSocket. Return False, with the WebSocket closed, for a user who has sent too many messages repeatedly."""
+    """Accept a WebSocket. Close it and return False if its user has repeatedly sent too many messages."""
     if services_of(socket).offences.is_refused((actor.account_id, address_of(socket))):
         await socket.close(1008, TOO_MANY)
         return False
@@ -51,9 +51,9 @@ async def accepted(socket: WebSocket, actor: Actor) -> bool:
 async def serve_until_gone(
     socket: WebSocket, actor: Actor, receiving: Coroutine[None, None, None], sending: Coroutine[None, None, None]
 ) -> None:
-    """Receive and send until either ends or the login session ends. In the last case close the WebSocket with "signed out".
+    """Receive and send until one of them ends or the login session ends. In the last case close the WebSocket with "signed out".
 
-    ``receiving`` notices that the other end has gone, even while nothing can be sent.
+    ``receiving`` notices a disconnection even while nothing can be sent.
     """
     services = services_of(socket)
     tasks = {asyncio.create_task(receiving), asyncio.create_task(sending)}
@@ -67,7 +67,7 @@ async def serve_until_gone(
         # Not gather: it would swallow the cancellation of this task.
         await asyncio.wait(tasks | {ending})
         for task in tasks:
-            # A message that was being sent when the WebSocket closed is no error.
+            # If the WebSocket closes while a message is being sent, this is no error.
             if not task.cancelled() and (error := task.exception()) and not _is_closed(socket):
                 log.error("a WebSocket failed", exc_info=error)
     if first == {ending} and not _is_closed(socket):

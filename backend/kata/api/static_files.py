@@ -1,4 +1,4 @@
-"""Serve the page: its built files, and index.html for the address of every screen."""
+"""Serve the page's built files, and index.html at the address of every screen."""
 
 import secrets
 from mimetypes import guess_type
@@ -15,9 +15,9 @@ from kata.api.security_middleware import page_policy
 _IN_PACKAGE: Final = Path(__file__).parent / "page"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "frontend" / "dist"
 _NONCE: Final = "KATA-NONCE"
-"""Placeholder in the built index.html (``frontend/vite.config.ts``). Each answer replaces it by a new nonce."""
+"""Placeholder in the built index.html (``frontend/vite.config.ts``). Each answer contains a new nonce in its place."""
 _MANUAL: Final = "KATA-MANUAL"
-"""Placeholder in index.html. It becomes "yes" if the manual is installed: only then the page links to it."""
+"""Placeholder in index.html. It becomes "yes" if the manual is installed, because the page links only to an installed manual."""
 _IMMUTABLE: Final = "public, max-age=31536000, immutable"
 _FOLDER: Final = _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 _COMPRESSED: Final = ".gz"
@@ -35,7 +35,7 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
         if documentation.is_documentation(path):
             return documentation.respond(path, request.headers.get("accept-language", ""))
         file = documentation.find(folder, path)
-        # A compressed file is another form of its original and has no address.
+        # A compressed file is only another form of its original and has no address.
         is_named = path not in ("", "index.html")
         if is_named and file and file.is_file() and file.suffix != _COMPRESSED:
             # Names of built assets change with their content.
@@ -51,7 +51,7 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
 def _file(file: Path, cache: str, takes_gzip: bool) -> FileResponse:
     """Return a built file or its precompressed form.
 
-    Each form has its own length and ETag, so a client never joins parts (Range, If-Range) of both.
+    Each form has its own length and ETag, so that a client never joins parts of both (Range, If-Range).
     """
     compressed = file.with_name(file.name + _COMPRESSED)
     headers = {"Cache-Control": cache}

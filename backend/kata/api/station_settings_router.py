@@ -1,4 +1,4 @@
-"""Routes for the station's commissioning status and its configuration: read, compare, import."""
+"""Routes to read the station's commissioning status, and to read, compare and import its configuration."""
 
 from datetime import datetime
 from pathlib import Path
@@ -30,7 +30,7 @@ State = Literal["not_needed", "commissioned", "due", "not_commissioned"]
 class CommissioningState(Schema):
     """Whether the station is commissioned."""
 
-    state: State = Field(description="not_needed: a simulated apparatus. due: the periodic check is due.")
+    state: State = Field(description="not_needed: the apparatus is simulated. due: the periodic check is due.")
     reason: str = Field(description="Why the station is not commissioned, else empty.")
     reason_key: OptionalKey = None
     commissioned_at: datetime | None
@@ -38,13 +38,13 @@ class CommissioningState(Schema):
 
 
 class AcceptedValues(Schema):
-    """The values that a field may have, in its unit."""
+    """The values that are allowed for a field, in the field's unit."""
 
     low: float
     high: float
-    choices: list[float] = Field(description="The only possible values; empty: every value from low to high.")
-    step: int | None = Field(description="Only multiples of it.")
-    none: int | None = Field(description="A value beside the others that stands for none.")
+    choices: list[float] = Field(description="The only allowed values; empty: every value from low to high is allowed.")
+    step: int | None = Field(description="Only multiples of this number are allowed.")
+    none: int | None = Field(description="An additional value that means `none`.")
 
 
 class SettingField(Schema):
@@ -89,7 +89,9 @@ class SettingsPreview(Schema):
 
 @router.get("/api/station/commissioning", summary="Get whether the station is commissioned")
 def get_commissioning_status(request: Request) -> CommissioningState:
-    """Return whether this station is commissioned, and when the periodic check is due. It is read from the station's computer, not from the database."""
+    """Return whether this station is commissioned, and when the periodic check is due. The answer comes from the station's computer
+    instead of the database.
+    """
     status = services_of(request).commissioning.status
     if status is None:
         return CommissioningState(state="not_needed", reason="", commissioned_at=None, due_at=None)
@@ -113,7 +115,7 @@ def get_commissioning_status(request: Request) -> CommissioningState:
 @router.get("/api/station-settings", responses=PROBLEMS.of(404, 422), summary="Get a station's configuration by field")
 def get_station_settings(
     database: TheDatabase,
-    station: Annotated[str, Query(max_length=100, description="Its name.")],
+    station: Annotated[str, Query(max_length=100, description="Name of the station.")],
     number: Annotated[int | None, Query(ge=1, le=1_000_000, description="The version; the newest by default.")] = None,
 ) -> StationSettings:
     """Return a version of a station's configuration with the unit and the accepted range of each field."""
@@ -147,7 +149,7 @@ def preview_station_settings(request: Request, given: StationFile) -> SettingsPr
 def import_station_settings(
     request: Request, database: TheDatabase, actor: TheActor, given: StationFile
 ) -> SettingsPreview:
-    """Replace the station's file. The service uses it from its next start on. Returns what it changes."""
+    """Replace the station's file and return the changes. The service uses the new file after its next start."""
     services = services_of(request)
     wanted, present, file = _wanted(services, given)
     with database.write() as session:
@@ -160,9 +162,9 @@ def import_station_settings(
 
 
 def _wanted(services: Services, given: StationFile) -> tuple[config.StationConfig, config.StationConfig, Path]:
-    """Return the given configuration, that of the station's file, and the file.
+    """Return the given configuration, the present one, and the path of the station's file.
 
-    :raises ProblemError: 409 when the service has no file; 422 naming each invalid field with its value and range.
+    :raises ProblemError: 409 when the service has no file; 422 with each invalid field, its value and its range.
     """
     file = services.settings.station
     if file is None:
@@ -189,7 +191,7 @@ def _needs_commissioning(services: Services, wanted: config.StationConfig, file:
 
 
 def _replace(file: Path, wanted: config.StationConfig) -> None:
-    """Replace the station's file as a whole.
+    """Replace the station's file atomically.
 
     :raises ProblemError: 409 when it cannot be written.
     """

@@ -1,4 +1,4 @@
-"""The one way from a user's Stop to the device, by HTTP and by WebSocket, with its permission and its audit entry."""
+"""Passes a user's Stop to the device, with its permission and its audit entry. HTTP and WebSocket both use it."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -18,7 +18,7 @@ _ACTION: Final = "stop"
 
 
 async def stop_by_user(services: Services) -> Refusal | None:
-    """Stop the apparatus for the current user, then record it. Return the device's refusal, or None once it has confirmed the Stop.
+    """Stop the apparatus for the current user, then record it. Return the device's refusal, or None if it has confirmed the Stop.
 
     :raises ProblemError: when the user may not stop the apparatus.
     """
@@ -50,9 +50,9 @@ def _record(services: Services, outcome: Outcome, refusal: Refusal | None) -> No
 
 
 class StopQueue:
-    """Sends the Stops of one WebSocket one after another. Those that arrive meanwhile share the next one.
+    """Sends the Stops of one WebSocket one after another. Stops that arrive while one is in flight share the next.
 
-    They may not share the one in flight: the device may have taken it before a command that the later Stop has to discard.
+    They may not share the Stop in flight: the device may have processed it before a command that the later Stop must discard.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class StopQueue:
         self._running: asyncio.Task[None] | None = None
 
     def put(self, number: int) -> None:
-        """Send a Stop as soon as the one in flight is answered."""
+        """Send a Stop as soon as the Stop in flight is answered."""
         self._waiting.append(number)
         if self._running is None or self._running.done():
             self._running = asyncio.create_task(self._run(), name="stop")

@@ -1,4 +1,4 @@
-"""Route of the support bundle: ``kata support-bundle`` makes it in a process of its own, and the service adds its log and its figures."""
+"""Route of the support bundle. ``kata support-bundle`` makes it in a separate process; the service adds its log and metrics."""
 
 import asyncio
 import os
@@ -22,7 +22,7 @@ router = APIRouter(prefix="/api/support-bundle", tags=["operation"])
 
 _WITHIN_S: Final = 60.0
 _FROM_SERVICE: Final = "log.txt"
-"""The command does not know the log of a service that systemd does not run."""
+"""File that the service replaces: the command cannot read the log of a service that systemd does not run."""
 
 
 @router.get(
@@ -32,7 +32,7 @@ _FROM_SERVICE: Final = "log.txt"
     summary="Download the support bundle",
 )
 async def get_support_bundle(request: Request) -> Response:
-    """Return a ZIP file that describes this installation to its maintainers, without patient data, names of users and secrets."""
+    """Return a ZIP file that describes this installation to its maintainers. It contains no patient data, user names or secrets."""
     services = services_of(request)
     figures = generate_latest(services.metrics.registry)
     with TemporaryDirectory(prefix="kata-support-") as folder:
@@ -46,9 +46,9 @@ async def get_support_bundle(request: Request) -> Response:
 
 
 async def _run(settings: Settings, out: Path) -> None:
-    """Run the command.
+    """Make the bundle at ``out`` by the command.
 
-    :raises ProblemError: 503 when it fails or takes too long.
+    :raises ProblemError: 503 when the command fails or takes too long.
     """
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "kata", "support-bundle", "--out", str(out)),
@@ -71,7 +71,7 @@ async def _run(settings: Settings, out: Path) -> None:
 
 
 def _completed(made: Path, figures: bytes) -> bytes:
-    """Return the command's bundle with the service's log and figures."""
+    """Return the command's bundle with the service's log and metrics."""
     whole = made.with_name("whole.zip")
     with zipfile.ZipFile(made) as parts, zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as bundle:
         for part in parts.infolist():

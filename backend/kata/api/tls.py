@@ -1,6 +1,7 @@
 """TLS with the clinic's certificate, or with a self-signed certificate that the service creates and renews.
 
-Browsers warn of a self-signed certificate until they trust it. The service prints its fingerprint at the start for comparison. The clinic's
+Browsers warn of a self-signed certificate until they trust it. At its start, the service prints the certificate's fingerprint for
+comparison. The clinic's
 certificate may be replaced while the service runs: new connections get the new one.
 """
 
@@ -27,7 +28,7 @@ from kata.settings import Settings
 log = logging.getLogger(__name__)
 
 _VALID: Final = timedelta(days=397)
-"""Browsers refuse certificates that are valid for longer."""
+"""Validity of a self-signed certificate. Browsers refuse certificates that are valid for longer."""
 _RENEW_BEFORE_END: Final = timedelta(days=30)
 """A self-signed certificate is renewed this long before its end."""
 _CLOCK_TOLERANCE: Final = timedelta(hours=1)
@@ -41,7 +42,7 @@ class TlsError(Exception):
 
 
 class Certificate:
-    """A certificate and its key, and the TLS context of new connections."""
+    """A certificate with its key, and the TLS context for new connections."""
 
     def __init__(self, settings: Settings, hosts: Iterable[str]) -> None:
         """``hosts``: names and addresses in a self-signed certificate.
@@ -66,7 +67,7 @@ class Certificate:
         return x509.load_pem_x509_certificate(self.file.read_bytes()).fingerprint(hashes.SHA256()).hex(":").upper()
 
     def refresh(self, now: datetime) -> bool:
-        """Renew a self-signed certificate that is due, and load changed files. Return whether they had changed.
+        """Renew a self-signed certificate that is due, and load changed files. Return whether the files had changed.
 
         :raises TlsError: when the files cannot be used. The loaded certificate stays in use.
         """
@@ -130,7 +131,7 @@ class Certificate:
         secret = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
         try:
             self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # If the process ends between the two, they do not match, and the next start creates both again.
+            # If the process ends between the two writes, the files do not match, and the next start creates both again.
             _write(self._key, secret)
             _write(self.file, certificate.public_bytes(pem))
         except OSError as error:
@@ -139,7 +140,7 @@ class Certificate:
 
 @contextlib.asynccontextmanager
 async def refreshed(certificate: Certificate) -> AsyncIterator[None]:
-    """Refresh the certificate every hour while the block lasts."""
+    """Refresh the certificate every hour while the context lasts."""
     refreshing = asyncio.create_task(_refresh_hourly(certificate), name="certificate")
     try:
         yield
@@ -160,14 +161,14 @@ async def _refresh_hourly(certificate: Certificate) -> None:
 
 
 def _addresses(host: str) -> set[str]:
-    """Return the addresses at which others reach a service that listens on ``host``."""
+    """Return the addresses at which other computers reach a service that listens on ``host``."""
     try:
         if not ip_address(host).is_unspecified:
             return {host}
     except ValueError:
         return {host.lower()}
     own = set()
-    # Connecting a UDP socket sends nothing but selects the own address. These targets are reserved for documentation.
+    # Connecting a UDP socket sends nothing but selects this computer's address. The targets are reserved for documentation.
     for family, target in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
         with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
             probe.connect((target, 9))
@@ -194,5 +195,5 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _no_password() -> str:
-    """Raise an error instead of OpenSSL's question on the terminal."""
+    """Raise an error, so that OpenSSL does not ask for the password on the terminal."""
     raise TlsError("The certificate's key has a password, which an automatic start cannot enter: remove the password.")

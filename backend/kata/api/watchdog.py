@@ -1,4 +1,4 @@
-"""Notify systemd that the service is ready, and regularly that its event loop runs (sd_notify)."""
+"""Notify systemd when the service is ready, and then at intervals that its event loop runs (sd_notify)."""
 
 import asyncio
 import logging
@@ -12,12 +12,12 @@ log = logging.getLogger(__name__)
 
 @asynccontextmanager
 async def watched(environment: Mapping[str, str] = os.environ) -> AsyncIterator[None]:
-    """Notify systemd while the context lasts, every half of ``WATCHDOG_USEC``. Without systemd nothing happens."""
+    """Notify systemd while the context lasts, every half of ``WATCHDOG_USEC``. Without systemd, do nothing."""
     address = environment.get("NOTIFY_SOCKET", "")
     if not address:
         yield
         return
-    # "@" means the abstract namespace.
+    # "@" at the beginning means the abstract namespace.
     path = "\0" + address[1:] if address.startswith("@") else address
     period_s = int(environment.get("WATCHDOG_USEC", "0")) / 2e6
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as notify_socket:
