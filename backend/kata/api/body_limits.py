@@ -12,14 +12,14 @@ from kata.api import authorization, texts
 from kata.auth.permissions import RULES
 
 ANONYMOUS_BODY: Final = 1 << 16
-"""Most bytes read before the user is authorized, and in a request to a public route. This is more than any login needs."""
+"""Maximum number of bytes read before the user is authorized, and in a request to a public route. This is more than any login needs."""
 LARGEST_BODY: Final = 1 << 20
-"""Most bytes of a request in JSON: a hundred times the longest note."""
+"""Maximum number of bytes of a request in JSON: a hundred times the longest note."""
 LARGEST_FILE: Final = 1 << 26
-"""Most bytes of a file, such as an hour's motion as CSV or a FHIR bundle."""
+"""Maximum number of bytes of a file, such as an hour's motion as CSV or a FHIR bundle."""
 MOST_PARTS: Final = 20_000
-"""Most commas and opening brackets in a JSON request. Their number is an upper bound of the number of values. Parsing and checking
-values blocks the event loop.
+"""Maximum number of commas and opening brackets in a JSON request. Their number is an upper bound of the number of values. Parsing and
+checking values blocks the event loop.
 """
 _OPENING: Final = (b",", b"[", b"{")
 

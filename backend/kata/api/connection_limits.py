@@ -17,30 +17,30 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResp
 from kata.api.allowance import Allowance
 
 MAX_CONNECTIONS: Final = 1000
-"""Most open connections of the service. Further connections are closed at once; existing ones, such as the pages' WebSockets, are not
-affected.
+"""Maximum number of open connections of the service. Further connections are closed at once; existing ones, such as the pages' WebSockets,
+are not affected.
 """
 NEW_AT_ONCE: Final = 2
 """An address may open this multiple of its connection limit at once, and its connection limit again each second."""
 MAX_ABANDONED: Final = 8
-"""Most requests of one address that are still being answered although the client has closed its connection. At this number, further
-connections of the address are closed. Closing a page abandons a few requests.
+"""Maximum number of requests of one address that are still being answered although the client has closed its connection. At this number,
+further connections of the address are closed. Closing a page abandons a few requests.
 """
 MAX_HEADER_BYTES: Final = 64 * 1024
-"""Most bytes of request line and headers."""
+"""Maximum number of bytes of request line and headers."""
 HEADERS_WITHIN_S: Final = 10.0
 """Longest time until the headers are complete, from the connection or from the first byte of the next request."""
 BODY_WITHIN_S: Final = 120.0
 """Longest time from the headers until the body is complete: 64 MiB at 0.6 MB/s."""
 MAX_UNREAD_BYTES: Final = 64 * 1024
-"""Most bytes of a body that arrives after its request has been answered. A smaller body is dropped, and the connection can be used
-again.
+"""Maximum number of bytes of a body that arrives after its request has been answered. A smaller body is dropped, and the connection can be
+used again.
 """
 ANSWER_READ_WITHIN_S: Final = 1.0
 """Time from the first byte beyond ``MAX_UNREAD_BYTES`` (for example of a refused file) until the connection is closed."""
 REFUSED_AT_ONCE: Final = 32
-"""Most connections closed in one step of the event loop. Closing one takes up to 0.1 ms, because the client's unread request must be
-discarded.
+"""Maximum number of connections closed in one step of the event loop. Closing one takes up to 0.1 ms, because the client's unread request
+must be discarded.
 """
 _OF_PROXIES: Final = frozenset({b"x-forwarded-for", b"forwarded"})
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
@@ -55,7 +55,7 @@ class OpenConnections:
     """
 
     per_address: int
-    """Most connections of one address."""
+    """Maximum number of connections of one address."""
     trusted_proxies: str = ""
     """Addresses and networks without a limit of their own, separated by commas, because all clients behind a proxy share its address."""
     on_unlisted_proxy: Callable[[str], None] = lambda address: None

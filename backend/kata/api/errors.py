@@ -28,7 +28,7 @@ REFUSED_AFTER_S: Final = 1.0
 slow down the Stops of all users.
 """
 _MAX_FIELDS: Final = 50
-"""Most invalid fields that an answer names. Describing thousands would block the event loop for seconds."""
+"""Maximum number of invalid fields that an answer names. Describing thousands would block the event loop for seconds."""
 _STATUS_TEXTS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
 """Messages for Starlette's own errors, by status."""
 

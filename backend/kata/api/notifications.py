@@ -28,7 +28,7 @@ router = APIRouter(tags=["notifications"])
 _ALARMS_FOR: Final = timedelta(days=7)
 """Age up to which an alarm is a notification. The clinic's figures show older alarms."""
 _MOST: Final = 50
-"""Most notifications of one kind."""
+"""Maximum number of notifications of one kind."""
 
 
 class Notification(Schema):

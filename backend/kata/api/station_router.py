@@ -1,4 +1,4 @@
-"""Routes for the station: the therapist's commands, each with the records that must be written first."""
+"""Routes for the station: the therapist's commands. Each writes its records before it sends the command."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -66,7 +66,7 @@ _METHOD_TEXTS: Final[dict[tuple[Method, bool], tuple[Text, ...]]] = {
     ("learned", False): (texts.PLAYED_LEARNED_NOTHING(),),
     ("learned", True): (texts.PLAYED_LEARNED(),),
 }
-"""Texts of the playback method, shown with the changes to the recording. Only one method differs with a correction."""
+"""Texts of the playback method that are shown with the changes to the recording. Only the learned method plays with a correction."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 _GUARDED: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 422, 503)
 
@@ -79,7 +79,7 @@ class StationState(Schema):
 
 
 class SideRequest(Schema):
-    """The shoulder that the apparatus is set up for."""
+    """The shoulder for which the apparatus is set up."""
 
     side: Side
 
@@ -91,7 +91,9 @@ class Accepted(Schema):
 
 
 class SeenState(Schema):
-    """The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is over 2 s old."""
+    """The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is more than 2 s
+    old.
+    """
 
     stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(description="`live.stops` of that state.", examples=[3])
     seen_at: AwareDatetime = Field(description="`live.at` of that state.", examples=["2026-11-21T09:30:00.125Z"])
@@ -122,14 +124,14 @@ class TeachRequest(Schema):
     """The patient and motion to teach."""
 
     patient_id: UUID
-    name: Name = Field("Motion", description="What its recordings will be called.", examples=["Flexion"])
-    side: Side | None = Field(None, description="The side of the patient's episode unless given.")
-    taught_by: By = Field("", description="Name of the person who guides the arm; empty: you.", examples=["Sato"])
+    name: Name = Field("Motion", description="Name of the new recordings.", examples=["Flexion"])
+    side: Side | None = Field(None, description="Shoulder; by default that of the patient's episode.")
+    taught_by: By = Field("", description="Name of the person who guides the arm; empty: your name.", examples=["Sato"])
     fixtures: Annotated[Fixtures, Field(min_length=1)]
     looked_at: set[CheckName] = Field(
         default_factory=set,
         max_length=6,
-        description="Checks that the teaching person has just made for this side and these fixtures. Checks that the "
+        description="Checks that the person who teaches has just made for this side and these fixtures. Checks that the "
         "patient's open session contains need not be repeated.",
         examples=[["side", "fixtures", "belt"]],
     )
@@ -142,31 +144,31 @@ class TeachRequest(Schema):
 
 
 class Teaching(Schema):
-    """A teaching that has begun. Each press of the pedal becomes one recording."""
+    """A teaching that has begun. Each press of the pedal makes one recording."""
 
     teaching_id: UUID
 
 
 class LoadRequest(PlaybackSettings):
-    """The recording to play, its settings, and the session."""
+    """The recording to play, the playback settings, and the session."""
 
     session_id: UUID
     recording_id: UUID
     programme_position: int | None = Field(
-        None, ge=1, le=1000, description="Item of the session's programme; none: chosen outside the programme."
+        None, ge=1, le=1000, description="Position in the session's programme; null: the recording was chosen outside the programme."
     )
     load_level: LoadLevel
     method: Method = Field(
         "smooth",
-        description="paper: 10 Hz, each sample held, as Sun et al. (2025). smooth: interpolated. learned: smooth, with a "
+        description="paper: 10 Hz, each sample held until the next, as in Sun et al. (2025). smooth: interpolated. learned: smooth, with a "
         "correction from earlier runs of this recording with these settings on this station.",
     )
 
 
 class LeaseRequest(Schema):
-    """Operate the apparatus from this browser."""
+    """A request to operate the apparatus from this browser."""
 
-    take_over: StrictBool = Field(False, description="Take the lease also from another browser, which is notified.")
+    take_over: StrictBool = Field(False, description="Take the lease even if another browser holds it; that browser is notified.")
 
 
 class DriveTrendData(Schema):
@@ -184,7 +186,7 @@ async def get_station(
     actor: TheActor,
     here: Watcher,
 ) -> StationState:
-    """Return the station and its newest state; the WebSocket /api/live sends updates. Patients that you may not see are left out."""
+    """Return the station and its newest state. The WebSocket /api/live sends updates. Patients whom you may not see are left out."""
     state = await Redaction(actor, database, offline_cache).apply(live_view.state(here))
     return StationState(station=station.info, live=Live.model_validate(state))
 
@@ -197,10 +199,10 @@ async def get_drive_trend(station: TheStation) -> DriveTrendData:
 
 @router.post("/lease", responses=PROBLEMS.of(409, 422), summary="Take the lease of the apparatus")
 async def take_lease(request: Request, station: TheStation, here: Watcher, wanted: LeaseRequest) -> LeaseLive:
-    """Operate the apparatus from this browser. The first command does the same while the lease is free.
+    """Operate the apparatus from this browser. The first command also takes the lease if it is free.
 
-    Others watch, and may stop it. While the operator's browser cannot be reached, playback pauses after 2 s, and the motors release
-    the arm after 30 s.
+    Other browsers can watch and can stop the apparatus. If the operator's browser cannot be reached, playback pauses after 2 s, and the
+    motors release the arm after 30 s.
     """
     before = station.operating.holder
     refusal = station.operating.take(here, take_over=wanted.take_over)
@@ -213,7 +215,7 @@ async def take_lease(request: Request, station: TheStation, here: Watcher, wante
 
 @router.delete("/lease", responses=PROBLEMS.of(409), summary="Release the lease of the apparatus")
 async def release_lease(station: TheStation, here: Watcher) -> LeaseLive:
-    """Stop operating the apparatus. Refused while the motors move or hold the arm, or may do so."""
+    """Stop operating the apparatus. Refused while the motors move or hold the arm, or may do either."""
     refusal = station.operating.release(here, station.torque)
     if refusal:
         raise refused(refusal)
@@ -224,9 +226,9 @@ async def release_lease(station: TheStation, here: Watcher) -> LeaseLive:
 async def set_side(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
     """Confirm that the apparatus has been turned, with its pin, to a shoulder. A simulated apparatus is turned by this request.
 
-    Motions of the other shoulder cannot be taught or played before, because motors 3 and 4 turn in the opposite direction. The control
-    program restarts, which takes about a second, and the emergency stop must be tested again. Refused while the motors hold an arm or
-    may hold one. An apparatus that is switched off can be turned.
+    Before this request, motions of the other shoulder can be neither taught nor played, because motors 3 and 4 turn in the opposite
+    direction. The control program restarts, which takes about a second; then the emergency stop must be tested again. Refused while the
+    motors hold an arm or may hold one. An apparatus that is switched off can be turned.
     """
 
     async def meanwhile() -> None:
@@ -245,8 +247,8 @@ async def teach(
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
 
-    Refused while the checklist is incomplete, with or without a session, and where a contraindication forbids motion. In another
-    mode, refused before any lookup.
+    Refused while the checklist is incomplete, with or without a session, and if a contraindication forbids motion. In another mode,
+    teaching is refused before any record is read.
     """
     _refuse_by_mode(station, "teach")
     apparatus = checks.apparatus_state(station.info.name, station.live())
@@ -264,7 +266,7 @@ async def teach(
 
 @router.post("/finish-teaching", responses=_COMMAND, summary="Finish teaching")
 async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
-    """End teaching. Its takes are saved."""
+    """End teaching and save its takes."""
     return await _send(station, messages.FinishTeaching(), here)
 
 
@@ -279,12 +281,12 @@ async def load(
 ) -> Run:
     """Check a recording with its settings against the apparatus' limits and load it as a new run.
 
-    Refused while the session's checklist is incomplete, and where a contraindication forbids motion. While the database does not answer, this station's running session continues
-    with prefetched data. In another mode, refused before any lookup.
+    Refused while the session's checklist is incomplete, and if a contraindication forbids motion. While the database does not answer, this
+    station's running session continues with prefetched data. In another mode, loading is refused before any record is read.
     """
     _refuse_by_mode(station, "load")
     apparatus = checks.apparatus_state(station.info.name, station.live())
-    # No database access until the device has answered: if it failed in between, the run would never end.
+    # No database access from here until the device has answered: if the database failed in between, the run would never end.
     try:
         begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, apparatus)
     except DatabaseUnavailableError:
@@ -347,13 +349,13 @@ async def pause(station: TheStation, here: Operator) -> Accepted:
 
 @router.post("/reduce-range", responses=_COMMAND, summary="Reduce the range of motion")
 async def reduce_range(station: TheStation, here: Operator) -> Accepted:
-    """Reduce the range by a tenth, towards its middle, during playback. It grows back slowly, repetition by repetition."""
+    """Reduce the range by a tenth during playback, towards the middle of the range. The range grows back slowly with each repetition."""
     return await _send(station, messages.Less(), here)
 
 
 @router.post("/return", responses=_GUARDED, summary="Return and release torque")
 async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Return slowly to where the approach began, then switch torque off."""
+    """Return slowly to the pose where the approach began, then switch torque off."""
     return await _send(station, messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
@@ -361,7 +363,7 @@ async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) ->
 async def stop(request: Request) -> Accepted:
     """Ramp down, switch torque off and latch the stop. Accepted at any time from any browser, without waiting.
 
-    It is not an emergency stop, because it needs a network.
+    This is not an emergency stop, because it needs a network.
     """
     refusal = await stop_by_user(services_of(request))
     if refusal:
@@ -371,7 +373,7 @@ async def stop(request: Request) -> Accepted:
 
 @router.post("/release-torque", responses=_GUARDED, summary="Release torque found at connection")
 async def release_torque(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Switch off torque that the drives had when the apparatus was connected, with the arm supported. Only while stopped."""
+    """Switch off torque that was already on when the drives were connected. The arm must be supported. Only possible while stopped."""
     return await _send(station, messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
@@ -395,7 +397,7 @@ async def _send(station: Station, command: messages.Command, here: Browser | Non
 
 @dataclass(frozen=True)
 class _BegunRun:
-    """A run that the device may load."""
+    """A run that is recorded and that the device may load."""
 
     run: Run
     motion: Motion
@@ -444,7 +446,8 @@ def _writing(
 ) -> Iterator[tuple[Session, list[UUID]]]:
     """Open a session as :meth:`Database.write` does. The caller appends the id of a new run or teaching to the list.
 
-    When the database is lost during the commit, the row may exist although the device never began: then record that it has not begun.
+    If the database is lost during the commit, the row may exist although the device never began. This function then records that the run or
+    teaching has not begun.
     """
     began: list[UUID] = []
     try:
@@ -457,7 +460,7 @@ def _writing(
 
 
 def _learning_notes(learned: Correction | None) -> list[Text]:
-    """Return why the playback that taught a correction fell back to an earlier one. Empty if it did not."""
+    """Return why the playback that taught a correction used an earlier correction; empty if it did not."""
     return learning.fall_back(learned.lesson) if learned and learned.lesson else []
 
 
@@ -470,7 +473,9 @@ def _run_request(wanted: LoadRequest) -> runs.RunRequest:
 def _begin_run(
     database: Database, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
 ) -> _BegunRun:
-    """Check the recording in a read session, which takes seconds for an hour of motion; then write. Other writers do not wait meanwhile."""
+    """Check the recording in a read session, which takes seconds for an hour of motion, then write. Other writers need not wait for the
+    check.
+    """
     request = _run_request(wanted)
     with database.read() as session:
         prepared = runs.to_begin(session, request, apparatus.station)
@@ -513,7 +518,7 @@ def _begin_run(
 
 
 def _note_exceeded(session: Session, patient_id: UUID, side: Side, wanted: LoadRequest) -> None:
-    """Name the settings that exceed the stage's proposal in the audit trail. They are played as requested."""
+    """Record in the audit trail the settings that exceed the stage's proposal. They are played as requested."""
     episode = episodes.open_episode(session, patient_id, side)
     stage = episode.stage.stage if episode and episode.stage else None
     if exceeded := stages.exceeded(stage, wanted.load_level, wanted):
@@ -523,7 +528,7 @@ def _note_exceeded(session: Session, patient_id: UUID, side: Side, wanted: LoadR
 def _begin_without_database(
     offline_sessions: OfflineSessions, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
 ) -> _BegunRun | None:
-    """Begin a run from the offline cache. Return None when the cache lacks data or the spool cannot store the run."""
+    """Begin a run from the offline cache. Return None if the cache lacks data or the spool cannot store the run."""
     found = offline_sessions.start_run(_run_request(wanted), apparatus)
     if found is None:
         return None
@@ -550,7 +555,7 @@ def _forget_run(
 ) -> None:
     """Remove a run that the device refused."""
     if begun.without_database:
-        # Queued behind the record of its beginning, which may not be delivered yet.
+        # This is queued behind the record of the run's beginning, which may not be delivered yet.
         event_spool.put_not_begun("run", begun.run.id)
         offline_sessions.finish_run(begun.run.id, None)
         return
