@@ -1,21 +1,22 @@
 """The ``kata`` command, and ``python -m kata``.
 
-A spawned worker process imports its parent's main module again. So this module imports nothing at its top: importing the whole command
-line takes seconds.
+A spawned worker process imports the main module of its parent again. This module therefore imports nothing at its top, because importing
+the whole command line takes seconds.
 """
 
 
 def main() -> None:
-    """Run the command. Invalid settings end every command with one sentence each and status 2."""
+    """Run the command. Invalid settings end every command with one sentence for each and status 2."""
     import os
 
     from kata.system import scheduling
     from kata.system.gc_freeze import frozen_imports
     from kata.system.private_files import UMASK
 
-    # For every file of this process and its children.
+    # This applies to every file of this process and its children.
     os.umask(UMASK)
-    # Before any thread starts. All commands do so: a benchmark or an evaluation beside the service must not delay an apparatus.
+    # Set this before any thread starts. All commands do so, because a benchmark or an evaluation beside the service must not delay an
+    # apparatus.
     scheduling.set_time_slice(scheduling.LONG_NS)
     with frozen_imports():
         from pydantic import ValidationError

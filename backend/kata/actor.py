@@ -1,4 +1,4 @@
-"""The user and the context of the current request. Authorization sets both; every function that the request calls can read them."""
+"""The user and the context of the current request. Authorization sets both, and every function that the request calls can read them."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,12 +18,12 @@ class Actor:
     login_session_id: UUID
     """Identifies the browser, which holds the lease; of a program, its access token."""
     name: str
-    """The name in records: therapist, examiner, signature."""
+    """The user's name in records, for example as therapist, examiner or signer."""
     role: Role
     stations: frozenset[str]
-    """Names of the stations that this account works at; empty: all."""
+    """Names of the stations at which this account works; empty: all."""
     locked: bool = False
-    """The screen is locked: until the password is given again, the user can see and stop a running session and nothing else."""
+    """True if the screen is locked. Until the password is given again, the user can only see and stop a running session."""
     enrolling: bool = False
     """The account needs a second factor and has none yet: the user may only set it up."""
     by_token: bool = False
@@ -36,13 +36,13 @@ CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("current_actor", def
 
 @dataclass(slots=True)
 class RequestContext:
-    """Action and object of a request, for the audit trail. Set before the request is allowed or refused."""
+    """Action and object of a request, for the audit trail. The context is set before the request is allowed or refused."""
 
     action: str
     """The route's operation id, or an action of the program."""
     patient_id: UUID | None = None
     subject: str = ""
-    """Kind and id of the object, besides the patient: `recording 0f3c...`."""
+    """Kind and id of the object, in addition to the patient: `recording 0f3c...`."""
     station: str = ""
     address: str = ""
     """Address of the browser, from the connection or a trusted proxy."""
@@ -51,28 +51,28 @@ class RequestContext:
     is_command: bool = False
     """True for a command to the apparatus, whose answer does not wait for the audit trail."""
     account_id: UUID | None = None
-    """The account of an attempted login."""
+    """The account of an attempted login; None otherwise."""
     why: str = ""
-    """Code of the problem in the answer."""
+    """Code of the problem in the answer; empty if there is none."""
     detail: dict[str, str] = field(default_factory=dict)
-    """Further detail of the entry of the request's changes: codes, no secret and no data of a patient."""
+    """Further details for the audit entry of the request's changes. They are codes, never secrets or data of a patient."""
     audited: set[str] = field(default_factory=set)
-    """Outcomes that are in the trail already. Worker threads share this object with the request."""
+    """Outcomes that the trail already contains. Worker threads share this object with the request."""
 
 
 REQUEST_CONTEXT: Final[ContextVar[RequestContext | None]] = ContextVar("request_context", default=None)
-"""The context of the current request; set for every request with a route, also if it is refused."""
+"""The context of the current request. It is set for every request with a route, even if the request is refused."""
 
 
 def note_detail(name: str, code: str) -> None:
-    """Add a detail to the audit entry of the current request's changes. Does nothing outside a request."""
+    """Add a detail to the audit entry of the current request's changes. Do nothing outside a request."""
     if context := REQUEST_CONTEXT.get():
         context.detail[name] = code
 
 
 @contextmanager
 def by_program(action: str, station: str = "") -> Iterator[None]:
-    """Run the block as the program's own action, even within a user's request."""
+    """Run the block as an action of the program, even within a user's request."""
     acting, context = CURRENT_ACTOR.set(None), REQUEST_CONTEXT.set(RequestContext(action, station=station))
     try:
         yield

@@ -1,4 +1,4 @@
-"""Dependencies of routes, and the documentation of their error answers."""
+"""Dependencies that routes share, and the documentation of their error answers."""
 
 from typing import Annotated, Any, Final, Protocol
 
@@ -24,7 +24,7 @@ class ProblemField(BaseModel):
         description="JSON pointer into the request's body, or query/path parameter.", examples=["#/name"]
     )
     field: str = Field(description="Name of the field.", examples=["birth date"])
-    detail: str = Field(description="Why it is invalid.", examples=["must be between 1900 and today"])
+    detail: str = Field(description="Why the field is invalid.", examples=["must be between 1900 and today"])
     field_key: OptionalKey = None
     detail_key: OptionalKey = None
 
@@ -40,7 +40,7 @@ class Problem(BaseModel):
     next_step: str = Field("", description="What the user can do.", examples=["Load a recording first."])
     detail_key: OptionalKey = None
     next_step_key: OptionalKey = None
-    errors: list[ProblemField] = Field(default_factory=list, description="The invalid fields of an invalid request.")
+    errors: list[ProblemField] = Field(default_factory=list, description="Invalid fields, if the request is invalid.")
 
 
 class _Problems:
@@ -59,7 +59,7 @@ class _Problems:
     }
 
     def of(self, *statuses: int) -> dict[int | str, dict[str, Any]]:
-        """Return the value of a route's ``responses``."""
+        """Return the value of a route's ``responses`` for these statuses."""
         return {
             status: {
                 "description": self._SENTENCES[status],
@@ -106,8 +106,10 @@ def _figures(request: Request) -> FigureWorker:
 
 
 def _window(
-    start_s: Annotated[_Second | None, Query(description="Start of a window, seconds on the figure's clock.")] = None,
-    end_s: Annotated[_Second | None, Query(description="End of that window, seconds.")] = None,
+    start_s: Annotated[
+        _Second | None, Query(description="Start of the time window, seconds on the figure's clock.")
+    ] = None,
+    end_s: Annotated[_Second | None, Query(description="End of the time window, seconds.")] = None,
 ) -> Window | None:
     if start_s is None and end_s is None:
         return None

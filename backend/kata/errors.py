@@ -1,4 +1,4 @@
-"""Problems of a request, with a message for the user. ``api/errors.py`` turns them into problem documents (RFC 9457)."""
+"""Errors of requests, with a message for the user. ``api/errors.py`` turns them into problem documents (RFC 9457)."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -8,10 +8,10 @@ from kata.messages import NO_TEXT, Template, Text
 
 
 class ProblemError(Exception):
-    """A request that cannot be fulfilled.
+    """A request cannot be fulfilled.
 
     :param status: HTTP status.
-    :param code: stable code of the kind of problem, for programs. Several messages may share it.
+    :param code: stable code of the kind of problem, for programs. Several messages may have the same code.
     :param message: the problem in one sentence.
     :param next_step: what the user can do.
     :param places: JSON pointer and message of each invalid field.
@@ -36,7 +36,7 @@ class ProblemError(Exception):
         self.headers = headers
 
     def at(self, place: str, message: Text) -> "ProblemError":
-        """Return the same problem with another message. The original message becomes the message of a field."""
+        """Return the same problem with another message. The original message becomes the message of the field at ``place``."""
         return ProblemError(self.status, self.code, message, self.next_step, [(place, self.message)])
 
 
@@ -49,7 +49,7 @@ def check_version(stored: datetime, seen: datetime | None) -> None:
     """Check that a record has not changed since the editor read it.
 
     :param stored: the record's ``updated_at``.
-    :param seen: the ``updated_at`` that the editor saw; None: no check.
+    :param seen: the ``updated_at`` that the editor saw; None skips the check.
     :raises ProblemError: 409 when the record has changed.
     """
     if seen and seen != stored:
@@ -57,7 +57,7 @@ def check_version(stored: datetime, seen: datetime | None) -> None:
 
 
 def edited_meanwhile() -> ProblemError:
-    """Return the problem of a record that another user has changed in the meantime: status 409."""
+    """Return the problem that another user has changed a record in the meantime: status 409."""
     return ProblemError(
         409,
         "edited_meanwhile",

@@ -71,7 +71,7 @@ _SENTENCES: Final = {
 SENTENCES: Final[dict[str, Template]] = {
     kind: message(f"invalid_{kind}", english) for kind, english in _SENTENCES.items()
 }
-"""By pydantic's type of error or Kata's own. The parameters are bounds."""
+"""Message template by type of error, which is pydantic's or Kata's own. The parameters are bounds."""
 
 _NAMES: Final = (
     "access_token_id",
@@ -222,7 +222,7 @@ _NAMES: Final = (
     "written_by",
 )
 NAMES: Final[dict[str, Template]] = {name: message(f"field_{name}", name.replace("_", " ")) for name in _NAMES}
-"""By field, without the unit in its name."""
+"""Name of a field by its identifier without the unit."""
 
 _UNITS: Final = {
     "_deg_s": "degrees a second",
@@ -235,7 +235,7 @@ _UNITS: Final = {
     "_nm": "newton metres",
 }
 UNITS: Final[dict[str, Template]] = {ending: message(f"unit{ending}", english) for ending, english in _UNITS.items()}
-"""By the suffix of a field's name."""
+"""Unit by the suffix of a field's name."""
 
 
 def sentence(kind: str, english: str, bounds: Mapping[str, Any]) -> Text:
@@ -255,7 +255,7 @@ def sentence(kind: str, english: str, bounds: Mapping[str, Any]) -> Text:
 
 
 def name(path: Sequence[str | int]) -> Text:
-    """Return the name of the field at a path in a request: ``limits 1, highest (degrees)``."""
+    """Return the name of the field at a path in a request, for example ``limits 1, highest (degrees)``."""
     if not path:
         return texts.WHOLE_REQUEST()
     found: Text | None = None

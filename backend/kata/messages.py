@@ -1,15 +1,15 @@
-"""Messages by code: each text of the service has a stable code, typed parameters and an English template.
+"""Messages by code. Each text of the service has a stable code, typed parameters and an English template.
 
 A package declares its messages in its ``texts.py``. Calling a template returns a :class:`Text`: the English sentence with its code and
 parameters. The service sends both; the page translates by code (``frontend/src/lib/serverText.ts``).
 
 A placeholder contains the type of its parameter after a colon:
 
-- ``d``: an integer. ``.1f``, ``.3g``, ``g``: a number, shown like this.
-- ``name``: typed by a person, or by another system. It is never translated.
-- ``text``: another Text. It is translated by its own code, and loses its full stop.
+- ``d``: an integer. ``.1f``, ``.3g``, ``g``: a number in this format.
+- ``name``: a text that a person typed or another system sent. It is never translated.
+- ``text``: another Text. It is translated by its own code and loses its full stop.
 - ``sentence``: another Text that keeps its full stop.
-- ``texts``: several of them, joined by semicolons.
+- ``texts``: several Texts, joined by semicolons.
 """
 
 import math
@@ -20,11 +20,11 @@ from typing import Any, Final, Self, overload
 import msgspec
 
 Param = int | float | str | dict[str, Any] | list[dict[str, Any]]
-"""A parameter as it is sent; a nested Text is an object with ``code``, ``params`` and ``text``."""
+"""A parameter in the form in which it is sent. A nested Text is an object with ``code``, ``params`` and ``text``."""
 
 
 class MessageKey(msgspec.Struct, frozen=True):
-    """Code and parameters of a text, as they are sent beside its English."""
+    """Code and parameters of a text, which are sent together with its English form."""
 
     code: str
     params: dict[str, Param] = {}
@@ -43,7 +43,7 @@ class Text(str):
         return self
 
     def __reduce__(self) -> tuple[type[Self], tuple[str, MessageKey]]:
-        """Keep code and parameters on the way to another process."""
+        """Keep code and parameters when the text is sent to another process."""
         return type(self), (str(self), self.key)
 
     def __str__(self) -> str:
@@ -60,21 +60,21 @@ NO_TEXT: Final = Text("", MessageKey(""))
 
 
 class Template:
-    """A message with its code; call it with its parameters."""
+    """A message with its code. Call it with its parameters to get a text."""
 
     def __init__(self, code: str, english: str) -> None:
-        """``english``: with placeholders such as ``{motor:d}``; see the module."""
+        """``english``: English text with placeholders such as ``{motor:d}``; see the module."""
         self.code = code
         self.english = english
         self._parts = tuple((literal, name, spec or "") for literal, name, spec, _ in string.Formatter().parse(english))
         self.params: Mapping[str, str] = {name: spec for _, name, spec in self._parts if name is not None}
-        """The type of each parameter, by its name."""
+        """Type of each parameter by name."""
         self._whole = None if self.params else Text(english.format(), MessageKey(code))
 
     def __call__(self, **params: object) -> Text:
         """Return the text.
 
-        :raises TypeError: when the parameters are not the declared ones.
+        :raises TypeError: when the parameters differ from the declared ones.
         """
         if params.keys() != self.params.keys():
             raise TypeError(f"{self.code} needs {sorted(self.params)}, not {sorted(params)}")
@@ -89,13 +89,13 @@ class Template:
 
 
 CATALOGUE: Final[dict[str, Template]] = {}
-"""Every declared message, by its code. Importing a package's ``texts`` declares its messages."""
+"""Every declared message by code. Importing a package's ``texts`` declares the messages of the package."""
 
 
 def message(code: str, english: str) -> Template:
-    """Declare a message.
+    """Declare a message and return its template.
 
-    :raises ValueError: when the code is declared already.
+    :raises ValueError: when the code is already declared.
     """
     if code in CATALOGUE:
         raise ValueError(f"two messages have the code {code}")
@@ -107,7 +107,7 @@ def key_of(text: Text) -> MessageKey: ...
 @overload
 def key_of(text: str | None) -> MessageKey | None: ...
 def key_of(text: str | None) -> MessageKey | None:
-    """Return the code and parameters of a text; None for a string without."""
+    """Return the code and parameters of a text, or None for a string that has none."""
     return text.key if isinstance(text, Text) and text.key.code else None
 
 
@@ -147,17 +147,17 @@ def _nested(value: str) -> dict[str, Any]:
 
 
 def sent_key(text: str | None) -> dict[str, Any] | None:
-    """Return the code and parameters of a text as JSON; None for a string without."""
+    """Return the code and parameters of a text as JSON, or None for a string that has none."""
     sent: dict[str, Any] | None = msgspec.to_builtins(key_of(text))
     return sent
 
 
 def with_key(english: str, key: MessageKey | None) -> Text:
-    """Return a text that was sent as its English and its key. A text without a code gets an empty one."""
+    """Return the text that was sent as its English form and its key. A text without a code gets an empty code."""
     return Text(english, key or MessageKey(""))
 
 
 def text_of(error: BaseException) -> Text:
-    """Return the message of an exception; without a code unless it was raised with a Text."""
+    """Return the message of an exception. It has no code unless the exception was raised with a Text."""
     message = error.args[0] if error.args else ""
     return message if isinstance(message, Text) else with_key(str(error), None)

@@ -1,6 +1,6 @@
 """The envelope of every list, and keyset pagination for lists that grow without bound.
 
-A page begins behind the last row of the page before, so each page costs the same. The total is not counted.
+A page begins after the last row of the previous page, so that every page costs the same. The total is not counted.
 """
 
 from base64 import urlsafe_b64decode, urlsafe_b64encode
@@ -21,14 +21,12 @@ Row = TypeVar("Row")
 Keys = TypeVar("Keys", bound=tuple[Any, ...])
 Selected = TypeVar("Selected", bound=Select[*tuple[Any, ...]])
 
-Limit = Annotated[int, Query(ge=1, le=200, description="How many at most.")]
+Limit = Annotated[int, Query(ge=1, le=200, description="Maximum number of rows.")]
 After = Annotated[
     str | None,
-    Query(max_length=1000, description="`next` of the page before; without it, the list from its beginning."),
+    Query(max_length=1000, description="`next` of the previous page; by default the list starts at its beginning."),
 ]
-Next = Annotated[
-    str | None, Field(description="Ask for the next page with this as `after`; null at the end of the list.")
-]
+Next = Annotated[str | None, Field(description="Value of `after` for the next page; null at the end of the list.")]
 
 
 class Page(Schema, Generic[Item]):
@@ -39,12 +37,12 @@ class Page(Schema, Generic[Item]):
 
     @classmethod
     def complete(cls, items: list[Item]) -> Self:
-        """Return a whole list. Used for lists that are bounded by nature, which have no pages."""
+        """Return a whole list. Use it for lists that are short by nature and have no pages."""
         return cls(items=items, next=None)
 
 
 class Keyset(Generic[Keys]):
-    """The order of a list, by columns whose values together are unique."""
+    """The order of a list, given by columns whose combined values are unique."""
 
     def __init__(
         self, kinds: type[Keys], *columns: InstrumentedAttribute[Any] | ColumnElement[Any], descending: bool = False
@@ -57,7 +55,7 @@ class Keyset(Generic[Keys]):
     def page(self, query: Selected, after: str | None, limit: int) -> Selected:
         """Return the query of a page and one more row, which shows whether another page follows.
 
-        :raises ProblemError: 422 when ``after`` is damaged.
+        :raises ProblemError: 422 when ``after`` is not a valid cursor.
         """
         if after is not None:
             there = tuple_(
@@ -80,7 +78,7 @@ class Keyset(Generic[Keys]):
             keys = self._adapter.validate_json(urlsafe_b64decode(after.encode()))
         except ValueError as error:
             raise _DAMAGED from error
-        # No column holds it, and PostgreSQL rejects it.
+        # No column contains this character, and PostgreSQL rejects it.
         if any("\0" in key for key in keys if isinstance(key, str)):
             raise _DAMAGED
         return keys

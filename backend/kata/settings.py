@@ -1,4 +1,4 @@
-"""Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
+"""Settings of the service. The command line overrides the environment (``KATA_...``), which overrides these defaults."""
 
 import logging
 import os
@@ -25,15 +25,15 @@ FORMER_NAMES: Final = {
     "metrics_token": "metrics_token_file",
     "sign_in_hours": "login_session_hours",
 }
-"""Settings that were renamed. The environment may still use a former name in this release; the log warns."""
+"""New name by former name of each renamed setting. In this release the environment may still use a former name; the log then warns."""
 _warned: set[str] = set()
 
 
 class _FormerNamesSource(PydanticBaseSettingsSource):
-    """Reads settings from environment variables with former names."""
+    """Reads settings from environment variables that have former names."""
 
     def get_field_value(self, field: FieldInfo, field_name: str) -> tuple[Any, str, bool]:
-        """Return the value of one field; None where no former name is set."""
+        """Return the value of one field, or None if no former name is set."""
         former = next((former for former, name in FORMER_NAMES.items() if name == field_name), None)
         variable = f"KATA_{former.upper()}" if former else ""
         value = os.environ.get(variable) or None
@@ -45,13 +45,13 @@ class _FormerNamesSource(PydanticBaseSettingsSource):
         return value, field_name, False
 
     def __call__(self) -> dict[str, Any]:
-        """Return all settings that former names set."""
+        """Return all settings that are set by former names."""
         found = {name: self.get_field_value(field, name)[0] for name, field in self.settings_cls.model_fields.items()}
         return {name: value for name, value in found.items() if value is not None}
 
 
 class Settings(BaseSettings):
-    """Everything that differs between installations. What differs between stations is in their TOML files."""
+    """All settings that differ between installations. Settings that differ between stations are in their TOML files."""
 
     model_config = SettingsConfigDict(env_prefix="KATA_", env_ignore_empty=True, extra="ignore")
 
@@ -67,64 +67,69 @@ class Settings(BaseSettings):
     seed: int | None = None
     """Varies the simulated mechanics by up to 30 %."""
     rate_hz: int | None = None
-    """Overrides the station's rate."""
+    """Rate that replaces the station's."""
     real_time: bool = True
     """Let the control loop request real-time privileges."""
     taught: Path | None = None
     """Folder of recorded motions (CSV) that the simulated hand can follow."""
     clinic_name: str = ""
-    """First line of the head of printed reports. Empty parts of the head are left out."""
+    """First line of the head of printed reports. Empty parts of the head are not printed."""
     clinic_address: str = ""
-    """Lines separated by ``|``."""
+    """Address in the head of printed reports; lines separated by ``|``."""
     clinic_phone: str = ""
     clinic_logo: Path | None = None
-    """PNG or SVG, up to 256 kB."""
+    """Logo in the head of printed reports: PNG or SVG, up to 256 kB."""
     clinic_time_zone: str = ""
     """IANA name of the time zone of printed reports (``Asia/Tokyo``); empty: this computer's."""
     fhir_identifier_system: str = Field(default="", max_length=255)
     """System of the clinic's patient numbers in FHIR, a URI (JP Core: ``urn:oid:1.2.392.100495.20.3.51.1`` and the clinic's ten digits).
-    Empty: one that is the same in every clinic that runs Kata."""
+    Empty: a system that is the same in every clinic that runs Kata.
+    """
     fhir_profiles: str = ""
     """Profiles that exported FHIR resources claim in ``meta.profile``: ``Type=address``, separated by commas."""
     backup_dir: Path | None = None
     """Folder for backups, preferably on another disk or computer; default: ``backups`` in the data folder."""
     backup_time: str = "02:30"
-    """Time of the daily backup by the clinic's clock, or ``never``. A computer that was off at that time makes it later."""
+    """Time of the daily backup by the clinic's clock, or ``never``. A computer that is off at that time makes the backup later."""
     backup_key: Path | None = None
     """The key that opens backups; default: ``backup-key.txt`` in the data folder."""
     backup_recipients: str = ""
-    """Further public keys (age1...) that backups are encrypted for, separated by commas."""
+    """Further public keys (age1...) for which backups are encrypted, separated by commas."""
     audit_anchor: Path | None = None
     """File outside the database that anchors the audit trail; default: in the data folder."""
     audit_anchor_copy: Path | None = None
-    """A second file, on another disk or computer, that gets every line of the anchor, too. Its folder must exist. It reveals that database
-    and anchor were cut or replaced together. A program or person that can also change this file can hide that."""
+    """A second file, on another disk or computer, that also gets every line of the anchor. Its folder must exist. It reveals that
+    database and anchor were cut or replaced together, unless the same program or person can also change this file.
+    """
     host: str = "127.0.0.1"
     port: int = 8000
     allowed_hosts: str = ""
-    """Names and addresses by which browsers may reach the service, besides this computer's own; separated by commas."""
+    """Names and addresses, besides this computer's own, by which browsers may reach the service; separated by commas."""
     tls_certificate: Path | None = None
-    """The clinic's certificate with its chain (PEM). Without one, a service that others can reach makes a self-signed certificate."""
+    """The clinic's certificate with its chain (PEM). Without it, a service that other computers can reach makes a self-signed
+    certificate.
+    """
     tls_key: Path | None = None
     """The certificate's private key (PEM, without a password), readable only by the service's user."""
     metrics_token_file: Path | None = None
     """File with the token for /metrics, at least 20 characters. Without it only logged-in users may read metrics."""
     log_format: Literal["plain", "json"] = "plain"
-    """json: one object per line, for log collectors."""
+    """``json``: one object per line, for log collectors."""
     plain_http: bool = False
-    """Serve without encryption although others can reach the service: only behind a proxy that encrypts."""
+    """Serve without encryption although other computers can reach the service. Use it only behind a proxy that encrypts."""
     connections_per_address: int = Field(default=100, ge=10)
-    """Connections of one address that are open or whose request is still being answered; trusted proxies have no such limit. As many may be
-    opened each second, and twice as many at once. A page has up to seven."""
+    """Maximum number of connections of one address that are open or whose request is still being answered. Trusted proxies have no such
+    limit. An address may open this number of connections each second, and twice this number at once. A page has up to seven.
+    """
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are trusted, separated by commas; empty: none."""
 
     idle_minutes: float = Field(default=15.0, gt=0)
-    """After this time without activity of the user the screen locks. A running session stays visible and can be stopped."""
+    """The screen locks after this time without activity of the user. A running session stays visible and can be stopped."""
     login_session_hours: float = Field(default=12.0, gt=0)
-    """A login session ends after this time, also with activity."""
+    """A login session ends after this time, even with activity."""
     second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
-    """The accounts that must have a second factor; all others may."""
+    """The accounts that must have a second factor. All others may have one."""
     second_factor_key: Path | None = None
     """The key that encrypts second factors in the database; default: ``second-factor-key.txt`` in the data folder. All services on one
     database need the same key."""
@@ -133,12 +138,13 @@ class Settings(BaseSettings):
     openid_client_id: str = ""
     """The provider's client id for this service."""
     openid_secret_file: Path | None = None
-    """File with the client secret, readable only by the service's user; none for a public client."""
+    """File with the client secret, readable only by the service's user; empty for a public client."""
     openid_name: str = Field(default="The clinic's sign-in", min_length=1, max_length=60)
     """The provider's name on the login page."""
     openid_second_factor: str = ""
-    """Values of ``acr`` or ``amr``, separated by commas, with which the provider states that it has checked a second factor. Without one
-    of these values Kata asks for its own."""
+    """Values of ``acr`` or ``amr``, separated by commas, by which the provider states that it has checked a second factor. Without one
+    of these values Kata asks for its own second factor.
+    """
 
     @classmethod
     def settings_customise_sources(
@@ -146,7 +152,7 @@ class Settings(BaseSettings):
         env_settings: PydanticBaseSettingsSource, dotenv_settings: PydanticBaseSettingsSource,
         file_secret_settings: PydanticBaseSettingsSource,
     ) -> tuple[PydanticBaseSettingsSource, ...]:  # fmt: skip
-        """Read former names where the current name is not set."""
+        """Read former names if the current name is not set."""
         return init_settings, env_settings, _FormerNamesSource(settings_cls)
 
     @field_validator("data")
@@ -161,7 +167,7 @@ class Settings(BaseSettings):
             if url:
                 make_url(url)
         except (ArgumentError, ValueError) as error:
-            # The value may contain a password.
+            # The message must not contain the value, which may contain a password.
             raise ValueError(
                 "must be the address of a database, such as postgresql+psycopg://kata@server/kata"
             ) from error
@@ -235,13 +241,15 @@ class Settings(BaseSettings):
         return self
 
     def as_environment(self) -> dict[str, str]:
-        """Return the environment variables that give another process the same settings. Arguments would show a password in process lists."""
+        """Return the environment variables that give another process the same settings, because process lists would show a password in
+        arguments.
+        """
         values = self.model_dump(mode="json", exclude_none=True)
         return {f"KATA_{name.upper()}": str(value) for name, value in values.items()}
 
     @property
     def encrypted(self) -> bool:
-        """Return whether the service uses TLS: it has the clinic's certificate, or others can reach it without a proxy."""
+        """Return whether the service uses TLS: it has the clinic's certificate, or other computers can reach it without a proxy."""
         return self.tls_certificate is not None or not (self.is_on_loopback or self.plain_http)
 
     @property
@@ -276,12 +284,14 @@ class Settings(BaseSettings):
 
     @property
     def spool(self) -> Path:
-        """Return the folder of records of the station that are not yet in the database."""
+        """Return the folder of the station's records that are not yet in the database."""
         return self.data / "spool"
 
     @property
     def unlisted_proxy_file(self) -> Path:
-        """Return the file with the address of a proxy that ``trusted_proxies`` lacks; the service writes it, ``kata doctor`` reads it."""
+        """Return the file with the address of a proxy that ``trusted_proxies`` lacks. The service writes it, and ``kata doctor`` reads
+        it.
+        """
         return self.data / "unlisted-proxy.txt"
 
     @property
@@ -330,7 +340,7 @@ def describe_errors(error: ValidationError) -> str:
 
 
 def by_tls(database_url: str) -> str:
-    """Return the URL with ``sslmode=verify-full`` where PostgreSQL is on another computer and the URL has no ``sslmode``."""
+    """Return the URL with ``sslmode=verify-full`` if PostgreSQL is on another computer and the URL has no ``sslmode``."""
     url = make_url(database_url)
     given = url.query.get("host") or url.host or ""
     hosts = [host for part in ((given,) if isinstance(given, str) else given) for host in part.split(",") if host]
@@ -352,7 +362,7 @@ def is_safe(url: object) -> bool:
 
 
 def _is_uri(text: str) -> bool:
-    """Return whether the text is an absolute URI without spaces, as FHIR wants it."""
+    """Return whether the text is an absolute URI without spaces, as FHIR requires."""
     scheme, colon, rest = text.partition(":")
     return bool(colon and rest) and scheme.isalpha() and not any(sign.isspace() for sign in text)
 

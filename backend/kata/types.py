@@ -12,15 +12,15 @@ from kata.database.base import utc_now
 
 LONGEST_NAME: Final = 100
 NO_NUL: Final = r"^[^\x00]*$"
-"""PostgreSQL cannot store a text with a zero character."""
+"""Pattern of a text without a zero character, which PostgreSQL cannot store."""
 Side = Literal["left", "right"]
 Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)]
 Doer = Annotated[str, StringConstraints(strip_whitespace=True, max_length=LONGEST_NAME, pattern=NO_NUL)]
-"""Name of the person who has done something; may be empty."""
+"""Name of the person who has done something. It may be empty."""
 
 
 def side_of(stored: str) -> Side:
-    """Return the side that a row contains."""
+    """Return the side that is stored in a row."""
     return "left" if stored == "left" else "right"
 
 
@@ -30,7 +30,7 @@ def _or_own_name(given: str) -> str:
 
 
 By = Annotated[Doer, AfterValidator(_or_own_name), Field(validate_default=True)]
-"""Name of the person who has done something; an empty one becomes the user's name. Use it with the default ``""``."""
+"""Name of the person who has done something. An empty name becomes the user's name. Use it with the default ``""``."""
 Note = Annotated[str, StringConstraints(strip_whitespace=True, max_length=10_000, pattern=NO_NUL)]
 _NUMBER: Final = re.compile(r"\s*[+-]?[\d.]+(e[+-]?\d+)?\s*", re.IGNORECASE)
 _EASTERNMOST: Final = timedelta(hours=14)
@@ -62,7 +62,9 @@ def _is_number(given: Any) -> bool:
 
 
 def _in_utc(moment: datetime) -> datetime:
-    """Return the time in UTC. At either end of the calendar there is no such time; no record lies there."""
+    """Return the time in UTC. A time at either end of the calendar cannot be converted and is returned unchanged; no record has such a
+    time.
+    """
     try:
         return moment.astimezone(UTC)
     except OverflowError:
@@ -77,13 +79,15 @@ Moment = Annotated[
     datetime, BeforeValidator(written_moment), Field(description="UTC.", examples=["2026-11-21T09:30:00Z"])
 ]
 Fixture = Literal["arm_fixer_1", "arm_fixer_2", "elbow_fixer_1", "elbow_fixer_2"]
-"""A fixture of the arm: arm fixer 1 for motions 1-5; arm fixer 2 for motion 6, with elbow fixer 1 in teaching and 2 in playback."""
-Pain = Annotated[int, Field(ge=0, le=10, description="0 none, 10 the worst imaginable.", examples=[3])]
+"""A fixture of the arm. Arm fixer 1 is for motions 1-5. Arm fixer 2 is for motion 6, with elbow fixer 1 during teaching and 2 during
+playback.
+"""
+Pain = Annotated[int, Field(ge=0, le=10, description="0: no pain; 10: the worst imaginable pain.", examples=[3])]
 Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
 
 
 class Schema(BaseModel):
-    """Base of requests and responses. An unknown field is an error, so a misspelt field is never ignored."""
+    """Base of requests and responses. An unknown field is an error, so that a misspelt field is not ignored."""
 
-    # Values stay out of error messages and logs.
+    # Values must not appear in error messages and logs.
     model_config = ConfigDict(extra="forbid", from_attributes=True, hide_input_in_errors=True)

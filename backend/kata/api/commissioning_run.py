@@ -54,7 +54,9 @@ class CommissioningRun:
     def __init__(
         self, station: Station, station_file: Path | None, data: Path, on_passed: Callable[[StationConfig, str], None]
     ) -> None:
-        """``station_file``: of the real apparatus; a simulated one practises in ``data``. ``on_passed``: with the new configuration and who made it."""
+        """``station_file``: file of the real apparatus; a simulated one practises in ``data``. ``on_passed`` gets the new configuration
+        and the name of the user who started the run.
+        """
         self._station, self._station_file, self._data = station, station_file, data
         self._on_passed = on_passed
         self._child: asyncio.subprocess.Process | None = None

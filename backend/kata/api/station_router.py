@@ -66,7 +66,7 @@ _METHOD_TEXTS: Final[dict[tuple[Method, bool], tuple[Text, ...]]] = {
     ("learned", False): (texts.PLAYED_LEARNED_NOTHING(),),
     ("learned", True): (texts.PLAYED_LEARNED(),),
 }
-"""Texts of the playback method that are shown with the changes to the recording. Only the learned method plays with a correction."""
+"""Texts by playback method and by whether the run has a correction. The page shows them with the changes to the recording."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 _GUARDED: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 422, 503)
 
@@ -155,7 +155,10 @@ class LoadRequest(PlaybackSettings):
     session_id: UUID
     recording_id: UUID
     programme_position: int | None = Field(
-        None, ge=1, le=1000, description="Position in the session's programme; null: the recording was chosen outside the programme."
+        None,
+        ge=1,
+        le=1000,
+        description="Position in the session's programme; null: the recording was chosen outside the programme.",
     )
     load_level: LoadLevel
     method: Method = Field(
@@ -168,7 +171,9 @@ class LoadRequest(PlaybackSettings):
 class LeaseRequest(Schema):
     """A request to operate the apparatus from this browser."""
 
-    take_over: StrictBool = Field(False, description="Take the lease even if another browser holds it; that browser is notified.")
+    take_over: StrictBool = Field(
+        False, description="Take the lease even if another browser holds it; that browser is notified."
+    )
 
 
 class DriveTrendData(Schema):

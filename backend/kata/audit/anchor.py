@@ -1,7 +1,7 @@
-"""The anchor: an append-only file outside the database. Each line has the head of the chain at one moment.
+"""The anchor: an append-only file outside the database. Each line contains the head of the chain at one time.
 
-Anyone who can change the database can compute a new chain or remove its end. The anchor reveals both. In turn, each row contains the number
-of anchor lines at that time, which reveals lines missing from the anchor's end.
+A person who can change the database can compute a new chain or remove its end. The anchor reveals both. Each row also contains the number
+of anchor lines at that time, which reveals lines that are missing from the anchor's end.
 """
 
 import json
@@ -23,14 +23,14 @@ class AnchorLine:
     """One line of an anchor."""
 
     line: int
-    """From 1, without gaps."""
+    """Number of the line, from 1 without gaps."""
     anchor: str
-    """Id of the anchor, the same in all its lines."""
+    """Id of the anchor. All its lines have the same id."""
     head: Head
 
 
 def read(path: Path) -> list[AnchorLine]:
-    """Return every readable line. A line that a power cut has damaged is left out, and its number is missing.
+    """Return every readable line. A line that a power cut has damaged is left out, so its number is missing.
 
     :raises OSError: when the file does not exist.
     """
@@ -44,13 +44,13 @@ def read(path: Path) -> list[AnchorLine]:
 
 
 def encode(line: AnchorLine) -> bytes:
-    """Return a line as it is in the file."""
+    """Return a line in the form that the file contains."""
     fields = {"line": line.line, "anchor": line.anchor, "number": line.head.number, "hash": line.head.hash.hex()}
     return json.dumps(fields).encode() + b"\n"
 
 
 class Anchor:
-    """The anchor file, opened for appending. One process opens it at a time, and one thread uses it."""
+    """The anchor file, opened for appending. Only one process may open it at a time, and only one thread may use it."""
 
     def __init__(self, path: Path) -> None:
         """:raises AnchorError: when the file cannot be opened."""
@@ -72,7 +72,7 @@ class Anchor:
     def add(self, head: Head) -> None:
         """Append and sync a line with the head of the chain.
 
-        :raises OSError: when the disk refuses.
+        :raises OSError: when the disk refuses the write.
         """
         line = AnchorLine(self.lines + 1, self.id, head)
         os.write(self._file, encode(line))

@@ -1,6 +1,6 @@
-"""The anchor's copy: a second file on another disk or computer (``KATA_AUDIT_ANCHOR_COPY``) that gets every line of the anchor, too.
+"""The anchor's copy: a second file on another disk or computer (``KATA_AUDIT_ANCHOR_COPY``) that also gets every line of the anchor.
 
-A user of this computer can cut database and anchor together. The copy reveals that if this user cannot change it.
+A user of this computer can cut database and anchor together. The copy reveals this, provided that the user cannot change the copy.
 """
 
 import logging
@@ -20,9 +20,9 @@ log = logging.getLogger(__name__)
 
 _RETRY_S: Final = 5.0
 _CLOSE_LIMIT_S: Final = 5.0
-"""The service's shutdown waits this long for the copy."""
+"""Seconds that the service's shutdown waits for the copy."""
 _MAX_PENDING: Final = 1000
-"""Lines in memory. With more, for example after an outage, the anchor is read again."""
+"""Maximum number of lines in memory. If more are missing, for example after an outage, the anchor is read again."""
 
 
 class AnchorCopy:
@@ -37,10 +37,10 @@ class AnchorCopy:
         *,
         retry_s: float = _RETRY_S,
     ) -> None:
-        """Start to append to ``file`` the lines of the anchor ``of`` that it lacks.
+        """Start to append to ``file`` the lines of the anchor ``of`` that ``file`` lacks.
 
         :param data: the data folder.
-        :param on_ahead: called once, from the thread, with the last line of a copy that is ahead of the anchor.
+        :param on_ahead: called once, from the copy's thread, with the copy's last line if the copy is ahead of the anchor.
         """
         self.file, self._anchor_file, self._data, self._on_ahead, self._retry_s = file, of, data, on_ahead, retry_s
         self.is_elsewhere = False
@@ -52,24 +52,24 @@ class AnchorCopy:
         self._newest = self._last_line_at_start = max((line.line for line in lines), default=0)
         self._written: int | None = None
         self.failing_since: datetime | None = None
-        """Since when lines cannot be appended; None: they can."""
+        """Time since which lines cannot be appended; None if they can."""
         self._thread = threading.Thread(target=self._run, name="audit anchor copy", daemon=True)
         self._thread.start()
 
     def add(self, line: AnchorLine) -> None:
-        """Append a line of the anchor. Returns at once."""
+        """Append a line of the anchor. Return at once."""
         with self._changed:
             self._newest = line.line
             self._pending.append(line)
             self._changed.notify_all()
 
     def until_written(self, limit_s: float) -> bool:
-        """Return whether the copy has all lines within ``limit_s`` seconds."""
+        """Wait at most ``limit_s`` seconds. Return whether the copy then has all lines."""
         with self._changed:
             return self._changed.wait_for(lambda: self._written == self._newest, limit_s)
 
     def close(self) -> None:
-        """Wait for the last lines while the copy can be written, and end the thread."""
+        """Wait for the last lines if the copy can be written, then end the thread."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -97,9 +97,9 @@ class AnchorCopy:
                     return
 
     def _append(self) -> None:
-        """Append the missing lines. The file is opened each time: its disk may have been taken away and mounted again."""
+        """Append the missing lines. The file is opened each time, because its disk may have been unmounted and mounted again."""
         if self._written is None:
-            # A copy ahead of the anchor shows that the anchor was cut. It keeps its lines, and gets only new ones.
+            # A copy ahead of the anchor shows that the anchor was cut. The copy keeps its lines and gets only new ones.
             lines = anchor.read(self.file) if self.file.exists() else []
             last = max(lines, key=lambda line: line.line, default=None)
             self._written = min(last.line, self._last_line_at_start) if last else 0
@@ -111,7 +111,7 @@ class AnchorCopy:
             newest = self._newest
         if newest > self._written and (not missing or missing[0].line != self._written + 1):
             missing = [line for line in anchor.read(self._anchor_file) if self._written < line.line <= newest]
-        # The folder is not created: where a disk is not mounted, the copy would be on this computer's disk.
+        # The folder is not created, because the copy would be on this computer's disk if the other disk is not mounted.
         descriptor = os.open(self.file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o600)
         try:
             size = os.fstat(descriptor).st_size
@@ -128,7 +128,7 @@ class AnchorCopy:
 def is_elsewhere(file: Path, data: Path) -> bool:
     """Return whether a file is on another disk than the data folder, or on another computer.
 
-    False also while the file's folder does not exist, for example when its disk is not mounted.
+    Also return False if the file's folder does not exist, for example because its disk is not mounted.
     """
     existing = next(path for path in (data, *data.parents) if path.exists())
     try:

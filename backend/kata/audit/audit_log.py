@@ -1,7 +1,8 @@
 """The audit trail of a service.
 
-Changes: :class:`AuditHook` adds their rows to the transaction that makes them (see :meth:`kata.database.engine.Database.write`). Views and
-refusals change no row: :class:`AuditLog` queues them on disk and delivers them to the database. A thread anchors the chain's head in a file.
+:class:`AuditHook` adds the rows of a change to the transaction that makes the change (see :meth:`kata.database.engine.Database.write`).
+    Views and refusals change no row, so :class:`AuditLog` queues them on disk and delivers them to the database. A thread anchors the
+    chain's head in a file.
 """
 
 import asyncio
@@ -32,18 +33,18 @@ from kata.audit.tables import AuditRow
 from kata.database.engine import Database
 
 ROWS: Final = "kata.audit"
-"""The logger of every row, used only if the log is collected (``api/logs.py``)."""
+"""Name of the logger that writes every row. It is used only if the log is collected (``api/logs.py``)."""
 
 log = logging.getLogger(__name__)
 _row_log = logging.getLogger(ROWS)
 
 _FULL_POLL_S: Final = 0.2
 _SHUTDOWN_LIMIT_S: Final = 10.0
-"""The service's shutdown waits this long for the database."""
+"""Seconds that the service's shutdown waits for the database."""
 _FOREIGN_HEAD_PERIOD_S: Final = 60.0
-"""Period of anchoring heads that other services on the same database have written."""
+"""Seconds between two checks for heads that other services on the same database have written, which are then anchored."""
 _HEAD_LOG_PERIOD_S: Final = 3600.0
-"""Period of writing the head to the log, from where a log collector takes it to another computer."""
+"""Seconds between two heads in the log, from where a log collector takes them to another computer."""
 _ANCHOR_RETRY_S: Final = 5.0
 _RECENT_ROWS: Final = 1000
 _CHANGES: Final = "changes"
@@ -51,7 +52,7 @@ _HEAD: Final = "head"
 
 
 class AuditHook:
-    """Adds the audit rows of every writing session to its transaction. Tools use it alone; the service uses :class:`AuditLog`."""
+    """Adds the audit rows of every writing session to its transaction. Commands use it directly; the service uses :class:`AuditLog`."""
 
     def __init__(self, database: Database) -> None:
         """Register as the database's session hook."""
@@ -63,7 +64,7 @@ class AuditHook:
         session.info[_CHANGES] = Changes(session)
 
     def about_to_commit(self, session: Session) -> None:
-        """Append the added entries. Without any, append one entry of the changes, under the request's action."""
+        """Append the session's added entries. If there are none, append one entry of its changes, under the request's action."""
         entries: list[Entry] = session.info.pop(ADDED, [])
         changes: Changes = session.info.pop(_CHANGES)
         if changes and entries:
@@ -88,28 +89,28 @@ class AuditHook:
             log_rows(head, entries)
 
     def _note_head(self, head: Head) -> None:
-        """Called with the new head of the chain."""
+        """Receive the new head of the chain."""
 
 
 class EntrySpool(Protocol):
-    """Queues entries on disk and delivers them to the database in order, also after an outage."""
+    """Queues entries on disk and delivers them to the database in order. It keeps them during an outage."""
 
     @property
     def has_room(self) -> bool:
         """Return whether entries that may wait can be queued."""
 
     def put_entry(self, entry: Entry) -> None:
-        """Queue an entry. Returns at once."""
+        """Queue an entry. Return at once."""
 
     def until_taken(self, limit_s: float) -> bool:
-        """Return whether the database has received all entries within ``limit_s`` seconds."""
+        """Wait at most ``limit_s`` seconds. Return whether the database then has all entries."""
 
 
 class AuditLog(AuditHook):
     """An :class:`AuditHook` that also records entries without a change, and anchors the chain in a file.
 
-    Entries without a change go through a spool on disk, so that no request waits for the database. They get their place in the chain
-    when they arrive there.
+    Entries without a change go through a spool on disk, so that no request waits for the database. They get their place in the chain when
+    they reach the database.
     """
 
     def __init__(
@@ -135,7 +136,7 @@ class AuditLog(AuditHook):
         self._clock = clock
         self._deduplicator = Deduplicator()
         self.recorded_views = RecordedViews()
-        """Used by the event loop's thread only."""
+        """Only the event loop's thread uses it."""
         self._changed = threading.Condition()
         self._head: Head | None = None
         self._closing = False
@@ -150,7 +151,7 @@ class AuditLog(AuditHook):
         self._thread.start()
 
     async def record(self, entry: Entry) -> None:
-        """Record a view or a refusal; equal entries once a minute. Waits, and so delays the answer, while the disk is full."""
+        """Record a view or a refusal; equal entries at most once a minute. While the disk is full, wait, which delays the answer."""
         while not self._spool.has_room:  # noqa: ASYNC110 - a disk does not signal free space
             await asyncio.sleep(_FULL_POLL_S)
         with self._changed:
@@ -159,11 +160,11 @@ class AuditLog(AuditHook):
             self._changed.notify_all()
 
     def record_at_once(self, entry: Entry) -> None:
-        """Record a command to the apparatus or an act of the program. Never waits."""
+        """Record a command to the apparatus or an action of the program. Never wait."""
         self._spool.put_entry(entry)
 
     def until_written(self, limit_s: float = 10.0) -> bool:
-        """Return whether all entries so far are in the database and anchored within ``limit_s`` seconds."""
+        """Wait at most ``limit_s`` seconds. Return whether all entries so far are then in the database and anchored."""
         until = time.monotonic() + limit_s
         if not self._spool.until_taken(limit_s):
             return False
@@ -171,7 +172,7 @@ class AuditLog(AuditHook):
             return self._changed.wait_for(lambda: self._head is None, max(0.0, until - time.monotonic()))
 
     def close(self) -> None:
-        """Record the last entries, wait for them while the database answers, and end the thread."""
+        """Record the last entries, wait for them if the database answers, and end the thread."""
         with self._changed:
             for counted in self._deduplicator.expire(float("inf")):
                 self._spool.put_entry(counted)
@@ -195,7 +196,9 @@ class AuditLog(AuditHook):
             self._changed.notify_all()
 
     def _record_start(self) -> None:
-        """Compare anchor and chain. Rows after the anchor are harmless (a crash before anchoring); a missing anchored row is not."""
+        """Compare anchor and chain. Rows after the last anchored one are harmless, because the service may have crashed before anchoring
+        them. A missing anchored row is an error.
+        """
         last = self._anchor.last
         with self._database.read() as session:
             present = chain.head(session)
@@ -223,11 +226,11 @@ class AuditLog(AuditHook):
 
     @property
     def elsewhere(self) -> list[Path]:
-        """Return the files on another disk or computer that contain the heads."""
+        """Return the files on another disk or computer that contain heads of the chain."""
         return self._anchor_elsewhere + ([self.copy.file] if self.copy and self.copy.is_elsewhere else [])
 
     def has_other_anchors(self, session: Session) -> bool:
-        """Return whether other services on this database anchor the trail, too: recent rows name another anchor."""
+        """Return whether other services on this database also anchor the trail: recent rows then name another anchor."""
         newest = chain.head(session).number
         other = AuditRow.anchor.not_in(("", self._anchor_id))
         query = select(AuditRow.number).where(AuditRow.number > newest - _RECENT_ROWS, other).limit(1)
@@ -273,7 +276,7 @@ class AuditLog(AuditHook):
 
 
 def _contains_anchored_head(session: Session, last: AnchorLine) -> bool:
-    """Return whether the chain contains the anchored head, or a restored backup explains why not."""
+    """Return whether the chain contains the anchored head, or a restored backup explains its absence."""
     if last.head == chain.NOTHING:
         return True
     stored = session.scalar(select(AuditRow.hash).where(AuditRow.number == last.head.number))
@@ -281,7 +284,7 @@ def _contains_anchored_head(session: Session, last: AnchorLine) -> bool:
 
 
 def log_rows(head: Head, entries: Sequence[Entry]) -> None:
-    """Log the rows up to ``head``, so that a log collector stores them outside this service's reach."""
+    """Log the rows up to ``head``, so that a log collector stores them where this service cannot change them."""
     if _row_log.isEnabledFor(logging.INFO):
         for number, entry in enumerate(entries, head.number - len(entries) + 1):
             row = {name: value for name, value in asdict(entry).items() if value not in ("", None)} | {"number": number}
@@ -291,7 +294,7 @@ def log_rows(head: Head, entries: Sequence[Entry]) -> None:
 
 
 def format_head(head: Head) -> str:
-    """Return a head as people store it outside the program's reach; ``kata audit verify --head`` accepts it."""
+    """Return a head in the form that people store elsewhere and that ``kata audit verify --head`` accepts."""
     return f"{head.number}:{head.hash.hex()}"
 
 

@@ -1,4 +1,4 @@
-"""The hash chain: each row of the audit trail has a hash of itself and the previous row, so no row can be changed alone."""
+"""The hash chain. Each row of the audit trail contains a hash of itself and the previous row, so no row can be changed alone."""
 
 import json
 from collections.abc import Sequence
@@ -19,22 +19,22 @@ COLUMNS: Final = (
     "number", "at", "account_id", "who", "role", "sign_in_id", "address", "action", "outcome", "patient_id", "subject",
     "station", "detail", "anchor", "anchored",
 )  # fmt: skip
-"""The hashed columns, in this order."""
+"""The hashed columns, in the order in which they are hashed."""
 _ENCODER: Final = json.JSONEncoder(separators=(",", ":"))
 _LOCK_KEY: Final = 0x6B617461
-"""Key of PostgreSQL's advisory lock. All advisory locks in this database are Kata's."""
+"""Key of PostgreSQL's advisory lock. Only Kata uses advisory locks in this database."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An audit entry without a place in the chain. The fields are stored as columns and in spools, so their names stay."""
+    """An audit entry without a place in the chain. Columns and spools store the fields by name, so the names must not change."""
 
     at: datetime
     account_id: UUID | None
     who: str
     role: str
     sign_in_id: UUID | None
-    """The login session."""
+    """Id of the login session."""
     address: str
     action: str
     outcome: Outcome
@@ -72,9 +72,11 @@ def head(session: Session) -> Head:
 
 
 def wait_for_others(session: Session) -> None:
-    """Wait until every writer that is about to commit has finished. This session then sees their rows. SQLite has one writer only."""
+    """Wait until every writer that is about to commit has finished. This session then sees their rows. SQLite needs no wait, because it
+    has only one writer.
+    """
     if session.get_bind().dialect.name == "postgresql":
-        # Release the lock at once: waiting for a row while holding it could cause a deadlock.
+        # Release the lock at once. Waiting for a row while holding the lock could cause a deadlock.
         with session.begin_nested() as savepoint:
             _take_lock(session)
             savepoint.rollback()
@@ -83,10 +85,10 @@ def wait_for_others(session: Session) -> None:
 def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: int) -> Head:
     """Append entries to the chain and return the new head, which becomes final with the commit.
 
-    Call it last before the commit: on PostgreSQL all other writers wait here until then.
+    Call it last before the commit, because on PostgreSQL all other writers wait here until the commit.
 
     :param anchor: id of this service's anchor.
-    :param anchored: number of synced lines in it.
+    :param anchored: number of synced lines in that anchor.
     """
     if session.get_bind().dialect.name == "postgresql":
         _take_lock(session)

@@ -1,4 +1,4 @@
-"""Collect the changes of a writing session for the audit trail: tables, ids and names of columns, never values."""
+"""Collect the changes of a writing session for the audit trail: tables, ids and column names, but no values."""
 
 from typing import Any, Final
 from uuid import UUID
@@ -17,16 +17,16 @@ _COLUMNS_NOT_COLLECTED: Final = {
     "access_tokens": frozenset({"last_used_at"}),
 }
 _MAX_ROWS: Final = 8
-"""If more rows of a table change, the trail contains only their number."""
+"""If more rows of a table change, the trail contains only the number of rows."""
 
 
 class Changes:
     """The changes of one session."""
 
     def __init__(self, session: Session) -> None:
-        """Begin to collect changes."""
+        """Start to collect the changes of ``session``."""
         self.patient_id: UUID | None = None
-        """The patient of the first changed row that has one."""
+        """Patient of the first changed row that has a patient."""
         self.subject = ""
         """Table and id of the first added row, else of the first changed row."""
         self._rows: dict[str, dict[str, dict[str, set[str]]]] = {"added": {}, "changed": {}, "removed": {}}

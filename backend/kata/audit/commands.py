@@ -114,7 +114,7 @@ def _print_verdict(verdict: "Verdict", head: str, anchors: list[Path], took_s: f
 
 
 def _describe_proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) -> str:
-    """Return what the verification proves, and what it does not."""
+    """Return a text that says what the verification proves and what it does not prove."""
     from kata.audit.anchor_copy import is_elsewhere
 
     elsewhere = [file for file in files if file not in lost and file.exists() and is_elsewhere(file, data)]

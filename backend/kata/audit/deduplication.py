@@ -1,6 +1,7 @@
 """Deduplicate audit entries.
 
-For one minute, because attackers repeat requests. For the whole login session, if a page asks again for what it shows: that is no new view.
+Equal entries are recorded once a minute, because attackers repeat requests. A page that refreshes what it shows makes no new view, so
+refreshes are not recorded during the whole login session.
 """
 
 import json
@@ -16,7 +17,7 @@ from kata.audit.entries import as_json
 WINDOW_S: Final = 60.0
 _MAX_WINDOWS: Final = 10_000
 _MAX_VIEWS: Final = 20_000
-"""Of all users. A refresh of a forgotten view is recorded as a view."""
+"""Maximum number of remembered views of all users. A refresh of a forgotten view is recorded as a view."""
 
 
 @dataclass(slots=True)
@@ -28,16 +29,18 @@ class _Window:
 
 
 class Deduplicator:
-    """Remembers the entries of the last minute by user, action, subject and outcome. One thread at a time may use it."""
+    """Remembers the entries of the last minute by user, action, subject and outcome. Only one thread at a time may use it."""
 
     def __init__(self) -> None:
         self._windows: dict[Hashable, _Window] = {}
-        """Ordered by their end."""
+        """Ordered by the end of the window."""
 
     def add(self, entry: Entry, now_s: float) -> list[Entry]:
-        """Return the entries to be recorded: those of :meth:`expire`, then this one unless an equal entry was recorded in its minute."""
+        """Return the entries to record: those of :meth:`expire`, and ``entry`` unless an equal entry was recorded within the last
+        minute.
+        """
         due = self.expire(now_s)
-        # Without a login only the address counts: otherwise each invented id would be remembered.
+        # Without a login only the address counts, because otherwise every invented id would be remembered.
         what = (entry.patient_id, entry.subject) if entry.account_id else None
         who = (entry.account_id, entry.sign_in_id, entry.address, entry.role)
         key = (*who, entry.action, what, entry.outcome, entry.detail)
@@ -50,7 +53,9 @@ class Deduplicator:
         return due
 
     def expire(self, now_s: float) -> list[Entry]:
-        """Remove ended windows. Return an entry with the number of repetitions for each refusal; repeated views are not counted."""
+        """Remove ended windows. Return, for each repeated refusal, an entry with the number of repetitions. Repeated views are not
+        counted.
+        """
         counted = []
         while (ends_s := self.next_s) is not None and (ends_s <= now_s or len(self._windows) > _MAX_WINDOWS):
             window = self._windows.pop(next(iter(self._windows)))
@@ -61,20 +66,20 @@ class Deduplicator:
 
     @property
     def next_s(self) -> float | None:
-        """Return the end of the next window; None if there is none."""
+        """Return the time at which the next window ends, or None if there is no window."""
         first = next(iter(self._windows.values()), None)
         return first.until_s if first else None
 
 
 class RecordedViews:
-    """Remembers which addresses each login session has viewed. Use it from one thread at a time.
+    """Remembers which addresses each login session has viewed. Only one thread at a time may use it.
 
-    A page marks the requests that refresh what it shows. The mark alone proves nothing: only a recorded view can be refreshed.
+    A page marks the requests that refresh what it shows. The mark is accepted only for a view that has been recorded.
     """
 
     def __init__(self) -> None:
         self._views: dict[Hashable, None] = {}
-        """Ordered by the last view."""
+        """Ordered by the time of the last view."""
 
     def add(self, entry: Entry, address: bytes) -> None:
         """Remember a recorded view. ``address``: path and query of the request."""
@@ -90,5 +95,5 @@ class RecordedViews:
 
     @staticmethod
     def _key(entry: Entry, address: bytes) -> Hashable:
-        # A hash, because an address may be long.
+        # The address is stored as a hash, because it may be long.
         return entry.sign_in_id, entry.role, entry.action, blake2b(address, digest_size=16).digest()

@@ -12,7 +12,7 @@ from kata.audit.chain import Entry, Outcome
 from kata.database.base import utc_now
 
 PROGRAM: Final = "Kata"
-"""The name of the actor when no user requested the action."""
+"""Name of the actor if no user requested the action."""
 ADDED: Final = "audit"
 """Key in ``Session.info`` of the entries that wait for the commit."""
 
@@ -52,8 +52,8 @@ def entry(
 def add_entry(session: Session, entry: Entry) -> None:
     """Add an entry to the trail when ``session``, one of :meth:`Database.write`, is committed.
 
-    It stands for all changes of the session. Without it, the audit hook makes an entry of the request's action. It must not contain a typed
-    user name, which may be a password.
+    The entry describes all changes of the session. Without an added entry, the audit hook makes one of the request's action. An entry must
+    not contain a user name as typed, because the user may have typed a password there.
     """
     session.info.setdefault(ADDED, []).append(entry)
 

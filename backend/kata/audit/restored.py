@@ -20,7 +20,7 @@ _ACTION: Final = "backup_restored"
 
 @dataclass(frozen=True, slots=True)
 class RestoredGap:
-    """The rows that a restore discarded: those from ``number`` that the anchor contains up to ``line``."""
+    """The rows that a restore discarded: those from ``number`` on that the anchor contains in lines up to ``line``."""
 
     number: int
     anchor: str

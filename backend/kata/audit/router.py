@@ -38,32 +38,32 @@ class AuditServices(Protocol):
 class AuditEntry(Schema):
     """An action, a view or a refused attempt."""
 
-    number: int = Field(description="In the chain, from 1 without gaps.")
+    number: int = Field(description="Number in the chain, from 1 without gaps.")
     at: datetime
     account_id: UUID | None = Field(
-        description="The user's account; without a login, the account of the attempted login. Null: neither."
+        description="The user's account; without a login, the account of the attempted login; null if there is neither."
     )
     who: str = Field(description="The user's name at that time; empty without a login.")
     role: str
     address: str = Field(description="Address of the browser.")
-    action: str = Field(description="The operation's name in this API, or the program's action.")
+    action: str = Field(description="The operation's name in this API, or the action of the program.")
     outcome: Outcome
     patient_id: UUID | None
-    subject: str = Field(description="The object, besides the patient.")
+    subject: str = Field(description="Object of the action, in addition to the patient.")
     station: str
     detail: dict[str, Any] = Field(description="Changed rows and fields, or the reason of a refusal.")
 
 
 class AuditHeads(Schema):
-    """The places outside the database that store heads of the trail, which reveal a cut."""
+    """The places outside the database that store heads of the trail. A stored head reveals that the trail was cut."""
 
-    elsewhere: list[str] = Field(description="Files with every head on another disk or computer.")
+    elsewhere: list[str] = Field(description="Files on another disk or computer that contain every head.")
     copy_file: str | None = Field(description="KATA_AUDIT_ANCHOR_COPY; null: not set.")
     failing_since: Moment | None = Field(
-        description="Since when the copy cannot be written; null: it can, or there is none."
+        description="Time since which the copy cannot be written; null: it can be written, or there is no copy."
     )
-    log: bool = Field(description="Every row is written to the log, for a log collector.")
-    other_stations: bool = Field(description="Other stations on the same database anchor the trail, too.")
+    log: bool = Field(description="True if every row is written to the log, for a log collector.")
+    other_stations: bool = Field(description="True if other stations on the same database also anchor the trail.")
 
 
 class AuditPage(Page[AuditEntry]):
@@ -89,7 +89,7 @@ def list_audit(
     limit: Limit = 50,
     after: After = None,
 ) -> AuditPage:
-    """Return the audit trail, newest first. Every given filter must match."""
+    """Return the entries that match every given filter, newest first."""
     services: AuditServices = request.app.state.services
     services.audit_log.until_written(1.0)
     wanted = (

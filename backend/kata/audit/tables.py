@@ -22,29 +22,29 @@ class AuditRow(Base):
     )
 
     number: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True)
-    """From 1, without gaps. An entry that an outage delayed has a higher number than later entries."""
+    """Number in the chain, from 1 without gaps. An entry that an outage delayed has a higher number than later entries."""
     at: Mapped[datetime] = mapped_column(UtcDateTime)
     account_id: Mapped[UUID | None]
-    """No foreign key: the trail outlives the rows that it names."""
+    """This is no foreign key, because the trail outlives the rows that it names."""
     who: Mapped[str] = mapped_column(String(100))
     """The user's name at that time, or the program's name if no user requested the action."""
     role: Mapped[str] = mapped_column(String(16))
     sign_in_id: Mapped[UUID | None]
-    """The login session."""
+    """Id of the login session."""
     address: Mapped[str] = mapped_column(String(64))
     action: Mapped[str] = mapped_column(String(64))
-    """The route's operation id, or what the program did."""
+    """Operation id of the route, or the action of the program."""
     outcome: Mapped[str] = mapped_column(String(8))
     """done, refused or failed."""
     patient_id: Mapped[UUID | None]
     subject: Mapped[str] = mapped_column(String(100))
-    """Kind and id of the object, besides the patient."""
+    """Kind and id of the object, in addition to the patient."""
     station: Mapped[str] = mapped_column(String(100))
     detail: Mapped[str] = mapped_column(Text)
-    """JSON: changed fields, or the reason of a refusal. Never a secret or data of a patient."""
+    """JSON: changed fields, or the reason of a refusal. It never contains a secret or data of a patient."""
     anchor: Mapped[str] = mapped_column(String(32))
-    """Id of the writing service's anchor file."""
+    """Id of the anchor file of the service that wrote the row."""
     anchored: Mapped[int] = mapped_column(BigInteger)
-    """Number of synced lines in that file."""
+    """Number of synced lines in that file when the row was written."""
     hash: Mapped[bytes] = mapped_column(LargeBinary(32))
     """SHA-256 of the previous row's hash and this row."""

@@ -1,8 +1,8 @@
 """Verify the audit trail (``kata audit verify``): find rows that were changed, added or removed.
 
-Four checks: each row against its hash, each number against the previous one, the chain against the anchor, and the anchor's length against
-the rows. They cannot detect that database and anchor were cut or replaced together. The anchor's copy or a head that is stored elsewhere
-reveals it.
+Four comparisons: each row with its hash, each number with the previous one, the chain with the anchor, and the anchor's length with the
+rows. They cannot detect that database and anchor were cut or replaced together. The anchor's copy, or a head that is stored elsewhere,
+reveals this.
 """
 
 import json
@@ -24,7 +24,7 @@ from kata.audit.tables import AuditRow
 _BATCH_ROWS: Final = 5000
 _HASH_BYTES: Final = 32
 _UNREADABLE: Final = (ValueError, TypeError, AttributeError, SQLAlchemyError)
-"""Errors of a column's type for a value of another type."""
+"""Errors that occur when a value does not have its column's type."""
 _MAX_FINDINGS: Final = 1000
 
 
@@ -46,7 +46,7 @@ class Verdict:
     lines: int = 0
     findings: list[ChainFinding] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    """Notable facts that are no damage."""
+    """Notable facts that are not damage."""
 
     @property
     def intact(self) -> bool:
@@ -61,15 +61,15 @@ class Verdict:
 
 @dataclass(slots=True)
 class _ComparedRows:
-    """Data of the rows that are compared with the anchors."""
+    """Data from the rows that are compared with the anchors."""
 
     wanted: set[int]
     hashes: dict[int, bytes] = field(default_factory=dict)
     anchored: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """By anchor: the highest number of lines that a row names, and that row's number."""
+    """Per anchor: the highest number of lines that a row names, and the number of that row."""
 
     def add(self, number: int, values: Sequence[Any]) -> None:
-        """Add the anchor and its length that a row names."""
+        """Add the anchor that a row names, and the anchor's length."""
         name, lines = values[-2:]
         if name and lines > self.anchored.get(name, (-1, 0))[0]:
             self.anchored[name] = (lines, number)
@@ -84,15 +84,17 @@ def verify(
     copies: Sequence[Path] = (),
     of_backup: int | None = None,
 ) -> Verdict:
-    """Verify the whole trail against all anchors, also while services write to both.
+    """Verify the whole trail against all anchors. Services may write to both meanwhile.
 
     :param known_head: a head that was stored elsewhere.
     :param copies: copies of these anchors, stored elsewhere.
-    :param export: receives each row as a line of JSON.
-    :param of_backup: the rows are a backup's, and the anchor had this many lines when the backup began. Further lines may contain later
+    :param export: file to which each row is written as a line of JSON.
+    :param of_backup: set if the rows are those of a backup: number of lines that the anchor had when the backup began. Further lines may
+        contain later
         rows, and anchors of other services are not checked.
     """
-    # Before the rows, because later lines contain later rows; and again after them, because later rows name more lines.
+    # The anchors are read before the rows, because later lines contain later rows, and again after the rows, because later rows name more
+    # lines.
     before = [_read_anchor(file) for file in anchors]
     elsewhere = [_read_anchor(file) for file in copies]
     verdict = Verdict()
@@ -161,7 +163,7 @@ def _verify_rows(session: Session, verdict: Verdict, seen: _ComparedRows, export
 
 
 def _read_rows(session: Session) -> Iterator[tuple[int, tuple[Any, ...] | None, bytes]]:
-    """Yield number, values and hash of each row, in order. The values are None if they do not fit their columns."""
+    """Yield number, values and hash of each row, in order. The values are None if they do not have the types of their columns."""
     table = AuditRow.__table__
     columns = [table.c[name] for name in COLUMNS]
     query = select(*columns, table.c.hash).order_by(table.c.number).limit(_BATCH_ROWS)
@@ -191,7 +193,7 @@ def _read_row(session: Session, query: Select[Any], number: int) -> tuple[Any, .
 def _compare_copy(
     copied: Sequence[AnchorLine], anchors: Sequence[Sequence[AnchorLine]], verdict: Verdict, file: Path
 ) -> None:
-    """Find lines of an anchor's copy that the anchor lacks. The anchor may have later ones, which the copy has not received yet."""
+    """Find lines of an anchor's copy that the anchor lacks. The anchor may have later lines that the copy has not received yet."""
     present = {line for lines in anchors for line in lines}
     missing = [line for line in copied if line not in present]
     if missing:
@@ -214,7 +216,7 @@ def _compare_copy(
 def _compare_chain(
     lines: Sequence[AnchorLine], verdict: Verdict, seen: _ComparedRows, name: str = "the anchor"
 ) -> None:
-    """Compare the chain with these lines of ``name``."""
+    """Compare the chain with these lines. ``name``: what the lines are called in a finding."""
     last = max((line.head.number for line in lines), default=0)
     end = verdict.head.number
     if last > end:
@@ -235,7 +237,7 @@ def _compare_chain(
 
 
 def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, seen: _ComparedRows) -> None:
-    """Check that the anchor itself is complete."""
+    """Check that no line of the anchor is missing or changed."""
     name = lines[0].anchor if lines else ""
     before, head = 0, 0
     for line in lines:

@@ -1,4 +1,4 @@
-"""Create, change and disable accounts. Their users set the passwords. The caller commits."""
+"""Create, change and disable accounts. The user of an account sets the password. The caller commits."""
 
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -19,18 +19,18 @@ CODE_VALIDITY: Final = timedelta(hours=24)
 
 
 def fold_username(username: str) -> str:
-    """Return a user name in its stored form, without differences of width and case."""
+    """Return a user name in its stored form, in which width and case make no difference."""
     return unicodedata.normalize("NFKC", username).strip().lower()
 
 
 def find_by_username(session: Session, username: str, *, to_change: bool = False) -> AccountRow | None:
-    """Return the account with this user name, disabled or not. ``to_change``: lock the row until the commit."""
+    """Return the account with this user name, even if it is disabled. ``to_change``: lock the row until the commit."""
     query = select(AccountRow).where(AccountRow.username == fold_username(username))
     return session.scalar(query.with_for_update() if to_change else query)
 
 
 def find_by_subject(session: Session, subject: str) -> AccountRow | None:
-    """Return the account that is linked with an OpenID subject, disabled or not. ``subject``: with its issuer."""
+    """Return the account that is linked with an OpenID subject, even if it is disabled. ``subject`` includes the issuer."""
     return session.scalar(select(AccountRow).where(AccountRow.oidc_subject == subject))
 
 
@@ -51,7 +51,7 @@ def list_all(session: Session) -> Sequence[AccountRow]:
 
 
 def stations_of(session: Session, account_id: UUID) -> list[str]:
-    """Return the names of an account's stations; empty: all stations."""
+    """Return the names of an account's stations. An empty list means all stations."""
     of_account = AccountStationRow.account_id == account_id
     return list(
         session.scalars(select(AccountStationRow.station).where(of_account).order_by(AccountStationRow.station))
@@ -79,13 +79,13 @@ def create(
 
 
 def set_stations(session: Session, row: AccountRow, stations: Iterable[str]) -> None:
-    """Set the stations of an account; none: all stations."""
+    """Set the stations of an account. No station means all stations."""
     session.execute(delete(AccountStationRow).where(AccountStationRow.account_id == row.id))
     session.add_all(AccountStationRow(account_id=row.id, station=station) for station in sorted(set(stations)))
 
 
 def link_subject(session: Session, row: AccountRow, subject: str | None, now: datetime) -> None:
-    """Link an account with an OpenID subject in place of its former one; None: remove the link.
+    """Link an account with an OpenID subject, which replaces the former one. None removes the link.
 
     :raises ProblemError: 409 when another account has this subject, or for a demonstration account.
     """
@@ -104,7 +104,7 @@ def link_subject(session: Session, row: AccountRow, subject: str | None, now: da
 
 
 def issue_code(row: AccountRow, now: datetime) -> str:
-    """Return a new one-time code for setting a password. Former codes become invalid."""
+    """Return a new one-time code for setting a password. Earlier codes become invalid."""
     code = secrets.new_code()
     row.code_hash, row.code_until = secrets.hash_secret(code), now + CODE_VALIDITY
     return code
@@ -165,7 +165,7 @@ def check_administrators_left(session: Session) -> None:
 
 
 def count_administrators(session: Session) -> int:
-    """Return the number of enabled administrators, without the demonstration's."""
+    """Return the number of enabled administrators, without the demonstration account."""
     counted = select(func.count()).where(
         AccountRow.role == "administrator",
         AccountRow.disabled_at.is_(None),

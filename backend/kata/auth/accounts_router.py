@@ -29,23 +29,23 @@ class AccountCreate(Schema):
     """A new account."""
 
     username: Username = Field(description="Unique; case and width make no difference.", examples=["yamada"])
-    name: Name = Field(description="The name in records.", examples=["Yamada Hanako"])
+    name: Name = Field(description="The user's name in records.", examples=["Yamada Hanako"])
     role: Role
     stations: Stations = Field(default_factory=list)
 
 
 class AccountUpdate(Schema):
-    """Changed fields of an account. ``updated_at`` is the one that the editor saw; if it has changed since, nothing is saved."""
+    """Changed fields of an account. ``updated_at`` is the value that the editor saw. If the account has changed since, nothing is saved."""
 
     name: Name | None = None
-    role: Role | None = Field(None, description="A changed role signs out all browsers of the account.")
-    stations: Stations | None = Field(None, description="Changed stations sign out all browsers of the account.")
+    role: Role | None = Field(None, description="Changing the role signs out all browsers of the account.")
+    stations: Stations | None = Field(None, description="Changing the stations signs out all browsers of the account.")
     disabled: StrictBool | None = Field(
         None, description="True disables the account and signs out all its browsers; false enables it again."
     )
     openid: Subject | None = Field(
         None,
-        description="Identity at the clinic's OpenID provider (`sub`); empty: none. A changed identity signs out all browsers of the "
+        description="Identity at the clinic's OpenID provider (`sub`); empty: none. Changing it signs out all browsers of the "
         "account.",
     )
     updated_at: Moment | None = None
@@ -68,7 +68,7 @@ class Account(Schema):
 
 
 class AccountReset(Schema):
-    """What to reset besides the password."""
+    """What to reset in addition to the password."""
 
     second_factor: StrictBool = Field(False, description="True also removes the second factor.")
 
@@ -83,7 +83,7 @@ class OneTimeCode(Schema):
 
 @router.get("", responses=PROBLEMS.of(401, 403), summary="List all accounts")
 def list_accounts(database: TheDatabase, auth: TheAuthentication) -> Page[Account]:
-    """Return every account by user name, including disabled ones. A clinic has few, so the list has no pages."""
+    """Return all accounts ordered by user name, including disabled ones. A clinic has few accounts, so the list has no pages."""
     with database.read() as session:
         rows = accounts.list_all(session)
         return Page[Account].complete([_as_account(auth, row, accounts.stations_of(session, row.id)) for row in rows])
@@ -91,7 +91,7 @@ def list_accounts(database: TheDatabase, auth: TheAuthentication) -> Page[Accoun
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")
 def create_account(database: TheDatabase, auth: TheAuthentication, given: AccountCreate) -> OneTimeCode:
-    """Create an account. Its owner sets a password with the returned one-time code."""
+    """Create an account. Its user sets a password with the returned one-time code."""
     now = auth.now()
     with database.write() as session:
         row = accounts.create(session, given.username, given.name, given.role, given.stations, now)
@@ -143,7 +143,7 @@ def update_account(
 def reset_account(
     request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, given: AccountReset
 ) -> OneTimeCode:
-    """Sign out all browsers of an account. Its user sets a new password with the returned code."""
+    """Sign out all browsers of an account and return a one-time code, with which its user sets a new password."""
     now = auth.now()
     with database.write() as session:
         row = accounts.get(session, account_id)
@@ -160,7 +160,7 @@ def reset_account(
 
 
 def _stored_subject(auth: Authentication, subject: str) -> str | None:
-    """Return the stored form of a subject, None for an empty one."""
+    """Return the stored form of a subject, or None for an empty subject."""
     if not subject:
         return None
     if auth.openid is None:

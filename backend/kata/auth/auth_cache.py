@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 class AuthCache:
     """Recently authenticated users and their last activity, by the hash of their cookie.
 
-    A cached user may stop the apparatus without waiting for the database, and continue a running session while it is unavailable. While
-    it answers, ended login sessions leave the cache within half a second, whichever service on the database ended them
-    (:class:`kata.auth.login.SessionRevocations`).
+    A cached user may stop the apparatus without waiting for the database, and may continue a running session while the database is
+    unavailable. While the database answers, an ended login session leaves the cache within half a second, even if another service on the
+    database ended it (:class:`kata.auth.login.SessionRevocations`).
     """
 
     _MAX_ENTRIES: Final = 1000
@@ -31,7 +31,7 @@ class AuthCache:
         self._activity_stored_s: dict[str, float] = {}
         self._me: dict[str, Me] = {}
         self._keys: dict[UUID, str] = {}
-        """Key of each login session: a reauthentication replaces its cookie."""
+        """Key of each login session. A reauthentication replaces the cookie and so the key."""
         self.activity_writes: set[asyncio.Task[None]] = set()
         """Running writes of user activity. No command waits for them."""
 
@@ -50,7 +50,7 @@ class AuthCache:
         self._drop(secrets.hash_secret(cookie))
 
     def forget_account(self, account_id: UUID) -> None:
-        """Remove an account whose rights have changed or that is disabled, on all its browsers."""
+        """Remove all entries of an account whose rights have changed or that is disabled."""
         for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
             self._drop(key)
 
@@ -79,12 +79,12 @@ class AuthCache:
         return self._me.get(secrets.hash_secret(cookie))
 
     def cached_actor(self, cookie: str, max_age_s: float) -> Actor | None:
-        """Return the cookie's user as last confirmed by the database, at most ``longest_s`` seconds ago."""
+        """Return the cookie's user if the database confirmed it less than ``max_age_s`` seconds ago, else None."""
         actor, at_s = self._actors.get(secrets.hash_secret(cookie), (None, 0.0))
         return actor if time.monotonic() - at_s < max_age_s else None
 
     def cached_actor_for_stop(self, cookie: str) -> Actor | None:
-        """Return the cookie's user as confirmed within the last hour; None: query the database."""
+        """Return the cookie's user if it was confirmed within the last hour. None: query the database."""
         actor, at_s = self._actors.get(secrets.hash_secret(cookie), (None, 0.0))
         return actor if time.monotonic() - at_s < self._STOP_VALID_S else None
 

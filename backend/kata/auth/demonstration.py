@@ -1,4 +1,4 @@
-"""Links that sign in to the demonstration clinic without a password: only on loopback and with a simulated apparatus."""
+"""Links that sign in to the demonstration clinic without a password. They exist only on loopback and with a simulated apparatus."""
 
 from datetime import datetime
 from threading import Lock
@@ -22,7 +22,7 @@ _NAMESPACE: Final = UUID("6a5b3a52-6d05-4c0a-9f0c-5d0f4f6a1f57")
 
 
 class DemonstrationLinks:
-    """One secret per role, each valid for one login until the service ends."""
+    """One secret per role. Each is valid for one login, until the service ends."""
 
     def __init__(self, *, allowed: bool) -> None:
         """``allowed``: the service is on loopback and the apparatus is simulated. Otherwise there are no links."""
@@ -35,7 +35,7 @@ class DemonstrationLinks:
         self._lock = Lock()
 
     def take(self, secret: str) -> DemonstrationRole | None:
-        """Use up a secret and return its role; None if it is unknown or used."""
+        """Use up a secret and return its role, or None if the secret is unknown or used."""
         with self._lock:
             for role, unused in self._unused.items():
                 if secrets.matches(secret, secrets.hash_secret(unused)):
@@ -45,7 +45,7 @@ class DemonstrationLinks:
 
 
 def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
-    """Create the two accounts. Without a demonstration, disable them and end all login sessions by link."""
+    """Create the two demonstration accounts. If ``allowed`` is False, disable them and end all their login sessions."""
     for role, (username, name) in ACCOUNTS.items():
         row = session.scalar(select(AccountRow).where(AccountRow.username == username))
         if row is None and allowed:

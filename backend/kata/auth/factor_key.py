@@ -1,7 +1,7 @@
-"""The key that encrypts the secrets of second factors: a file outside the database, so the database alone reveals no codes.
+"""The key that encrypts the secrets of second factors. It is a file outside the database, so that the database alone reveals no codes.
 
-The first start creates it. Services that share a database share the key. A secret is bound to its account and cannot be decrypted in another
-row. If the key is lost, the secrets are lost: recovery codes still work, and an administrator resets the second factors.
+The first start creates the key. Services that share a database share the key. A secret is bound to its account and cannot be decrypted in
+another row. If the key is lost, so are the secrets; recovery codes still work, and an administrator resets the second factors.
 """
 
 import os
@@ -46,7 +46,7 @@ class FactorKey:
         return urlsafe_b64encode(nonce + encrypted).decode()
 
     def decrypt(self, encrypted: str, account_id: UUID) -> str | None:
-        """Return the secret; None if it was encrypted with another key or for another account, or was changed."""
+        """Return the secret, or None if it was encrypted with another key or for another account, or was changed."""
         try:
             packed = urlsafe_b64decode(encrypted)
         except ValueError:
@@ -65,7 +65,7 @@ def read_factor_key(file: Path) -> FactorKey:
     :raises FactorKeyError: when the file cannot be written or read, other users can read it, or it contains no key.
     """
     try:
-        # Another service may create it at the same moment.
+        # Another service may create the file at the same moment.
         with suppress(FileExistsError):
             _create_file(file)
         if file.stat().st_mode & 0o007:
@@ -87,7 +87,7 @@ def read_factor_key(file: Path) -> FactorKey:
 
 
 def add_keys(file: Path, other: Path) -> None:
-    """Add the keys of ``other``, a file from a backup, to ``file``. Its encrypting key stays.
+    """Add the keys of ``other``, a file from a backup, to ``file``. The key that encrypts stays the same.
 
     :raises OSError: when the file cannot be written.
     """

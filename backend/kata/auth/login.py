@@ -1,4 +1,4 @@
-"""Shared parts of the routes for login and accounts: the signed-in user, beginning and renewing login sessions, types of fields."""
+"""Parts that the routes for login and accounts share: the signed-in user, beginning and renewing login sessions, types of fields."""
 
 import asyncio
 import logging
@@ -53,8 +53,8 @@ _WRONG_KEY: Final = (
 
 
 class SessionRevocations:
-    """Closes open WebSockets and empties the auth cache when a login session ends: at once if this service ended it, within half a second
-    if another service on the database did.
+    """Closes open WebSockets and empties the auth cache when a login session ends. This takes effect at once if this service ended the
+    session, and within half a second if another service on the database did.
     """
 
     def __init__(self, database: Database, limits: Limits, now: Callable[[], datetime]) -> None:
@@ -62,13 +62,13 @@ class SessionRevocations:
         self._limits = limits
         self._now = now
         self.operator_under_torque: Callable[[], UUID | None] = lambda: None
-        """Returns the login session whose user operates an apparatus with torque. Called from any thread."""
+        """Returns the login session whose user operates an apparatus with torque. Any thread may call it."""
         self._waiting: dict[UUID, set[asyncio.Event]] = {}
         self._check = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def check_now(self) -> None:
-        """Check now whether login sessions have ended. Call it from any thread."""
+        """Check now whether login sessions have ended. Any thread may call this."""
         if self._loop:
             self._loop.call_soon_threadsafe(self._check.set)
 
@@ -87,7 +87,7 @@ class SessionRevocations:
 
     @asynccontextmanager
     async def watched(self, auth_cache: AuthCache) -> AsyncIterator[None]:
-        """Watch for ended login sessions during the block."""
+        """Watch for ended login sessions while the context lasts."""
         self._loop = asyncio.get_running_loop()
         watching = asyncio.create_task(self._watch(auth_cache), name="session revocations")
         try:
@@ -107,7 +107,8 @@ class SessionRevocations:
             try:
                 active = await asyncio.to_thread(self._read_active, session_ids)
             except DatabaseUnavailableError:
-                # During an outage login sessions stay valid for a running treatment and its Stop. No new login is possible.
+                # During an outage, login sessions stay valid, so that a running treatment continues and can be stopped. No new login is
+                # possible.
                 continue
             except SQLAlchemyError:
                 log.exception("the ended login sessions could not be read")
@@ -139,14 +140,14 @@ class Authentication:
     factor_key: FactorKey = field(default_factory=FactorKey)
     """Encrypts second factors."""
     set_up_secret: str = ""
-    """Secret of the set-up link, to be printed; empty if there is an administrator."""
+    """Secret of the set-up link, which the service prints; empty if there is an administrator."""
     limits: Limits = field(default_factory=Limits)
     throttle: Throttle = field(default_factory=Throttle)
     now: Callable[[], datetime] = utc_now
 
 
 def load_factor_key(file: Path, database: Database) -> FactorKey:
-    """Return the key of the second factors. Log an error if it cannot decrypt some of them.
+    """Return the key of the second factors. Log an error if it cannot decrypt some of the second factors.
 
     :raises FactorKeyError: when the key cannot be used.
     """
@@ -170,7 +171,7 @@ class AuthServices(Protocol):
 
 
 def auth_services(connection: HTTPConnection) -> AuthServices:
-    """Return the services of the application that this request or WebSocket came to."""
+    """Return the services of the application that received this request or WebSocket."""
     services: AuthServices = connection.app.state.services
     return services
 
@@ -183,7 +184,7 @@ TheAuthentication = Annotated[Authentication, Depends(_authentication)]
 
 
 def authenticate(connection: HTTPConnection, database: Database) -> Actor | None:
-    """Return the user who is signed in at the browser of this request or WebSocket, None if there is none."""
+    """Return the user who is signed in at the browser of this request or WebSocket, or None."""
     auth = auth_services(connection).auth
     with database.read() as session:
         operator_under_torque = auth.revocations.operator_under_torque()
@@ -210,11 +211,11 @@ class Me(Schema):
 
     account_id: UUID
     username: str
-    name: str = Field(description="The name in records.")
+    name: str = Field(description="The user's name in records.")
     role: Role
     language: str = Field(description="Language of the page; empty: the browser's.")
     permissions: list[Permission]
-    stations: list[str] = Field(description="Names of the stations that this account works at; empty: all.")
+    stations: list[str] = Field(description="Names of the stations at which this account works; empty: all.")
     locked: bool = Field(description="The screen is locked: only Stop, unlocking and signing out are allowed.")
     enrolling: bool = Field(description="A second factor must be set up before anything else is allowed.")
     second_factor: bool = Field(description="True if the account has a second factor.")
@@ -224,7 +225,7 @@ class Me(Schema):
     openid: str | None = Field(
         description="Name of the clinic's OpenID provider if this account is linked with it, else null."
     )
-    demonstration: bool = Field(description="Signed in by a link of the demonstration clinic.")
+    demonstration: bool = Field(description="True if the user signed in by a link of the demonstration clinic.")
     idle_s: float = Field(ge=0, description="The screen locks after this many seconds without user activity.")
 
 
@@ -236,7 +237,7 @@ def address_of(connection: HTTPConnection) -> str:
 def start_login_session(
     request: Request, response: Response, session: Session, auth: Authentication, account: AccountRow, method: Method
 ) -> Me:
-    """End the browser's former login session, begin a new one after authentication, and record it in the audit trail."""
+    """Authenticate the browser: end its former login session, begin a new one, and record the login in the audit trail."""
     now = auth.now()
     end_browser_session(request, session, auth)
     secret = login_session.begin(
@@ -320,9 +321,10 @@ def describe_user(session: Session, actor: Actor, auth: Authentication) -> Me:
 def require_reauthentication(
     database: Database, auth: Authentication, actor: Actor, password: str | None, *, password_always: bool = False
 ) -> None:
-    """Reauthenticate before an action that another person at an unlocked screen must not take. A recent authentication is enough.
+    """Reauthenticate before an action that another person at an unlocked screen must not take. No password is needed soon after an
+    authentication.
 
-    :param password_always: a recent authentication is enough only for an account without a password.
+    :param password_always: if True, a recent authentication is enough only for an account without a password.
     :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many attempts.
     """
     with database.read() as session:
@@ -344,13 +346,13 @@ def require_reauthentication(
 
 
 def set_audited_account(account_id: UUID) -> None:
-    """Set the account of an attempted login for the audit trail."""
+    """Set the account of an attempted login in the request's audit context."""
     if context := REQUEST_CONTEXT.get():
         context.account_id = account_id
 
 
 def throttle_key(username: str) -> str:
-    """Return the throttle's key of a user name, existing or not."""
+    """Return the throttle's key of a user name, which need not exist."""
     return f"name {accounts.fold_username(username)}"
 
 

@@ -1,4 +1,4 @@
-"""Routes for signing in and out: with a password, by a demonstration link, by the set-up link."""
+"""Routes for signing in (with a password, a demonstration link or the set-up link) and for signing out."""
 
 from fastapi import APIRouter, Request, Response
 from pydantic import Field
@@ -49,7 +49,7 @@ class LinkSignIn(Schema):
 
 
 class SetUp(Schema):
-    """The first administrator, or a new one for a clinic without access."""
+    """The first administrator, or a new administrator for a clinic that is locked out."""
 
     secret: Secret = Field(description="The part of the set-up link after `secret=`; valid once.")
     username: Username = Field(
@@ -60,7 +60,7 @@ class SetUp(Schema):
 
 
 class SetPassword(Schema):
-    """A one-time code of an administrator, and the new password."""
+    """A one-time code that an administrator has issued, and the new password."""
 
     username: Username
     code: Secret = Field(examples=["7KQ2M-XW4HT-PR9CD-3NBVF"])
@@ -79,7 +79,7 @@ def sign_in_by_password(
     of_name, of_address = throttle_key(given.username), _count_attempt(request, auth, given.username)
     fits = auth.passwords.verify(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
-        # The same message for every reason, so that it does not reveal existing user names.
+        # Every failure has the same message, so that the answer does not reveal existing user names.
         raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.TRY_AGAIN_OR_ASK_FOR_CODE())
     outdated = account.password_hash and auth.passwords.is_outdated(account.password_hash)
     rehashed = auth.passwords.hash(given.password) if outdated else None
@@ -130,7 +130,7 @@ def sign_in_by_link(
 def set_up_clinic(
     request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: SetUp
 ) -> Me:
-    """Create the first administrator, or a further one for a clinic that is locked out, and sign in."""
+    """Create the first administrator, or a further one for a clinic that is locked out, and sign in as this user."""
     address = f"address {address_of(request)}"
     auth.throttle.begin((address, ADDRESS_POLICY))
     invalid = ProblemError(
@@ -155,7 +155,7 @@ def set_up_clinic(
         second_factor.remove(session, account)
         accounts.set_password(session, account, password_hash, now)
         user = start_login_session(request, response, session, auth, account, "password")
-        # Last, so that the link stays valid after an earlier failure. Of two requests, the first one wins.
+        # Last, so that the link stays valid after an earlier failure. If two requests use the link, only the first succeeds.
         if not set_up.use_up(auth.folder):
             raise invalid
     auth.revocations.check_now()
@@ -169,8 +169,8 @@ def set_up_clinic(
     summary="Set a password with a one-time code",
 )
 def set_password_by_code(request: Request, database: TheDatabase, auth: TheAuthentication, given: SetPassword) -> None:
-    """Set a password with the one-time code that an administrator has issued. It can be used to sign in afterwards."""
-    # This does not count for the user name: a user whose name is throttled by an attacker can still use a one-time code.
+    """Set a password with a one-time code that an administrator has issued. The user can then sign in with the password."""
+    # The attempt does not count for the user name, so that a user whose name an attacker has throttled can still use a one-time code.
     address = f"address {address_of(request)}"
     auth.throttle.begin((address, ADDRESS_POLICY))
     invalid = ProblemError(
@@ -211,7 +211,7 @@ def sign_out(request: Request, response: Response, database: TheDatabase, auth: 
 
 @router.get("/api/me", responses=PROBLEMS.of(401), summary="Read the signed-in user")
 def get_me(request: Request, database: TheDatabase, auth: TheAuthentication, actor: TheActor) -> Me:
-    """Return the user of this browser. While the database does not answer, return the last known answer."""
+    """Return the user of this browser. While the database does not answer, return the last cached answer."""
     cookie, auth_cache = cookie_of(request) or "", auth_services(request).auth_cache
     try:
         with database.read() as session:
@@ -226,7 +226,7 @@ def get_me(request: Request, database: TheDatabase, auth: TheAuthentication, act
 
 
 def _count_attempt(request: Request, auth: Authentication, username: str) -> str:
-    """Count an attempt for the user name and the address. Return the address' key."""
+    """Count an attempt for the user name and the address. Return the address's throttle key."""
     address = f"address {address_of(request)}"
     auth.throttle.begin((throttle_key(username), USERNAME_POLICY), (address, ADDRESS_POLICY))
     return address

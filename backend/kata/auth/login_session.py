@@ -1,4 +1,4 @@
-"""Login sessions: which user a browser's cookie belongs to, and for how long."""
+"""Login sessions: the user to whom a browser's cookie belongs, and how long the cookie is valid."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ from kata.errors import ProblemError
 
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"
-"""Used over HTTPS: a browser accepts a cookie of this name only from this host and only with Secure."""
+"""Name of the cookie over HTTPS. A browser accepts a cookie with this name only from this host and only with Secure."""
 Method = Literal["password", "totp", "recovery", "oidc", "oidc_two", "link"]
-"""``oidc``: by the clinic's OpenID provider; ``oidc_two``: also by a second factor, the provider's or Kata's."""
+"""``oidc``: by the clinic's OpenID provider; ``oidc_two``: by the provider and a second factor, which the provider or Kata checked."""
 EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "openid", "no_demonstration"]
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
 _RECENT: Final = timedelta(minutes=10)
 _FORMER_SECRET_VALIDITY: Final = timedelta(seconds=10)
-"""A replaced secret stays valid this long, because a browser sends several requests at once, possibly a Stop."""
+"""How long a replaced secret stays valid, because a browser may send several requests at once, and one may be a Stop."""
 _ACTIVITY_PERIOD: Final = timedelta(seconds=30)
-"""User activity is stored at most this often."""
+"""Shortest time between two stored user activities."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Limits:
     idle: timedelta = timedelta(minutes=15)
     """The screen locks after this time without user activity."""
     longest: timedelta = timedelta(hours=12)
-    """The login session ends after this time, also with activity, except for :attr:`extension`."""
+    """The login session ends after this time even with activity, except for :attr:`extension`."""
     extension: timedelta = timedelta(hours=1)
     """Additional time while the user operates an apparatus whose motors move or hold an arm."""
     second_factor_roles: frozenset[Role] = frozenset({"administrator"})
@@ -72,7 +72,7 @@ def find_actor(
     limits: Limits = Limits(),
     operator_under_torque: UUID | None = None,
 ) -> Actor | None:
-    """Return the user of this cookie; None when its login session has ended or never existed.
+    """Return the user of this cookie, or None if the login session has ended or never existed.
 
     :param operator_under_torque: the login session whose user operates an apparatus with torque.
     """
@@ -87,7 +87,7 @@ def find_actor(
 
 
 def find_actor_by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limits) -> Actor | None:
-    """Return the user of a login session; None when it has ended."""
+    """Return the user of a login session, or None if it has ended."""
     return _find_actor(session, LoginSessionRow.id == login_session_id, now, limits)
 
 
@@ -108,7 +108,7 @@ def _find_actor(
     row, account = found
     age = now - row.began_at
     longest = limits.longest + (limits.extension if row.id == operator_under_torque else timedelta())
-    # A clock that was set back does not extend the login session.
+    # Setting the clock back does not extend the login session.
     if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
     stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
@@ -129,12 +129,14 @@ def _find_actor(
 
 
 def _is_locked(row: LoginSessionRow, now: datetime, limits: Limits) -> bool:
-    """Return whether the screen is locked. A demonstration account never is, because it has no password to unlock it."""
+    """Return whether the screen is locked. The screen of a demonstration account never is, because the account has no password to unlock
+    it.
+    """
     return row.method != "link" and (row.locked_at is not None or now - row.seen_at >= limits.idle)
 
 
 def lock(session: Session, login_session_id: UUID, now: datetime) -> None:
-    """Lock the screen: a running session stays visible and can be stopped; everything else needs the password again.
+    """Lock the screen. A running session stays visible and can be stopped; everything else needs the password again.
 
     :raises ProblemError: 409 for a demonstration account, which has no password.
     """
@@ -180,7 +182,7 @@ def select_active(
     limits: Limits,
     operator_under_torque: UUID | None = None,
 ) -> set[UUID]:
-    """Return the given login sessions that are still active; ``operator_under_torque`` as in :func:`find_actor`."""
+    """Return those of the given login sessions that are still active. ``operator_under_torque``: as in :func:`find_actor`."""
     began_after = now - limits.longest
     query = (
         select(LoginSessionRow.id)

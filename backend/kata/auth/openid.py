@@ -1,4 +1,4 @@
-"""A login by the clinic's OpenID provider as the browser carries it. :mod:`kata.auth.openid_provider` speaks with the provider."""
+"""State of a login by the clinic's OpenID provider, which the browser carries. :mod:`kata.auth.openid_provider` talks to the provider."""
 
 import hmac
 from datetime import datetime, timedelta
@@ -37,7 +37,9 @@ class PendingMfa(msgspec.Struct, frozen=True, kw_only=True, tag=True):
 
 
 class StateCookies:
-    """Encrypts the state of a login for a cookie, which the browser can neither read nor change. Valid for ten minutes, until the service ends."""
+    """Encrypts the state of a login for a cookie, so that the browser can neither read nor change it. A cookie is valid for ten minutes
+    and until the service ends.
+    """
 
     def __init__(self) -> None:
         self._fernet = Fernet(Fernet.generate_key())
@@ -47,7 +49,7 @@ class StateCookies:
         return self._fernet.encrypt_at_time(msgspec.json.encode(content), int(now.timestamp())).decode()
 
     def decrypt(self, cookie: str | None, now: datetime) -> OidcLoginState | PendingMfa | None:
-        """Return the content of a cookie; None if it is invalid or too old."""
+        """Return the content of a cookie, or None if it is invalid or too old."""
         try:
             content = self._fernet.decrypt_at_time(cookie or "", int(LASTS.total_seconds()), int(now.timestamp()))
         except InvalidToken:
@@ -59,9 +61,9 @@ class IdTokenClaims(msgspec.Struct, frozen=True):
     """The provider's claims about a user."""
 
     subject: str
-    """Unique at the provider, never reassigned."""
+    """Identifies the user. It is unique at the provider and never reassigned."""
     two_factors: bool
-    """The provider states a second factor by one of the values in the settings."""
+    """True if the provider states a second factor by one of the values in the settings."""
 
 
 def login_state_of(begun: OidcLoginState | PendingMfa | None, state: str) -> OidcLoginState | None:

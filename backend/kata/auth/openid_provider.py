@@ -1,8 +1,8 @@
-"""Login by the clinic's OpenID Connect provider: authorization code with PKCE. Kata uses the subject and no other data of the user.
+"""Login by the clinic's OpenID Connect provider: authorization code with PKCE. Kata uses only the subject, no other data of the user.
 
 The provider authenticates the user; Kata's accounts decide what the user may do. A subject that no administrator has linked with an account
-cannot sign in. Browsers are shared, so the provider must ask for credentials at each login and state the time (``auth_time``). An open
-session at the provider is not enough.
+cannot sign in. Several users share a browser, so the provider must ask for credentials at each login and state the time (``auth_time``); an
+open session at the provider is not enough.
 """
 
 import logging
@@ -35,7 +35,7 @@ _CONNECT_S: Final = 3.0
 _ANSWER_S: Final = 5.0
 _MAX_THREADS: Final = 4
 _METADATA_VALID_S: Final = 600.0
-"""The provider's metadata are cached this long. Its keys are fetched at each login."""
+"""How long the provider's metadata are cached. The provider's keys are fetched at each login."""
 _CLOCK_TOLERANCE_S: Final = 60
 _ALGORITHMS: Final = (
     "RS256",
@@ -50,15 +50,17 @@ _ALGORITHMS: Final = (
     "Ed25519",
     "EdDSA",
 )
-"""Asymmetric signatures only: never ``none``, never a shared secret."""
+"""Accepted signatures. All are asymmetric; neither ``none`` nor a shared secret is accepted."""
 _LONGEST_SUBJECT: Final = 255
 
 
 class Provider:
-    """The client of the provider. Methods with network access block for seconds if it does not answer: call them from a worker thread."""
+    """The client of the provider. Methods with network access block for seconds if the provider does not answer: call them from a worker
+    thread.
+    """
 
     def __init__(self, settings: Settings, clock: Callable[[], float] = time.monotonic) -> None:
-        """``settings``: with an issuer. ``clock``: seconds.
+        """``settings`` must name an issuer. ``clock`` returns seconds.
 
         :raises OpenIdError: when the client's secret cannot be used.
         """
@@ -69,22 +71,22 @@ class Provider:
         self._secret = _secret(settings)
         self._factors = frozenset(part.strip() for part in settings.openid_second_factor.split(",") if part.strip())
         self.limiter = CapacityLimiter(_MAX_THREADS)
-        """Limits the threads that wait for the provider, so that other requests keep theirs."""
+        """Limits the threads that wait for the provider, so that threads remain for other requests."""
         self._clock = clock
         self._lock = threading.Lock()
         self._cached: tuple[float, dict[str, Any]] | None = None
 
     def stored_subject(self, subject: str) -> str:
-        """Return issuer and subject, as stored with an account. The same subject at another provider is another person."""
+        """Return issuer and subject in the form stored with an account. The same subject at another provider is another person."""
         return f"{self._issuer} {subject}"
 
     def subject(self, stored_subject: str | None) -> str | None:
-        """Return the subject of a stored link; None if the link is of another provider."""
+        """Return the subject of a stored link, or None if the link belongs to another provider."""
         issuer, _, subject = (stored_subject or "").partition(" ")
         return subject if issuer == self._issuer else None
 
     def begin(self, redirect: str, to: str, now: datetime) -> tuple[str, OidcLoginState]:
-        """Begin a login. Return the address to send the browser to, and the state for its cookie.
+        """Begin a login. Return the address of the provider's login page, and the state for the browser's cookie.
 
         :raises ProblemError: 503 when the provider does not answer.
         """
@@ -111,9 +113,10 @@ class Provider:
         return str(address), begun
 
     def confirm(self, begun: OidcLoginState, code: str, now: datetime) -> IdTokenClaims:
-        """Exchange the code that the browser came back with for the claims about its user.
+        """Exchange the code that the browser brought back from the provider for the claims about its user.
 
-        :raises ProblemError: 401 when the provider refuses the code or its answer is invalid; 503 when it does not answer.
+        :raises ProblemError: 401 when the provider refuses the code or the provider's answer is invalid; 503 when the provider does not
+            answer.
         """
         with self._provider_errors():
             metadata = self._metadata()
@@ -133,9 +136,9 @@ class Provider:
         return IdTokenClaims(str(claims["sub"]), two_factors=bool(values & self._factors))
 
     def count_keys(self) -> int:
-        """Fetch the provider's keys and return their number, to check that it answers.
+        """Fetch the provider's keys and return their number, as a check that the provider answers.
 
-        :raises ProblemError: 503 when it does not answer.
+        :raises ProblemError: 503 when the provider does not answer.
         """
         self._cached = None
         with self._provider_errors():
@@ -144,7 +147,7 @@ class Provider:
                 return len(self._fetch_json(session, metadata["jwks_uri"])["keys"])
 
     def is_issuer(self, issuer: str | None) -> bool:
-        """Return whether the issuer named in an answer is this provider. An answer may name none."""
+        """Return whether the issuer named in an answer is this provider. True if the answer names none."""
         return issuer is None or issuer == self._issuer
 
     def refusal(self) -> ProblemError:
@@ -167,7 +170,7 @@ class Provider:
         try:
             yield
         except (JoseError, OAuthError) as error:
-            # The error contains names of claims and codes, no values.
+            # The error contains names of claims and error codes, but no values.
             log.warning("the OpenID provider's answer was refused: %s", error)
             raise self.refusal() from error
         except (RequestException, ValueError, KeyError, TypeError) as error:
@@ -192,7 +195,7 @@ class Provider:
         return metadata
 
     def _session(self, metadata: dict[str, Any]) -> Any:
-        """Return an HTTP session for one exchange in one thread."""
+        """Return an HTTP session for the requests of one login. Only one thread may use it."""
         methods = metadata.get("token_endpoint_auth_methods_supported", ["client_secret_basic"])
         method = "client_secret_basic" if "client_secret_basic" in methods else "client_secret_post"
         return OAuth2Session(
@@ -241,7 +244,7 @@ class Provider:
             not isinstance(authenticated_at, int | float)
             or authenticated_at < begun.at.timestamp() - _CLOCK_TOLERANCE_S
         ):
-            # Another user may have signed in there before, in the same browser.
+            # Another user may have signed in at the provider before, in the same browser.
             raise InvalidClaimError("auth_time")
         if not 0 < len(claims["sub"]) <= _LONGEST_SUBJECT:
             raise InvalidClaimError("sub")
@@ -249,7 +252,7 @@ class Provider:
 
 
 def _secret(settings: Settings) -> str | None:
-    """Return the client secret, None for a public client."""
+    """Return the client secret, or None for a public client."""
     file = settings.openid_secret_file
     if file is None:
         return None

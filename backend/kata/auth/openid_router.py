@@ -1,7 +1,8 @@
-"""Routes for signing in by the clinic's OpenID provider, and for unlocking the screen by it.
+"""Routes for signing in and for unlocking the screen by the clinic's OpenID provider.
 
-The provider sends the browser back to a screen of the page, which calls these routes. So each change is a request of Kata's own page, with
-cookies that another site's page cannot send. If the same account is signed in at this browser, its login session continues, unlocked.
+The provider sends the browser back to a screen of the page, which calls these routes. Each change is therefore a request of Kata's own
+page, with cookies that another site's page cannot send. If the same account is signed in at this browser, its login session continues and
+the screen is unlocked.
 """
 
 from collections.abc import Callable
@@ -44,18 +45,18 @@ router = APIRouter(prefix="/api/sign-in", tags=["sign-in"])
 
 _COOKIE: Final = "kata_openid"
 _CALLBACK_SCREEN: Final = "/sign-in/openid"
-"""The screen that the provider sends the browser back to."""
+"""Screen to which the provider sends the browser back."""
 _PROVIDER_LIMIT_S: Final = 10.0
 """Longest wait for the provider."""
 
 Screen = Annotated[str, StringConstraints(max_length=500, pattern=r"^(/([^/\\\x00-\x20][^\\\x00-\x20]*)?)?$")]
-"""A path of Kata's own page, which no browser can take for another site."""
+"""A path of Kata's own page. No browser interprets it as an address of another site."""
 _Parameter = Annotated[str, StringConstraints(max_length=4000, pattern=NO_NUL)]
 _Result = TypeVar("_Result")
 
 
 class SignInOptions(Schema):
-    """Ways to sign in, besides name and password."""
+    """Ways to sign in other than name and password."""
 
     openid: str | None = Field(description="Name of the clinic's OpenID provider; null: there is none.")
 
@@ -63,7 +64,9 @@ class SignInOptions(Schema):
 class BeginOpenId(Schema):
     """The screen to show after the login."""
 
-    to: Screen = Field("/", description="The screen to come back to; empty: none, in a separate tab.")
+    to: Screen = Field(
+        "/", description="Screen to show after the login; empty if the login takes place in a separate tab."
+    )
 
 
 class ProviderAddress(Schema):
@@ -73,7 +76,7 @@ class ProviderAddress(Schema):
 
 
 class OidcCallback(Schema):
-    """Parameters with which the provider has sent the browser back."""
+    """Parameters that the provider adds to the address to which it sends the browser back."""
 
     state: _Parameter
     code: _Parameter = Field("", description="Empty if the provider refused.")
@@ -83,8 +86,8 @@ class OidcCallback(Schema):
 class LoginResult(Schema):
     """The result of a login: the account, and the screen to show."""
 
-    me: Me | None = Field(description="Null: the code of the account's second factor is needed, too.")
-    to: str = Field(description="The screen to show; empty: none, close this tab.")
+    me: Me | None = Field(description="Null: the code of the account's second factor is also needed.")
+    to: str = Field(description="The screen to show; empty: close this tab.")
 
 
 class OpenIdCode(Schema):
@@ -103,7 +106,7 @@ async def get_sign_in_options(auth: TheAuthentication) -> SignInOptions:
 async def begin_openid(
     request: Request, response: Response, auth: TheAuthentication, given: BeginOpenId
 ) -> ProviderAddress:
-    """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address to send the browser to."""
+    """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address of the provider's login page."""
     provider, now = _provider(auth), auth.now()
     redirect = f"{request.url.scheme}://{request.url.netloc}{_CALLBACK_SCREEN}"
     address, begun = await _run_with_limit(provider, partial(provider.begin, redirect, given.to, now))
@@ -139,7 +142,7 @@ async def sign_in_by_openid(
 def confirm_openid(
     request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: OpenIdCode
 ) -> LoginResult:
-    """Give the code of the account's second factor if the provider has not checked one."""
+    """Check the code of the account's second factor if the provider has not checked a second factor."""
     _provider(auth)
     pending = auth.state_cookies.decrypt(_cookie(request), auth.now())
     if not isinstance(pending, PendingMfa):
@@ -234,7 +237,7 @@ def _cookie(request: Request) -> str | None:
 def _set_cookie(
     request: Request, response: Response, auth: Authentication, content: OidcLoginState | PendingMfa | None
 ) -> None:
-    """Store the state of the login in the browser; None: remove it."""
+    """Store the state of the login in the browser's cookie. None removes the cookie."""
     response.set_cookie(
         _name(request),
         auth.state_cookies.encrypt(content, auth.now()) if content else "",

@@ -48,13 +48,13 @@ class ChangePassword(Schema):
 
 
 class Reauthentication(Schema):
-    """The password; not needed within ten minutes after the last authentication."""
+    """The password. It is not needed within ten minutes after the last authentication."""
 
     password: Password | None = None
 
 
 class SecondFactorRemoval(Schema):
-    """The password, and a code of the second factor that is removed."""
+    """The password, and a code of the second factor that is to be removed."""
 
     password: Password | None = Field(None, description="Null only for an account without a password.")
     code: Secret = Field(description="Six digits, or a recovery code.", examples=["123456"])
@@ -69,12 +69,14 @@ class SecondFactorConfirmation(Schema):
 class SecondFactorSetup(Schema):
     """The secret for an app that makes codes."""
 
-    address: str = Field(description="`otpauth://`: for an app on this device, or to type its secret.")
+    address: str = Field(
+        description="An `otpauth://` address: opens an app on this device, and contains the secret for typing."
+    )
     picture: str = Field(description="The address as a QR code: a `data:` address of an SVG.")
 
 
 class RecoveryCodes(Schema):
-    """Recovery codes. Each replaces the second factor once. They are shown only once."""
+    """Recovery codes. Each replaces the second factor once. They are shown only now."""
 
     codes: list[str]
 
@@ -92,7 +94,7 @@ class OwnLoginSession(Schema):
 
 @router.put("/language", responses=PROBLEMS.of(401, 422), summary="Choose the page's language")
 def choose_language(database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: LanguageChoice) -> Me:
-    """Choose the page's language for this account, on every browser."""
+    """Set the page's language for this account on every browser."""
     with database.write() as session:
         accounts.get(session, actor.account_id).language = given.language
         session.flush()
@@ -125,7 +127,7 @@ def change_password(
     actor: TheActor,
     given: ChangePassword,
 ) -> None:
-    """Change the own password. All other browsers are signed out."""
+    """Change the own password and sign out all other browsers."""
     require_reauthentication(database, auth, actor, given.old_password)
     with database.read() as session:
         account = session.get_one(AccountRow, actor.account_id)
@@ -160,7 +162,7 @@ def confirm_second_factor(
     actor: TheActor,
     given: SecondFactorConfirmation,
 ) -> RecoveryCodes:
-    """Confirm the second factor by a code of it. All other browsers are signed out."""
+    """Confirm the second factor by one of its codes. All other browsers are signed out."""
     now = auth.now()
     with database.write() as session:
         account = accounts.get(session, actor.account_id)
@@ -177,7 +179,9 @@ def confirm_second_factor(
 def remove_second_factor(
     database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: Annotated[SecondFactorRemoval, Body()]
 ) -> None:
-    """Remove the second factor, always with the password and a code. An account that needs one must set up another at once."""
+    """Remove the second factor. This always needs the password and a code. A user who must have a second factor has to set up another at
+    once.
+    """
     require_reauthentication(database, auth, actor, given.password, password_always=True)
     key = f"second factor {actor.account_id}"
     auth.throttle.begin((key, USERNAME_POLICY))
@@ -193,7 +197,7 @@ def remove_second_factor(
 
 @router.get("/sign-ins", responses=PROBLEMS.of(401), summary="List the own login sessions")
 def list_own_sign_ins(database: TheDatabase, auth: TheAuthentication, actor: TheActor) -> Page[OwnLoginSession]:
-    """Return the browsers at which this account is signed in, the newest first. There are few, so the list has no pages."""
+    """Return the browsers at which this account is signed in, newest login first. They are few, so the list has no pages."""
     with database.read() as session:
         rows = login_session.list_active(session, actor.account_id, auth.now(), auth.limits)
         return Page[OwnLoginSession].complete([_as_own_session(row, actor.login_session_id) for row in rows])

@@ -1,4 +1,4 @@
-"""Hash and check passwords (argon2id), one at a time and never in the event loop, and refuse common passwords.
+"""Hash and check passwords (argon2id), and refuse common passwords. One password is hashed at a time, never in the event loop.
 
 ``common_passwords.txt.gz`` contains the 39,774 passwords of at least four characters of two lists: Django's (BSD-3-Clause, compiled by Royce
 Williams) and zxcvbn's (MIT, Dan Wheeler).
@@ -24,7 +24,7 @@ _PADDING: Final = "0123456789!?.,-_*#$@+ "
 _REPEATED: Final = re.compile(r"(.{1,4})\1+")
 _KEYBOARD_ROWS: Final = ("abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm")
 _MAX_WAITING: Final = 8
-"""Requests that may wait, half a second at most. Further ones are refused."""
+"""Maximum number of waiting requests. Each waits at most 0.5 s. Further requests are refused."""
 
 
 def hasher() -> PasswordHasher:
@@ -36,7 +36,7 @@ def hasher() -> PasswordHasher:
 
 
 class Passwords:
-    """Creates and checks hashes of passwords. This blocks for some 50 ms: call it from a worker thread."""
+    """Creates and checks hashes of passwords. Each takes about 50 ms: call the methods from a worker thread."""
 
     def __init__(self, hasher: PasswordHasher) -> None:
         self._hasher = hasher
@@ -47,7 +47,7 @@ class Passwords:
         self._common = frozenset(gzip.decompress(packed).decode().split())
 
     def check_choice(self, password: str, *names: str) -> None:
-        """Check that a new password is long enough, not common and not made of the user's ``names``.
+        """Check that a new password is long enough, not common, and not derived from the user's ``names``.
 
         :raises ProblemError: 422 ``weak_password``.
         """
@@ -89,7 +89,7 @@ class Passwords:
             return self._hasher.hash(password)
 
     def verify(self, stored_hash: str | None, password: str) -> bool:
-        """Return whether the password has this hash. Without a hash, return False after the same time.
+        """Return whether the password has this hash. Without a hash, return False after the same time as with one.
 
         :raises ProblemError: 429 when too many requests wait.
         """
@@ -109,7 +109,7 @@ class Passwords:
 
 
 class _HashingTurn:
-    """A turn at hashing. Waits for the previous one, with a limited number of others."""
+    """Context that lets one thread hash at a time. It waits for the previous thread, and limits the number of waiting threads."""
 
     def __init__(self, lock: Lock, waiting: BoundedSemaphore) -> None:
         self._lock = lock

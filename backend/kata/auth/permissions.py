@@ -1,6 +1,6 @@
-"""Permissions: one table of the roles' permissions, and one of the rule of every route.
+"""Permissions: a table with the permissions of each role, and a table with the rule of each route.
 
-A route is named by its operation id; WebSockets have one too. The service does not start with a route that has no rule
+A route is named by its operation id; WebSockets also have one. The service does not start if a route has no rule
 (``api/authorization.py``).
 """
 
@@ -24,9 +24,10 @@ Permission = Literal[
     "write_records",
     "administer",
 ]
-"""``public``: everyone who reaches the service. ``own_account``: every signed-in user. ``diagnose``: the device without patient data, and
-the simulated hand, pedal and switch. ``see_operation``: the state of service and device, without patient data. ``commission``: commission
-the station and change its configuration."""
+"""``public``: everyone who can reach the service. ``own_account``: every signed-in user. ``diagnose``: see the device without patient
+data, and use the simulated hand, pedal and emergency stop. ``see_operation``: see the state of service and device, without patient data.
+``commission``: commission the station and change its configuration.
+"""
 
 _ALL_USERS: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
 """Every user who sees the apparatus may stop it."""
@@ -52,24 +53,25 @@ TOKEN_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"see_station", "see
 
 @dataclass(frozen=True, slots=True)
 class RouteRule:
-    """What a user needs for one route."""
+    """What a user needs to use a route."""
 
     needs: Permission
     here: bool = False
-    """Only for accounts that work at this service's station."""
+    """True if only accounts that work at this service's station may use the route."""
     restricted: bool = False
-    """Allowed for restricted records too: routes that request or manage access to them."""
+    """True if the route is allowed for restricted records: it requests or manages access to them."""
     locked: bool = False
-    """Allowed while the screen is locked."""
+    """True if the route is allowed while the screen is locked."""
     enrolling: bool = False
-    """Allowed before the required second factor is set up."""
+    """True if the route is allowed before the required second factor is set up."""
     offline: bool = False
-    """Allowed while the database does not answer, for users that it confirmed last. Only records of this day's patients may be named then
-    (:mod:`kata.clinic.sessions.offline_cache`)."""
+    """True if users whom the database has confirmed before may use the route while the database does not answer. The request may then
+    name only records of patients in the offline cache (:mod:`kata.clinic.sessions.offline_cache`).
+    """
     token: bool = False
     """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``, which is no user's access token."""
     file: str = ""
-    """Media type of a file that the body is. It may be large, names no record, and is parsed outside the service's process."""
+    """Media type of the body if it is a file. The file may be large, names no record, and is parsed outside the service's process."""
 
 
 _PUBLIC: Final = RouteRule("public")
@@ -102,11 +104,11 @@ _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
         "get_note_draft": "get_draft",
     }
 )
-"""The former names of renamed routes. They stay the action codes of the audit trail, because stored rows contain them."""
+"""Former names of renamed routes. The audit trail still uses them as action codes, because stored rows contain them."""
 
 
 def audit_action(route: str) -> str:
-    """Return the audit trail's action code of a route: its name, or its former name where it was renamed."""
+    """Return the audit trail's action code of a route: its name, or its former name if it was renamed."""
     return _RENAMED.get(route, route)
 
 
@@ -183,7 +185,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "withdraw_assessment": _WRITE,
         "list_questionnaires": _READ,
         "start_patient_mode": _WRITE,
-        # The patient's only routes, besides those of a locked screen.
+        # The only routes for the patient, in addition to those of a locked screen.
         "get_patient_questionnaire": RouteRule("own_account", locked=True),
         "answer_patient_questionnaire": RouteRule("own_account", locked=True),
         "get_adherence": _READ,
@@ -259,7 +261,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "update_clinic_profile": _ADMINISTER,
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
-        # The audit trail must be searchable for a restricted record without access to that record.
+        # Administrators must be able to search the audit trail for a restricted record without access to that record.
         "list_audit": RouteRule("administer", restricted=True),
         # The state of the service.
         "list_station_versions": RouteRule("see_operation"),
@@ -282,7 +284,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_drive_trend": RouteRule("see_station", offline=True),
         "get_commissioning_status": RouteRule("see_station", offline=True),
         "list_events": RouteRule("see_station"),
-        # Counts and ids, which pages ask for at intervals.
+        # Counts and ids. Pages request them at intervals.
         "list_notifications": RouteRule("see_station"),
         "stop": RouteRule("stop", locked=True, enrolling=True, offline=True),
         "take_lease": _CONTINUE,

@@ -1,4 +1,4 @@
-"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that replace it once each.
+"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes, each of which replaces an app code once.
 
 The secret of the codes is stored encrypted (:mod:`kata.auth.factor_key`). Callers pass the key.
 """
@@ -33,7 +33,7 @@ def roles_required(who: MfaRequirement) -> frozenset[Role]:
 
 
 def begin(key: FactorKey, account: AccountRow) -> str:
-    """Create a secret and return its address for an app (``otpauth://``). It becomes valid with :func:`confirm`.
+    """Create a secret and return its address for an app (``otpauth://``). The secret becomes valid by :func:`confirm`.
 
     :raises ProblemError: 409 when the account has a second factor.
     """
@@ -46,14 +46,14 @@ def begin(key: FactorKey, account: AccountRow) -> str:
 
 def qr_code(address: str) -> str:
     """Return the address as a QR code: SVG for an ``<img>``, black on white in every theme."""
-    # Imported here: only the set-up of a second factor draws a code.
+    # Imported here, because only the set-up of a second factor draws a QR code.
     import segno
 
     return segno.make(address, error="m").svg_data_uri(scale=4, border=4, light="#fff")
 
 
 def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime) -> list[str]:
-    """Confirm the new second factor by a code of it, and return the recovery codes, which are shown only once.
+    """Confirm the new second factor by one of its codes. Return the recovery codes, which are shown only once.
 
     :raises ProblemError: 422 when the code is wrong; 409 without :func:`begin`.
     """
@@ -77,7 +77,7 @@ def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, no
 def use_code(
     session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime
 ) -> Literal["totp", "recovery"] | None:
-    """Use up a code, and return whether it was the app's or a recovery code; None if it is wrong.
+    """Use up a code. Return whether it was an app code or a recovery code, or None if it is wrong.
 
     :raises ProblemError: 403 when codes of the app cannot be checked because the key does not match.
     """
@@ -118,7 +118,7 @@ def remove(session: Session, account: AccountRow) -> None:
 
 
 def _use_app_code(key: FactorKey, account: AccountRow, code: str, now: datetime) -> bool:
-    """Accept a code of the present, previous or next time step, but none twice."""
+    """Accept a code of the present, previous or next time step. No code is accepted twice."""
     digits = code.replace(" ", "")
     secret = key.decrypt(account.totp_sealed, account.id) if account.totp_sealed else None
     if secret is None or not digits.isascii():

@@ -1,6 +1,6 @@
-"""Random secrets of cookies, links and one-time codes. Only their hash is stored.
+"""Random secrets for cookies, links and one-time codes. Only their hashes are stored.
 
-Each has at least 150 random bits, so a plain SHA-256 is safe. For passwords, see :mod:`kata.auth.passwords`.
+Each secret has at least 150 random bits, so a plain SHA-256 is safe. For passwords, see :mod:`kata.auth.passwords`.
 """
 
 import hmac
@@ -10,7 +10,7 @@ from hashlib import sha256
 from typing import Final
 
 _ALPHABET: Final = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
-"""Characters that are not confused with each other."""
+"""Characters that people do not confuse with each other."""
 
 
 def new_secret() -> str:
@@ -19,12 +19,12 @@ def new_secret() -> str:
 
 
 def new_code() -> str:
-    """Return a code of 150 bits for typing: six groups of five characters."""
+    """Return a code of 150 bits that people can type: six groups of five characters."""
     return "-".join("".join(secrets.choice(_ALPHABET) for _ in range(5)) for _ in range(6))
 
 
 def normalize_code(code: str) -> str:
-    """Return a typed code in its original form. Case, blanks and hyphens do not matter."""
+    """Return a typed code in its original form. Case, blanks and hyphens make no difference."""
     letters = re.sub(r"[\s-]", "", code).upper()
     return "-".join(letters[place : place + 5] for place in range(0, len(letters), 5))
 

@@ -1,6 +1,6 @@
-"""The set-up link for a clinic without administrators or without access. Its hash is a file in the data folder.
+"""The set-up link for a clinic that has no administrator or is locked out. A file in the data folder contains the hash of its secret.
 
-It is a file because only the service writes to a SQLite database, and the command that creates a link is another process. A user who can
+The hash is in a file because only the service writes to a SQLite database, and another process creates the link. A user who can
 write to the data folder can read all data anyway.
 """
 
@@ -17,7 +17,7 @@ LASTS: Final = timedelta(hours=24)
 
 
 def offer(folder: Path, now: datetime) -> str:
-    """Return the secret of a new link. A former link becomes invalid.
+    """Return the secret of a new link. An earlier link becomes invalid.
 
     :raises OSError: when the folder cannot be written to.
     """
@@ -33,7 +33,7 @@ def offer(folder: Path, now: datetime) -> str:
 
 
 def invitation(url: str, secret: str) -> str:
-    """Return the text with the set-up link. Print it on the terminal only, never in the log: the link is a secret."""
+    """Return the text with the set-up link. Print it only on the terminal and never in the log, because the link is a secret."""
     return f"Set up the clinic's administrator, once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
 
 

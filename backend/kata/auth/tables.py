@@ -11,19 +11,19 @@ from kata.database.base import Base, UtcDateTime
 
 
 class AccountRow(Base):
-    """An account. It is disabled, never deleted, because the audit trail names it."""
+    """An account. It can be disabled but is never deleted, because the audit trail names it."""
 
     __tablename__ = "accounts"
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     username: Mapped[str] = mapped_column(String(64), unique=True)
-    """Folded (NFKC, lower case)."""
+    """Normalized (NFKC, lower case)."""
     name: Mapped[str] = mapped_column(String(100))
     role: Mapped[Role] = mapped_column(String(16))
     language: Mapped[str] = mapped_column(String(8), default="")
     """Language of the page; empty: the browser's."""
     password_hash: Mapped[str | None] = mapped_column(String(200))
-    """argon2id with its parameters; None if the account signs in by OpenID Connect, or the password is not set yet."""
+    """argon2id with its parameters; None if the account signs in by OpenID Connect, or no password has been set yet."""
     password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     totp_sealed: Mapped[str | None] = mapped_column(String(160))
     """Secret of the second factor, encrypted with a key outside the database."""
@@ -41,7 +41,7 @@ class AccountRow(Base):
 
 
 class AccountStationRow(Base):
-    """A station that an account works at. An account without rows works at all stations."""
+    """A station at which an account works. An account without rows works at all stations."""
 
     __tablename__ = "account_stations"
 
@@ -85,7 +85,7 @@ class LoginSessionRow(Base):
     secret_hash: Mapped[str] = mapped_column(String(64), unique=True)
     """SHA-256 of the cookie's secret."""
     before_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
-    """Hash of the previous secret, which stays valid for some seconds after ``proved_at`` for requests that are under way."""
+    """Hash of the previous secret, which stays valid for some seconds after ``proved_at`` for requests in flight."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime)
     seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
     """Time of the last user activity. Automatic requests of the page do not count."""
@@ -96,6 +96,6 @@ class LoginSessionRow(Base):
     address: Mapped[str] = mapped_column(String(64))
     agent: Mapped[str] = mapped_column(String(200))
     locked_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """The screen is locked since then: the user must give the password again. Stop still works."""
+    """Time since which the screen is locked; None if it is not. The user must then give the password again. Stop still works."""
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     end_reason: Mapped[str] = mapped_column(String(16), default="")

@@ -1,4 +1,4 @@
-"""Throttle failed attempts: after some failures, each further attempt must wait longer."""
+"""Throttle failed attempts: after several failures, the wait before the next attempt grows."""
 
 import time
 from collections import OrderedDict
@@ -24,7 +24,7 @@ class _Attempts:
 
 @dataclass(frozen=True, slots=True)
 class BackoffPolicy:
-    """The number of attempts without a wait, and the first and longest wait. The wait doubles with each failure."""
+    """The number of attempts without a wait, the first wait and the longest wait. Each failure doubles the wait."""
 
     free_attempts: int
     first_s: float
@@ -32,15 +32,15 @@ class BackoffPolicy:
 
 
 USERNAME_POLICY: Final = BackoffPolicy(free_attempts=5, first_s=30.0, longest_s=900.0)
-"""For a user name, existing or not, and for a locked screen."""
+"""Policy for a user name, which need not exist, and for a locked screen."""
 ADDRESS_POLICY: Final = BackoffPolicy(free_attempts=30, first_s=10.0, longest_s=300.0)
-"""For a browser's address. A whole clinic may share it behind a proxy."""
+"""Policy for a browser's address. A whole clinic behind a proxy may share one address."""
 
 
 class Throttle:
     """Counts failed attempts in memory. A restart clears them; an attacker cannot cause a restart.
 
-    An attempt counts as failed until :meth:`succeeded`, so simultaneous attempts gain nothing.
+    An attempt counts as failed until :meth:`succeeded`, so simultaneous attempts have no advantage.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -52,7 +52,7 @@ class Throttle:
     def begin(self, *keys: tuple[str, BackoffPolicy]) -> None:
         """Count an attempt for all keys.
 
-        :raises ProblemError: 429 with the time to wait, when one key must wait. The attempt is then not counted.
+        :raises ProblemError: 429 with the time to wait, when one of the keys must wait. The attempt is then not counted.
         """
         with self._lock:
             now_s = self._clock()
@@ -74,7 +74,7 @@ class Throttle:
             self._attempts.pop(key, None)
 
     def undo_attempt(self, key: str) -> None:
-        """Do not count the last attempt."""
+        """Remove the last attempt of a key from the count."""
         with self._lock:
             attempts = self._attempts.get(key)
             if attempts:
@@ -97,7 +97,7 @@ class Throttle:
         attempts.failed += 1
         attempts.last_s = now_s
         if attempts.failed >= policy.free_attempts:
-            # The exponent is bounded: a year of attempts would overflow a float.
+            # The exponent is bounded, because a year of attempts would otherwise overflow a float.
             factor = 2.0 ** min(attempts.failed - policy.free_attempts, 20)
             attempts.until_s = now_s + min(policy.first_s * factor, policy.longest_s)
         self._attempts[key] = attempts

@@ -1,1 +1,1 @@
-"""Encrypted backups: create them every night, verify them by a trial restore, and restore the clinic from one."""
+"""Encrypted backups: create one every night, verify it by a trial restore, and restore the clinic from a backup."""

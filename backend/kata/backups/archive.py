@@ -1,7 +1,7 @@
 """The file format of a backup: a compressed tar, encrypted with age. ``age --decrypt -i KEY FILE | tar xz`` opens it without Kata.
 
 The tar contains ``kata-backup.json`` with a description, ``database`` (a SQLite file or an archive of ``pg_dump``), and ``data/`` with the
-clinic's other files. age authenticates every part and the end of the file: a truncated or changed file is refused.
+clinic's other files. age authenticates every part and the end of the file, so a truncated or changed file is refused.
 """
 
 import gzip
@@ -34,7 +34,7 @@ FACTOR_KEY: Final = "second-factor-key.txt"
 _CONTENTS_FILE: Final = "kata-backup.json"
 _FORMAT: Final = "kata-backup/1"
 _COMPRESSION_LEVEL: Final = 1
-"""The fastest level: samples are compressed already, and text compresses well at any level."""
+"""The fastest level, because samples are already compressed and text compresses well at any level."""
 _NO_KEY_FITS: Final = "No matching keys found"
 
 
@@ -46,24 +46,24 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     kind: Kind
     made_at: datetime
     program: str
-    """Kata's version."""
+    """Version of Kata that made the backup."""
     bytes: int
-    """Size of the unpacked contents."""
+    """Size of the unpacked contents in bytes."""
     database: DatabaseKind
     schema: str
-    """Revision of the database's tables."""
+    """Revision of the database schema."""
     tables: dict[str, Tally]
-    """Rows and checksum of each table at the time of the backup."""
+    """Row count and checksum of each table at the time of the backup."""
     anchored: int = 0
-    """Lines in the audit trail's anchor when the backup began."""
+    """Number of lines in the audit trail's anchor when the backup began."""
 
 
 def write_archive(file: Path, recipients: list[Recipient], contents: Contents, folder: Path) -> int:
     """Write the database copy and ``data/`` of ``folder`` into a new file for these recipients, and return its size in bytes.
 
-    The file gets its name when it is complete and synced.
+    The file has a temporary name until it is complete and synced.
 
-    :raises OSError: when the disk refuses, for example because it is full.
+    :raises OSError: when the file cannot be written, for example because the disk is full.
     """
     part = file.with_name(file.name + ".part")
     try:
@@ -92,7 +92,7 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
     def unpack(source: IO[bytes]) -> None:
         found.append(_unpack(source, folder, check))
         while source.read(1 << 16):
-            # Only the end of the file proves that it is complete.
+            # Read to the end, because only the end of the file proves that it is complete.
             pass
 
     try:
@@ -149,7 +149,9 @@ def _unpack(source: IO[bytes], folder: Path, check: Callable[[Contents], None]) 
 
 
 def _extract(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> None:
-    """Extract a file or a folder. Refuse other types and paths outside: anyone with the public key can make a valid archive."""
+    """Extract a file or a folder. Refuse other types and paths outside ``folder``, because anyone with the public key can make a valid
+    archive.
+    """
     path = PurePosixPath(member.name)
     if path.is_absolute() or ".." in path.parts or not (member.isdir() or member.isfile()):
         raise BackupError(f"this file is not a backup of Kata: {member.name}")
@@ -180,7 +182,7 @@ def _parse_contents(description: bytes) -> Contents:
 
 
 def _through_pipe(fill: Callable[[IO[bytes]], None], drain: Callable[[IO[bytes]], None]) -> None:
-    """Run ``fill`` in a thread and ``drain`` here, connected by a pipe. Raise the first error."""
+    """Run ``fill`` in a thread and ``drain`` in this one, connected by a pipe. Raise the first error."""
     reading, writing = os.pipe()
     errors: list[BaseException] = []
 
@@ -198,7 +200,8 @@ def _through_pipe(fill: Callable[[IO[bytes]], None], drain: Callable[[IO[bytes]]
             drain(source)
     except BaseException as error:
         thread.join()
-        # An error of ``fill`` is the cause: ``drain`` only met an early end. A broken pipe is the consequence of an error of ``drain``.
+        # An error of ``fill`` is the cause; ``drain`` then only met an early end. A broken pipe in ``fill`` is the consequence of an error
+        # of ``drain``.
         if errors and not isinstance(errors[0], BrokenPipeError):
             raise errors[0] from error
         raise

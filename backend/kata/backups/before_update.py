@@ -1,7 +1,8 @@
-"""The data of before an update: saved while the service is stopped, and put back when the new version has changed the schema and is not ready.
+"""The data before an update. They are saved while the service is stopped, and put back if the new version has changed the schema but does
+not become ready.
 
-This concerns SQLite only. Several stations may use one PostgreSQL, and each version can use the schema of the next one; so that database
-stays as it is.
+This concerns only SQLite. Several stations may use one PostgreSQL database, and each version can use the schema of the next version, so
+that database stays as it is.
 """
 
 import os
@@ -23,7 +24,7 @@ from kata.system.sync import sync_folder
 
 _DATABASE: Final = "kata.db"
 _SAVED_FOLDERS: Final = ("journal", "spool")
-"""Parts of the data folder that a start imports into the database: journals and records that wait."""
+"""Parts of the data folder that a start imports into the database: journals, and records that wait for the database."""
 _CHANGES_SINCE: Final = (
     "SELECT count(*) FROM audit WHERE number > ? AND account_id IS NOT NULL AND patient_id IS NOT NULL"
 )
@@ -33,7 +34,7 @@ def save(settings: Settings) -> bool:
     """Copy database, journals and waiting records. Return False if the clinic does not use SQLite.
 
     :raises BackupError: when a service uses the data folder.
-    :raises OSError: when the disk refuses.
+    :raises OSError: when the files cannot be copied.
     """
     database = _sqlite_file(settings)
     if database is None:
@@ -55,13 +56,13 @@ def save(settings: Settings) -> bool:
 
 
 def put_back(settings: Settings) -> bool:
-    """Put the saved data back if the schema has changed since. Return whether that was done.
+    """Put the saved data back if the schema has changed since. Return whether the data were put back.
 
-    The database is replaced as a whole: a power cut leaves the present one or the saved one. The present one stays in the folder of the
-    saved data. All users have to sign in again.
+    The database is replaced as a whole: after a power cut, it is the present one or the saved one. The present database stays in the folder
+    of the saved data. All users have to sign in again.
 
     :raises BackupError: when users have worked with the new version, or a service uses the data folder. Nothing is changed.
-    :raises OSError: when the disk refuses.
+    :raises OSError: when the files cannot be written.
     """
     database, folder = _sqlite_file(settings), before_update_folder(settings)
     saved = folder / _DATABASE
@@ -78,13 +79,13 @@ def put_back(settings: Settings) -> bool:
         copy_sqlite_file(saved, restored)
         copy = Database(f"sqlite:///{restored}")
         try:
-            # The audit trail's anchor has the rows that are discarded here.
+            # The anchor of the audit trail contains the rows that are discarded here, so the trail must explain them.
             revoke_access(settings, copy, saved, folder, utc_now())
         finally:
             copy.close()
         for name in _SAVED_FOLDERS:
             _copy_missing(folder / name, settings.data / name)
-        # Without these files, each of the two databases is complete in one file.
+        # Without these journal files, each of the two databases is complete in one file.
         for file in (restored, database):
             _without_journal_files(file)
         with suppress(FileExistsError):
@@ -112,7 +113,7 @@ def _schema(file: Path) -> str:
 
 
 def _used_since(database: Path, saved: Path) -> bool:
-    """Return whether a patient's record was read or changed since the copy, by the audit trail."""
+    """Return whether, according to the audit trail, a patient's record was read or changed since the copy."""
     with closing(sqlite3.connect(saved)) as connection:
         (last,) = connection.execute("SELECT coalesce(max(number), 0) FROM audit").fetchone()
     with closing(sqlite3.connect(database)) as connection:
@@ -121,7 +122,7 @@ def _used_since(database: Path, saved: Path) -> bool:
 
 
 def _copy_missing(source: Path, target: Path) -> None:
-    """Copy the files that the target lacks. What is imported twice is stored once."""
+    """Copy the files that the target lacks. A file that is imported twice is stored once."""
     for path in sorted(file for file in source.rglob("*") if file.is_file()):
         copy = target / path.relative_to(source)
         if not copy.exists():

@@ -1,4 +1,4 @@
-"""The catalogue of backups: records in the data folder, and the rows that the service makes of them."""
+"""The catalogue of backups: record files in the data folder, which the service imports as rows of the database."""
 
 import logging
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 Kind = Literal["nightly", "asked"]
 DEFAULT_PAGE: Final = 100
-"""Backups on a page: some months of them."""
+"""Backups on a page, which covers some months."""
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], BackupRow.at, BackupRow.id, descending=True)
 
 
@@ -39,13 +39,13 @@ class BackupRecord(msgspec.Struct, frozen=True, kw_only=True):
     test_problem: str = ""
     """Why the backup may not be restorable; empty if the restored copy was complete and equal."""
     audit_rows: int | None = None
-    """Verified rows of the audit trail in the restored copy."""
+    """Number of verified rows of the audit trail in the restored copy."""
     audit_problem: str = ""
-    """Where that trail is damaged; empty if it is intact."""
+    """Where that audit trail is damaged; empty if it is intact."""
 
 
 def write_record(settings: Settings, record: BackupRecord) -> None:
-    """Write a record. The service imports it, at the latest after its next start."""
+    """Write a record. The service imports it at the latest after its next start."""
     folder = records_folder(settings)
     folder.mkdir(parents=True, exist_ok=True)
     part = folder / f"{record.id}.part"
@@ -54,7 +54,7 @@ def write_record(settings: Settings, record: BackupRecord) -> None:
 
 
 def import_records(settings: Settings, database: Database) -> None:
-    """Import the waiting records into the database, each exactly once. A newer record of the same backup replaces the older one."""
+    """Import the waiting records into the database, each exactly once. A newer record of a backup replaces an older one."""
     for file in sorted(records_folder(settings).glob("*.json")):
         try:
             record = msgspec.json.decode(file.read_bytes(), type=BackupRecord)
@@ -76,14 +76,14 @@ def import_records(settings: Settings, database: Database) -> None:
 def newest(session: Session, limit: int, after: str | None = None) -> tuple[Sequence[BackupRow], str | None]:
     """Return a page of backups (newest first) and the next cursor.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     rows = session.scalars(_NEWEST_FIRST.page(select(BackupRow), after, limit)).all()
     return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.id))
 
 
 def last_made(session: Session) -> BackupRow | None:
-    """Return the newest backup without a known problem, verified or not."""
+    """Return the newest backup without a known problem, even if it is not verified."""
     sound = (BackupRow.problem == "", (BackupRow.test_problem == "") | BackupRow.tested_at.is_(None))
     return session.scalars(select(BackupRow).where(*sound).order_by(BackupRow.at.desc()).limit(1)).first()
 

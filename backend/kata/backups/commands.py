@@ -33,7 +33,7 @@ def backup(
     settings = _settings_from(data=data, backup_dir=to)
     # The backup is not urgent and must not delay the control loop.
     os.nice(_NICENESS)
-    # An exit removes files that are not encrypted yet.
+    # Exiting removes files that are not encrypted yet.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_EXIT_AFTER_SIGTERM))
     try:
         record = create_backup(settings, "nightly" if nightly else "asked")
@@ -69,7 +69,7 @@ def restore(
     from kata.backups.restore import restore_backup, verify_and_record
     from kata.database.engine import DatabaseError
 
-    # Without the messages of the database upgrade.
+    # Hide the messages of the database upgrade.
     logging.basicConfig(level=logging.WARNING)
     if former_try:
         typer.echo("--try is now called --verify; the next release does not accept --try.", err=True)

@@ -1,7 +1,7 @@
 """Create a backup: copy the data, encrypt it, verify it by a trial restore, and delete expired backups.
 
-This only reads the database, because the running service is its only writer. The result is a record in the data folder, which the service
-imports (:mod:`kata.backups.catalogue`).
+The command only reads the database, because the running service is the only writer. The result is a record in the data folder, which the
+service imports (:mod:`kata.backups.catalogue`).
 """
 
 import shutil
@@ -31,13 +31,13 @@ _KEEP_MONTHLY_MONTHS: Final = 12
 _DAYS_OF_MONTH: Final = 31
 _FILE_NAME_FORMAT: Final = "kata-%Y%m%dT%H%M%SZ"
 _DISK_SPACE_FACTOR: Final = 2
-"""Required disk space as a multiple of the database: a copy and the backup, then the backup and the restored copy."""
+"""Required disk space as a multiple of the database size: first a copy and the backup, then the backup and the restored copy."""
 
 
 def create_backup(settings: Settings, kind: Kind) -> BackupRecord:
-    """Create and verify a backup, and return its record. Some gigabytes take a minute: call it in a separate process.
+    """Create and verify a backup, and return its record. Some gigabytes take a minute, so call it in a separate process.
 
-    :raises BackupError: when the backup cannot be made. The record contains the reason, too.
+    :raises BackupError: when the backup cannot be made. The record also contains the reason.
     """
     at = utc_now()
     identity = uuid4()
@@ -59,7 +59,7 @@ def create_backup(settings: Settings, kind: Kind) -> BackupRecord:
 
 
 def expired_backups(folder: Path, now: datetime) -> list[Path]:
-    """Return the backups to be deleted. All of the last 14 days are kept, and the first of each of the last 12 months."""
+    """Return the backups to delete. All backups of the last 14 days are kept, and the first backup of each of the last 12 months."""
     months: set[tuple[int, int]] = set()
     expired: list[Path] = []
     for at, file in sorted(_list_backups(folder)):
@@ -101,7 +101,8 @@ def _create_and_verify(settings: Settings, record: BackupRecord) -> BackupRecord
 def _write_file(settings: Settings, database: Database, record: BackupRecord) -> int:
     with work_folder(settings) as folder:
         (folder / DATA).mkdir()
-        # Journals first: a journal that is imported during the backup is then in the database copy. One in both places is imported once.
+        # Journals first. A journal that is imported during the backup is then in the database copy. A journal in both places is imported
+        # only once.
         journals = settings.journal.relative_to(settings.data)
         _copy_files(
             settings,
@@ -110,10 +111,10 @@ def _write_file(settings: Settings, database: Database, record: BackupRecord) ->
         )
         anchored = _count_anchor_lines(settings.effective_audit_anchor)
         schema, tables = copy(database, folder / DATABASE)
-        # After the database: the anchor must cover every row of the copy.
+        # After the database, because the anchor must cover every row of the copy.
         with suppress(FileNotFoundError):
             shutil.copy(settings.effective_audit_anchor, folder / DATA / ANCHOR)
-        # After the database: a row of the copy may be encrypted with a new key.
+        # After the database, because a row of the copy may be encrypted with a new key.
         with suppress(FileNotFoundError):
             shutil.copy(settings.effective_second_factor_key, folder / DATA / FACTOR_KEY)
         _copy_files(

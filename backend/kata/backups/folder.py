@@ -1,4 +1,4 @@
-"""The data folder as backups use it: the clinic's files in it, and locks on it."""
+"""The clinic's files in the data folder, and the locks on this folder that backups and restores need."""
 
 import shutil
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ class UnfinishedRestoreError(Exception):
 
 @contextmanager
 def claimed_by_service(settings: Settings) -> Iterator[None]:
-    """Claim the data folder for a service. During the block no other service starts on it and no restore begins.
+    """Claim the data folder for a service. While the context lasts, no other service starts on the folder and no restore begins.
 
     :raises FolderInUseError: when another service or a restore uses the folder.
     :raises UnfinishedRestoreError: when a restore into the folder was interrupted.
@@ -65,7 +65,7 @@ def restoring_marker(settings: Settings) -> Path:
 
 @contextmanager
 def one_at_a_time(settings: Settings) -> Iterator[None]:
-    """Allow one backup, trial restore or restore at a time.
+    """Allow only one backup, trial restore or restore at a time.
 
     :raises BackupError: when another one is running.
     """
@@ -73,7 +73,7 @@ def one_at_a_time(settings: Settings) -> Iterator[None]:
     try:
         with journal.claimed(records_folder(settings), 0.0):
             for leftover in settings.data.glob(f"{_WORK_PREFIX}*"):
-                # A killed backup left it. It is not encrypted.
+                # A backup that was killed left this folder. Its content is not encrypted.
                 shutil.rmtree(leftover)
             yield
     except journal.FolderInUseError as error:
@@ -82,7 +82,7 @@ def one_at_a_time(settings: Settings) -> Iterator[None]:
 
 @contextmanager
 def work_folder(settings: Settings) -> Iterator[Path]:
-    """Create a temporary folder for unencrypted data, beside the database and readable by its user only."""
+    """Create a temporary folder for unencrypted data in the data folder. Only this user can read it."""
     with TemporaryDirectory(prefix=_WORK_PREFIX, dir=settings.data) as made:
         yield Path(made)
 
@@ -98,16 +98,16 @@ def aside_folder(settings: Settings, name: str) -> Path:
 
 
 def before_update_folder(settings: Settings) -> Path:
-    """Return the folder with the data of before the last update."""
+    """Return the folder with the data saved before the last update."""
     return settings.data / _BEFORE_UPDATE
 
 
 def files_besides_database(settings: Settings, database: Path | None) -> list[Path]:
     """Return the clinic's files besides the database, relative to the data folder: journals that are not imported yet, the station's state,
-    certificates. Backups, imported journals and the backup key are left out. So are the audit anchor and the key of the second factors,
-    because a backup has separate entries for them.
+    certificates. Backups, imported journals and the backup key are left out. The audit anchor and the key of the second factors are left
+    out because a backup has separate entries for them.
 
-    :param database: SQLite's file.
+    :param database: the SQLite file, if any.
     """
     left_out = {
         settings.backup_folder,

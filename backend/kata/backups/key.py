@@ -1,8 +1,8 @@
-"""The key that opens backups (age, X25519), and further recipients.
+"""The key that opens backups (age, X25519), and further public keys for which backups are encrypted.
 
-The first start creates the key beside the data, so that every installation has encrypted backups. The key protects backups in other
-places, not on this computer, and is lost with this computer: keep a copy elsewhere. The secret key may be removed from this computer. With
-the public key alone backups are still made, but they cannot be verified here.
+The first start creates the key beside the data, so that every installation has encrypted backups. The key protects backups that are stored
+elsewhere; on this computer it protects nothing. It is lost with this computer, so keep a copy elsewhere. The secret key may be removed from
+this computer: with only the public key, backups can still be made but not verified here.
 """
 
 import os
@@ -49,7 +49,7 @@ def make_key(settings: Settings) -> bool:
 
 
 def adopt_key(settings: Settings, key: Path) -> bool:
-    """Copy the key that has opened a backup to this computer unless it has one. Return whether it was copied."""
+    """Copy the key that has opened a backup to this computer, unless the computer has a key. Return whether it was copied."""
     secret, public = settings.backup_key_file, public_key_file(settings)
     if secret.exists() or public.exists():
         return False
@@ -61,7 +61,7 @@ def adopt_key(settings: Settings, key: Path) -> bool:
 
 
 def key_location(settings: Settings) -> Literal["here", "elsewhere", "nowhere"]:
-    """Return where the secret key is; nowhere: no key has been created."""
+    """Return where the secret key is. ``nowhere``: no key has been created."""
     if settings.backup_key_file.exists():
         return "here"
     return "elsewhere" if public_key_file(settings).exists() else "nowhere"

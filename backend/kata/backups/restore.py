@@ -1,8 +1,8 @@
 """Verify a backup by a trial restore, and restore the clinic from one.
 
-A trial restore goes into a scratch database and compares its tables with the checksums of the backup. A restore verifies in the same way
-before it replaces the data. It moves the previous data aside and never overwrites it. It ends all login sessions: the backup contains
-sessions that have ended since.
+A trial restore fills a scratch database and compares its tables with the checksums in the backup. A restore verifies the backup in the same
+way before it replaces the data. It moves the previous data aside and never overwrites them. It ends all login sessions, because the backup
+contains sessions that have ended since.
 """
 
 import shutil
@@ -45,7 +45,7 @@ from kata.system.sync import sync_folder
 
 _DATABASE_NAMES: Final[Mapping[DatabaseKind, str]] = MappingProxyType({"sqlite": "SQLite", "postgresql": "PostgreSQL"})
 _DISK_SPACE_FACTOR: Final = 2
-"""Required disk space as a multiple of the backup's contents: the contents, and the copy that an upgrade keeps."""
+"""Required disk space as a multiple of the backup's contents: the contents, and the copy that a database upgrade keeps."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ class VerifiedBackup:
     problems: list[str]
     """Differences between the restored copy and the backed-up database; empty if they are equal."""
     audit_rows: int | None = None
-    """Verified rows of the audit trail; None if the backup has no trail or the restored copy is different."""
+    """Number of verified rows of the audit trail; None if the backup has no trail or the restored copy is different."""
     audit_problem: str = ""
-    """Where that trail is damaged; empty if it is intact. A damaged trail does not make the backup unusable."""
+    """Where that audit trail is damaged; empty if it is intact. A backup with a damaged trail can still be used."""
 
     def recorded(self, record: BackupRecord) -> BackupRecord:
         """Return the record with this result."""
@@ -77,11 +77,11 @@ class RestoreResult:
 
     contents: Contents
     aside: str
-    """Location of the previous data; ``nothing`` if there was none."""
+    """Location of the previous data; ``nothing`` if there were none."""
 
 
 def verify_backup(settings: Settings, database: Database, file: Path, keys: list[Identity]) -> VerifiedBackup:
-    """Restore a backup into a scratch database, compare them and verify the audit trail.
+    """Restore a backup into a scratch database, compare the tables, and verify the audit trail.
 
     :raises BackupError: when the backup cannot be opened.
     :raises DatabaseError: when no scratch database can be created, or the copy cannot be restored.
@@ -127,14 +127,14 @@ def verify_and_record(settings: Settings, file: Path, key: Path) -> VerifiedBack
 def restore_backup(settings: Settings, file: Path, key: Path) -> RestoreResult:
     """Restore the clinic to its state at the backup.
 
-    :raises BackupError: when the backup cannot be opened, the restored copy differs, the version is newer, the kind of database is another,
-        or a service runs. Nothing is changed.
-    :raises DatabaseError: when the database refuses. Nothing is changed.
-    :raises OSError: when the disk refuses. The restore can be repeated.
+    :raises BackupError: when the backup cannot be opened, the restored copy differs, the backup is from a newer version or of another kind
+        of database, or a service runs. Nothing is changed.
+    :raises DatabaseError: when the database cannot be replaced. Nothing is changed.
+    :raises OSError: when files cannot be written. The restore can be repeated.
     """
     keys = identities(key)
     now = utc_now()
-    # With microseconds, so that an immediate second attempt gets another folder.
+    # The name contains microseconds, so that an immediate second attempt gets another folder.
     aside = aside_folder(settings, f"{now:%Y%m%d-%H%M%S-%f}")
     with claimed_by_restore(settings), one_at_a_time(settings), work_folder(settings) as folder:
         database = Database(settings.effective_database_url)
@@ -178,7 +178,7 @@ def _contents_check(settings: Settings, database: Database) -> Callable[[Content
             raise BackupError(
                 f"this is a backup of a {_DATABASE_NAMES[contents.database]} database, not of {_DATABASE_NAMES[here]}: {step}"
             )
-        # Imported here: the service imports this module, and would start later.
+        # Imported here, because the service imports this module and would start later.
         from alembic.script import ScriptDirectory
 
         known = {revision.revision for revision in ScriptDirectory(str(migrations())).walk_revisions()}
@@ -202,7 +202,7 @@ def _find_problems(copy: Database, contents: Contents) -> list[str]:
 
 
 def _with_audit_result(copy: Database, contents: Contents, anchor: Path) -> VerifiedBackup:
-    """Verify the audit trail like ``kata audit verify``. This finds damage while older, undamaged backups still exist."""
+    """Verify the audit trail like ``kata audit verify``. This finds damage while older backups without damage still exist."""
     if AuditRow.__tablename__ not in contents.tables:
         return VerifiedBackup(contents, [])
     with copy.read() as session:
@@ -229,7 +229,7 @@ def revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, 
 
 
 def _newest_anchor(settings: Settings, restored: Path) -> Path:
-    """Return this computer's anchor. On another computer, return the anchor's copy elsewhere, else the backup's anchor."""
+    """Return this computer's anchor. On another computer, return the anchor's copy elsewhere or, if there is none, the backup's anchor."""
     for file in (settings.effective_audit_anchor, settings.audit_anchor_copy):
         if file and file.exists():
             return file

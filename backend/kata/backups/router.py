@@ -1,6 +1,6 @@
-"""Routes and schedule of backups: a separate process makes one every night, and the list shows each with its last restore test.
+"""Routes and schedule of backups. A separate process makes a backup every night. The list shows each backup with its last restore test.
 
-That process only reads the database (:mod:`kata.backups.create`). The service imports its record.
+That process only reads the database (:mod:`kata.backups.create`). The service imports the process's record.
 """
 
 import asyncio
@@ -44,12 +44,12 @@ from kata.types import Moment, Schema
 log = logging.getLogger(__name__)
 
 _FIRST_CHECK_S: Final = 300.0
-"""No backup begins right after the start, when the user wants to work."""
+"""Seconds after the start without a backup, because users want to work then."""
 _CHECK_PERIOD_S: Final = 60.0
 _RETRY_AFTER: Final = timedelta(hours=1)
-"""Pause after a failed backup."""
+"""Time between a failed backup and the next attempt."""
 _NIGHTLY_LOCK_KEY: Final = 0x6B_61_74_61_62_6B_75_70
-"""The advisory lock that a service holds during the nightly backup: an arbitrary number."""
+"""Key of the advisory lock that a service holds during the nightly backup. The number is arbitrary."""
 
 router = APIRouter(prefix="/api/backups", tags=["backups"])
 
@@ -61,29 +61,33 @@ class Backup(Schema):
     at: Moment
     kind: Kind = Field(description="nightly: automatic; asked: requested by a user.")
     file: str
-    bytes: int = Field(ge=0, description="0 if it failed.")
-    problem: str = Field(description="Why it failed; empty if it was made.")
+    bytes: int = Field(ge=0, description="0 if the backup failed.")
+    problem: str = Field(description="Why the backup failed; empty if it was made.")
     tested_at: Moment | None = Field(description="Time of the last restore test.")
     test_problem: str = Field(
-        description="Why it may not be restorable; empty if the restored copy was complete and equal."
+        description="Why the backup may not be restorable; empty if the restored copy was complete and equal."
     )
     audit_rows: int | None = Field(
-        ge=0, description="Rows of the audit trail that the restore test verified; null: none."
+        ge=0, description="Rows of the audit trail that the restore test verified; null: it verified none."
     )
     audit_problem: str = Field(
-        description="Where the audit trail in it is damaged; empty if intact. The backup can be restored in both cases."
+        description="Where the backup's audit trail is damaged; empty if it is intact. The backup can be restored in either case."
     )
-    there: bool = Field(description="The file is on this computer; another service may store its backups elsewhere.")
+    there: bool = Field(
+        description="True if the file is on this computer; another service may store its backups elsewhere."
+    )
 
 
 class BackupList(Page[Backup]):
     """Backups, newest first, and how they are made."""
 
-    last_good: Backup | None = Field(description="The newest whose restore test succeeded.")
-    running: bool = Field(description="A backup is being made.")
+    last_good: Backup | None = Field(description="The newest backup whose restore test succeeded.")
+    running: bool = Field(description="True while a backup is being made.")
     next_at: Moment | None = Field(description="Time of the next automatic backup; null: never.")
     folder: str = Field(examples=["/var/lib/kata/backups"])
-    same_disk: bool = Field(description="The folder is on the database's disk and is lost with it.")
+    same_disk: bool = Field(
+        description="True if the folder is on the database's disk, so that a failure of this disk loses both."
+    )
     key: Literal["here", "elsewhere", "nowhere"] = Field(
         description="Location of the secret key: on this computer, removed from it, or not created yet."
     )
@@ -103,7 +107,7 @@ class Backups:
         """Prepare the backups.
 
         :param occupied: returns True while motors have torque. A nightly backup waits until it returns False.
-        :param time_zone: returns the clinic's time zone; None: this computer's.
+        :param time_zone: returns the clinic's time zone, or None for this computer's time zone.
         """
         self._time_zone = time_zone
         self._settings = settings
@@ -112,7 +116,7 @@ class Backups:
         self._running: asyncio.Task[None] | None = None
         self._begun_at: datetime | None = None
         self._importing = threading.Lock()
-        """Keeps a request for the list and the end of a backup from importing the same record twice."""
+        """Prevents a request for the list and the end of a backup from importing the same record twice."""
 
     @asynccontextmanager
     async def each_night(
@@ -171,10 +175,10 @@ class Backups:
                 if await asyncio.to_thread(self._is_due) and not self._occupied():
                     self.begin("nightly")
             except ProblemError:
-                # A requested backup is running. The next look comes after it.
+                # A backup that a user requested is running. The next check comes after it.
                 continue
             except Exception:
-                # The next look may succeed.
+                # The next check may succeed.
                 log.exception("the schedule of backups could not be checked")
 
     def _is_due(self) -> bool:
@@ -197,7 +201,7 @@ class Backups:
         if lock is None:
             return
         try:
-            # Another service may have made the backup before this one got the lock.
+            # Another service may have made the backup before this service got the lock.
             if await asyncio.to_thread(self._is_due_by_catalogue):
                 await self._run_process(kind)
         finally:
@@ -224,7 +228,9 @@ class Backups:
         await asyncio.to_thread(self._import_result, kind, process.returncode or 0, before)
 
     def _import_result(self, kind: Kind, status: int, before: int) -> None:
-        """Import the record of a finished process, or write one if it wrote none. ``before``: number of known backups at its beginning."""
+        """Import the record of a finished process. Write a record if the process wrote none. ``before``: number of known backups when
+        the process began.
+        """
         self._import_records()
         if status and self._count_backups() == before:
             write_record(
@@ -261,14 +267,15 @@ def _log_error(task: asyncio.Task[None]) -> None:
 
 
 def night_lock(database: Database) -> ExitStack | None:
-    """Take the lock of the nightly backup. Close it after the backup. Return None if another service on this database has it.
+    """Take the lock of the nightly backup; the caller closes it after the backup. Return None if another service on this database has the
+    lock.
 
-    PostgreSQL releases the lock when a service is killed. A SQLite database has one service, which needs no lock.
+    PostgreSQL releases the lock when a service is killed. A SQLite database has only one service, which needs no lock.
     """
     with ExitStack() as stack:
         if not database.file:
             connection = stack.enter_context(database.writer.connect())
-            # The lock ends with its connection, which therefore must leave the pool.
+            # The lock ends with its connection, so the connection must leave the pool.
             connection.detach()
             if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY_LOCK_KEY))).scalar_one():
                 return None
@@ -278,9 +285,9 @@ def night_lock(database: Database) -> ExitStack | None:
 
 
 def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None, tried_at: datetime | None) -> bool:
-    """Return whether a backup is due: the newest usable one is older than the last time of day ``at``, and no attempt was made recently.
+    """Return whether a backup is due: the newest usable backup is older than the last time of day ``at``, and there was no recent attempt.
 
-    :param zone: time zone of the clinic; None: this computer's.
+    :param zone: time zone of the clinic, or None for this computer's.
     """
     if at == "never" or (tried_at is not None and tried_at > now - _RETRY_AFTER):
         return False
@@ -288,7 +295,7 @@ def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None,
 
 
 def next_at(now: datetime, at: str, zone: ZoneInfo | None) -> datetime | None:
-    """Return the next time of day ``at``; None: never."""
+    """Return the next time at the time of day ``at``, or None if ``at`` is ``never``."""
     return None if at == "never" else _times_around(now, at, zone)[1]
 
 
@@ -299,7 +306,7 @@ def same_disk(settings: Settings) -> bool:
 
 
 def _times_around(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, datetime]:
-    """Return the last and the next moment with the time of day ``at`` in the clinic."""
+    """Return the last and the next time at the time of day ``at`` in the clinic's time zone."""
     local = now.astimezone(zone)
     days = [local.date() + timedelta(days=days) for days in (-1, 0, 1)]
     moments = [datetime.combine(day, time.fromisoformat(at), tzinfo=zone).astimezone(now.tzinfo) for day in days]
@@ -307,7 +314,7 @@ def _times_around(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[dateti
 
 
 def _environment(settings: Settings) -> Mapping[str, str]:
-    """Return the settings as environment variables. Arguments would show a password in the database URL in process lists."""
+    """Return the settings as environment variables, because process lists would show arguments and so a password in the database URL."""
     values = {
         "data": settings.data,
         "database_url": settings.database_url,
@@ -348,6 +355,6 @@ async def list_backups(backups: TheBackups, limit: Limit = DEFAULT_PAGE, after: 
 
 @router.post("", status_code=202, responses=PROBLEMS.of(409), summary="Start a backup")
 async def make_backup(backups: TheBackups) -> BackupList:
-    """Start a backup. It appears in the list after its restore test."""
+    """Start a backup. The list contains it after its restore test."""
     backups.begin("asked")
     return await backups.state()

@@ -17,7 +17,7 @@ class BackupRow(Base):
     id: Mapped[UUID] = mapped_column(primary_key=True)
     at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
     kind: Mapped[str] = mapped_column(String(8))
-    """nightly or asked."""
+    """``nightly`` or ``asked``."""
     file: Mapped[str] = mapped_column(String(300))
     bytes: Mapped[int] = mapped_column(BigInteger)
     problem: Mapped[str] = mapped_column(Text, default="")
@@ -25,6 +25,6 @@ class BackupRow(Base):
     test_problem: Mapped[str] = mapped_column(Text, default="")
     """Empty if the restored copy was complete and equal."""
     audit_rows: Mapped[int | None] = mapped_column(BigInteger)
-    """Rows of the audit trail that the restore test verified; None if it verified none."""
+    """Number of rows of the audit trail that the restore test verified; None if it verified none."""
     audit_problem: Mapped[str] = mapped_column(Text, default="")
-    """Where that trail was damaged."""
+    """Where that audit trail was damaged."""

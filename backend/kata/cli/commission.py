@@ -1,4 +1,4 @@
-"""``kata commission``: the procedure of :mod:`kata.commissioning` in a terminal."""
+"""``kata commission``: the commissioning procedure of :mod:`kata.commissioning` in a terminal."""
 
 import select
 import sys
@@ -48,7 +48,7 @@ _END: Final = "q"
 
 
 class TerminalTechnician:
-    """Shows instructions in a terminal. Enter confirms, q ends the step."""
+    """Shows instructions in a terminal. The key Enter confirms an instruction, and q ends the step."""
 
     def instruct(self, instruction: ManualAction) -> None:
         """See :class:`~kata.commissioning.bench.Technician`."""
@@ -70,13 +70,13 @@ class FrontEnd(Protocol):
     """Shows the progress of the procedure."""
 
     def announce(self, step: CommissioningStep) -> None:
-        """Show a step before it runs."""
+        """Show that a step begins."""
 
     def report(self, ran: RecordedStep) -> None:
         """Show the result of a step."""
 
     def finish(self, *, passed: bool, text: str) -> None:
-        """Show the end."""
+        """Show the end of the procedure."""
 
 
 class TerminalFrontEnd:
@@ -102,14 +102,14 @@ class TerminalFrontEnd:
 
 @dataclass
 class WorkCounter:
-    """Counts what a person does, and the time in which the machine works without one. Wraps a technician."""
+    """Wraps a technician. Counts the person's actions, and measures the time in which the machine works without the person."""
 
     technician: Technician
     now_ns: Callable[[], int]
     presses: int = 0
-    """Instructions that the person confirms."""
+    """Number of instructions that the person confirms."""
     others: int = 0
-    """Instructions that the drives see."""
+    """Number of instructions whose completion the drives detect."""
     waited_ns: int = 0
     _since_ns: int | None = None
 
@@ -132,9 +132,9 @@ class WorkCounter:
 def run(
     station: Path, port: str | None, by: str, first: str | None, simulated: int | None, *, lines: bool = False
 ) -> bool:
-    """Commission a station from the step ``first`` on; return True if every step has passed and the configuration is written.
+    """Commission a station from the step ``first`` on. Return True if every step has passed and the configuration is written.
 
-    ``lines``: for a program, see :mod:`kata.cli.commission_lines`.
+    ``lines``: True if a program runs the procedure, see :mod:`kata.cli.commission_lines`.
     """
     front: FrontEnd = LineFrontEnd() if lines else TerminalFrontEnd()
     if simulated is None:
@@ -143,7 +143,7 @@ def run(
             fail(texts.ONLY_DYNAMIXEL())
         bench = _bench_at_port(draft, lines=lines)
     else:
-        # Each practice begins with drives from their boxes.
+        # Each practice begins with factory-new drives.
         bench, first = _practice_bench(simulated, lines=lines), None
         record = begin_record(bench.draft, by)
     counter = WorkCounter(bench.technician, bench.now_ns)
@@ -170,7 +170,7 @@ def run(
 
 
 def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
-    """Run the periodic check of a commissioned station; return True if every step has passed. ``lines``: as in :func:`run`."""
+    """Run the periodic check of a commissioned station. Return True if every step has passed. ``lines``: as in :func:`run`."""
     front: FrontEnd = LineFrontEnd() if lines else TerminalFrontEnd()
     try:
         draft, record = config.read(station), read_record(record_path(station))
@@ -192,7 +192,7 @@ def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
 
 
 def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[CommissioningRecord, StationConfig]:
-    """Return the unfinished record to continue, or a new one; and the configuration to begin with. ``first``: the step to begin with."""
+    """Return the unfinished record to continue, or a new one, and the configuration to begin with. ``first``: the first step."""
     path = record_path(station)
     try:
         former = read_record(path)
@@ -213,7 +213,7 @@ def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[
 
 
 def _bench_at_port(draft: StationConfig, *, lines: bool) -> Bench:
-    """Return the bench of a real apparatus. This thread is then as punctual as the device process where the system grants it."""
+    """Return the bench of a real apparatus. If the system allows it, this thread then has the real-time priority of the device process."""
     realtime.schedule(realtime.CONTROL_PRIORITY)
     if not lines:
         return Bench(draft, TerminalTechnician(), SerialTransport, time.sleep, time.monotonic_ns)
@@ -238,7 +238,7 @@ def _at_port(draft: StationConfig, port: str | None) -> StationConfig:
 
 
 def _report_of(record: CommissioningRecord) -> bytes:
-    """Return the record as PDF. Its letterhead is the clinic's (KATA_CLINIC_NAME and others)."""
+    """Return the record as PDF, with the letterhead of the clinic's settings (KATA_CLINIC_NAME and others)."""
     settings = Settings()
     try:
         head = letterhead.read(

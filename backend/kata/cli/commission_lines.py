@@ -1,7 +1,7 @@
-"""``kata commission --lines``: the procedure of :mod:`kata.commissioning` for a program. The service runs it for its page.
+"""``kata commission --lines``: the commissioning procedure of :mod:`kata.commissioning` for a program. The service runs it for its page.
 
 Each line of standard output is a JSON object with ``event``: ``step``, ``instruct``, ``working``, ``ended`` or ``finished``. Each line of
-standard input is ``{"confirm": NUMBER}``, the number of an instruction, or ``{"stop": true}``. The end of standard input is a stop.
+standard input is ``{"confirm": NUMBER}`` with the number of an instruction, or ``{"stop": true}``. The end of standard input means a stop.
 """
 
 import json
@@ -22,8 +22,8 @@ from kata.commissioning.record import RecordedStep
 class LineTechnician:
     """Sends instructions as lines, and reads confirmations and stops.
 
-    With ``hands``, a confirmation lets them do what is asked, and nothing moves before: the simulation's clock must not run while a
-    person reads.
+    If ``hands`` is set, they carry out an instruction after its confirmation. Nothing moves before, because the simulation's clock must not
+    run while a person reads.
     """
 
     def __init__(self, keyboard: int | None = None) -> None:
@@ -66,7 +66,9 @@ class LineTechnician:
         return self.hands.has_confirmed()
 
     def stoppable(self, sleep: Callable[[float], None]) -> Callable[[float], None]:
-        """Return ``sleep`` that raises a StepError after a stop. Every wait and every cycle of the steps calls it."""
+        """Return a function that sleeps like ``sleep`` and raises StepError after a stop. Every wait and every cycle of the steps calls
+        it.
+        """
 
         def sleep_unless_stopped(seconds: float) -> None:
             self._read(0.0)
@@ -87,7 +89,7 @@ class LineTechnician:
             raise StepError(texts.TECHNICIAN_STOPPED())
 
     def _read(self, timeout_s: float | None) -> None:
-        """Read what has been sent; wait for it with None."""
+        """Read the lines that have been sent. If ``timeout_s`` is None, wait for input."""
         while select.select([self._keyboard], [], [], timeout_s)[0]:
             data = os.read(self._keyboard, 4096)
             if not data:

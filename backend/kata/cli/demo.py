@@ -1,4 +1,4 @@
-"""Teach a motion by hand and pedal, play it back and compare, without a browser.
+"""Teach a motion by hand and pedal, play it back and compare both, without a browser.
 
 Service, database and device process are real. The apparatus is simulated behind a pseudo-terminal.
 """
@@ -29,18 +29,18 @@ FAILURES: Final = (
     TaughtError, HandRefusedError, ServiceDriverError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
     SimulatorError, OSError,
 )  # fmt: skip
-"""Errors whose message is printed."""
+"""Errors whose message the command prints."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """The errors of the playback."""
+    """The tracking errors of the playback."""
 
     comparison: Comparison
     rate_hz: int
 
     def as_json(self) -> dict[str, Any]:
-        """Return peak, RMSE and start error per motor, in degrees with signs."""
+        """Return peak error, RMSE and start error of each motor, in degrees with signs."""
         columns = {"motor", "peak_deg", "rmse_deg", "start_deg"}
         return {
             "motors": [motor.model_dump(include=columns) for motor in self.comparison.motors],

@@ -1,6 +1,6 @@
-"""``kata doctor``: check whether this computer can run Kata. Each finding is one line with its remedy.
+"""``kata doctor``: check whether this computer can run Kata. Each finding is one line; a problem has a remedy.
 
-The checks change nothing. They read the drives' registers to measure how late answers arrive, and write none.
+The checks change nothing. They read registers of the drives to measure how late answers arrive, and write no register.
 """
 
 import grp
@@ -50,7 +50,7 @@ _ROOM_WANTED_GB: Final = 5.0
 _ROOM_NEEDED_GB: Final = 0.5
 _LATENCY_MS: Final = 1
 _DAMAGED_SHARE: Final = 0.02
-"""Of the answers. A sound bus has none."""
+"""Share of damaged answers above which the bus is reported. A bus without faults has no damaged answers."""
 _OLDEST: Final = timedelta(days=2)
 _BY_ID: Final = Path("/dev/serial/by-id")
 _TTYS: Final = Path("/sys/class/tty")
@@ -59,7 +59,7 @@ _HUGE_PAGES: Final = Path("/sys/kernel/mm/transparent_hugepage/enabled")
 
 @dataclass(frozen=True)
 class CheckResult:
-    """The result of one check, and the remedy of a problem."""
+    """The result of one check, with the remedy of a problem."""
 
     name: str
     state: State
@@ -137,7 +137,7 @@ def _processor(settings: Settings) -> Iterator[CheckResult]:
 
 
 def _huge_pages(settings: Settings) -> Iterator[CheckResult]:
-    """Warn if the kernel makes huge pages for every program. Kata refuses them for itself, but a browser on this computer gets them."""
+    """Warn if the kernel gives huge pages to every program. Kata refuses them for itself, but a browser on this computer gets them."""
     if not _HUGE_PAGES.exists():
         return
     if "[always]" not in _HUGE_PAGES.read_text():
@@ -251,7 +251,7 @@ def _name_of(port: Path) -> Iterator[CheckResult]:
 
 
 def _latency_timer(port: Path) -> Iterator[CheckResult]:
-    """Warn about the latency timer: FTDI's adapters delay replies by up to 16 ms by default."""
+    """Warn about a slow latency timer, because FTDI adapters delay replies by up to 16 ms by default."""
     timer = _TTYS / port.resolve().name / "device" / "latency_timer"
     if not timer.exists():
         return
@@ -270,7 +270,7 @@ def _latency_timer(port: Path) -> Iterator[CheckResult]:
 
 
 def _drives(station: config.StationConfig) -> Iterator[CheckResult]:
-    """Measure how late the drives answer through this adapter, and compare the rate that it carries with the station's."""
+    """Measure how late the drives answer through this adapter, and compare the rate that the adapter carries with the station's rate."""
     dynamixel = station.protocol == "dynamixel"
     try:
         found = measure_adapter(station) if dynamixel else measure_bus(station)
@@ -324,7 +324,7 @@ def _by_id() -> list[Path]:
 
 def _data(settings: Settings) -> Iterator[CheckResult]:
     folder = settings.data
-    # The first start creates a missing folder within the nearest existing one.
+    # The first start creates a missing folder, so check the nearest existing one.
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     try:
         with tempfile.TemporaryFile(dir=existing) as file:
@@ -453,7 +453,9 @@ def _openid(settings: Settings) -> Iterator[CheckResult]:
 
 
 def _last_good_at(settings: Settings) -> datetime | None:
-    """Return the time of the last verified backup; None also if the database cannot be read, which another check reports."""
+    """Return the time of the last verified backup. Return None if there is none or if the database cannot be read, which another check
+    reports.
+    """
     try:
         database = Database(settings.effective_database_url)
     except DatabaseError:

@@ -211,7 +211,7 @@ def doctor(
     """Check whether this computer is fit for the work, and print what to do where it is not. Status 1 when there is a problem."""
     from kata.cli.doctor import as_json, examine
 
-    # The printed lines already contain what warnings would say.
+    # The printed lines already contain the content of the warnings.
     logging.basicConfig(level=logging.ERROR)
     findings = examine(_settings(station=station, data=data))
     if json_out:

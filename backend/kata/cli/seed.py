@@ -1,8 +1,8 @@
-"""The demonstration clinic: 60 invented patients over two years, five therapists and three stations, which fill every page.
+"""The demonstration clinic with 60 invented patients over two years, five therapists and three stations. It has data for every page.
 
 Nothing in it is measured: invented drives play the built-in motions. Every patient is marked as invented. The clinic is created only in a
-database without patients. The playbacks of the first dozen patients and the last session of each other patient have samples; of older
-playbacks there are figures only, which keeps the command within half a minute.
+database without patients. The playbacks of the first twelve patients and the last session of each other patient have samples. Older
+playbacks have only figures, so that the command takes less than half a minute.
 """
 
 import random
@@ -51,22 +51,22 @@ from kata.settings import Settings
 MARK: Final = WORDS["en"].mark
 NUMBER: Final = "DEMO-"
 _LONGEST_AGO: Final = timedelta(days=800)
-"""Longer than any patient's history."""
+"""A time span longer than any patient's history."""
 _MOTIONS: Final = (3, 4, 0)
-"""Indices of built-in motions: abduction, flexion, and the scapula."""
+"""Indices of the built-in motions in use: abduction, flexion, and the scapula."""
 _RATE_HZ: Final = 100
 _LAG_S: Final = 0.05
 _COUNT_DEG: Final = 360 / 4096
 _NOISE_DEG: Final = (0.15, 0.15, 0.25, 0.3, 0.6)
-"""By motor. Motor 5 has the largest error, as in the paper."""
+"""Noise by motor. Motor 5 has the largest error, as in the paper."""
 _RMSE_DEG: Final = (0.7, 0.12)
-"""Mean and spread of the worst motor's RMSE, as of the playbacks with samples."""
+"""Mean and spread of the worst motor's RMSE. They match the playbacks with samples."""
 _PEAK_FACTOR: Final = 1.9
 _ROM: Final = (
     ("flexion", "", 95.0, 165.0), ("abduction", "", 70.0, 160.0), ("external_rotation", "at_side", 12.0, 60.0),
     ("internal_rotation", "at_side", 35.0, 70.0),
 )  # fmt: skip
-"""Motion, position of the arm, first angle and the other shoulder's angle in degrees."""
+"""Motion, position of the arm, first angle, and angle of the other shoulder, in degrees."""
 _STOPPED: Final = 0.06
 _CAUSES: Final = (
     ("operator_stop", device_texts.OPERATOR_STOP(), 6), ("load_repeated", device_texts.LOAD_REPEATED(motor=3), 3),
@@ -75,11 +75,11 @@ _CAUSES: Final = (
 """Causes of stops with their weights."""
 _ONCE: Final = PlaybackSettings(100.0, 1, 0.0, 90.0)
 _TEN_TIMES: Final = PlaybackSettings(100.0, 10, 2.0, 90.0)
-"""Settings of the first dozen, whose samples are stored, and of the others."""
+"""Settings for the first twelve patients, whose samples are stored, and for the others."""
 
 
 class SeedError(Exception):
-    """The clinic has patients already."""
+    """The clinic already has patients."""
 
 
 FAILURES: Final = (SeedError, DatabaseError, FolderInUseError, folder.UnfinishedRestoreError, OSError)
@@ -89,7 +89,7 @@ FAILURES: Final = (SeedError, DatabaseError, FolderInUseError, folder.Unfinished
 def seeded(settings: Settings, number: int, patients: int, language: Language = "en") -> int:
     """Fill the clinic of these settings and return the number of patients. No service may run on it.
 
-    :raises SeedError: and the others of :data:`FAILURES`. Nothing is written then.
+    :raises SeedError: and the other errors of :data:`FAILURES`. Nothing is then written.
     """
     with folder.claimed_by_service(settings):
         database = Database(settings.effective_database_url)
@@ -103,16 +103,16 @@ def seeded(settings: Settings, number: int, patients: int, language: Language = 
 def fill(
     database: Database, number: int, now: datetime, patients: int = seed_people.MOST, language: Language = "en"
 ) -> int:
-    """Fill a database and return the number of patients. The same ``number`` on the same day gives the same clinic.
+    """Fill a database and return the number of patients. The same ``number`` on the same day creates the same clinic.
 
     :raises SeedError: when the database has a patient, so that real and invented records are never mixed.
     """
-    # Computes the clinic's figures with the commit.
+    # It computes the clinic's figures at the commit.
     StatisticsUpkeep(database)
     with by_program("seed", STATIONS[0]), database.write() as session:
         if session.scalar(select(func.count()).select_from(PatientRow)):
             raise SeedError("This clinic has patients already. Invented patients are only added to an empty clinic.")
-        # Everything that is seeded is invented, so its stations count as simulated apparatus.
+        # All seeded data are invented, so the stations count as simulated.
         for name in STATIONS:
             stations.register(session, StationConfig(name=name), __version__, now - _LONGEST_AGO, simulated=True)
         motions = built_in_motions()
@@ -129,7 +129,7 @@ class _Taught:
 
 
 class _Invented:
-    """One patient with their course of treatment."""
+    """One patient and the course of treatment."""
 
     def __init__(
         self, session: Session, chance: random.Random, place: int, now: datetime, motions: tuple[Taught, ...]
@@ -311,7 +311,7 @@ class _Invented:
         return row
 
     def _figures(self, visit: SessionRow, row: RunRow, taught: _Taught, cause: tuple[str, Text] | None) -> None:
-        """Complete a run with its figures alone."""
+        """Complete a run with figures only."""
         mean, spread = _RMSE_DEG
         rmse = max(0.2, self._chance.gauss(mean, spread)) + seed_course.drift_deg(
             visit.station, row.started_at, self._now
@@ -336,7 +336,7 @@ class _Invented:
         count = int(wanted.duration_s * _RATE_HZ * (0.6 if cause else 1.0))
         times_s = np.arange(count) / _RATE_HZ
         setpoints = wanted.at(times_s)
-        # The motors lag behind the setpoint, and the arm pulls slowly, which shows in the error.
+        # The motors lag behind the setpoint, and the arm pulls slowly; both appear in the error.
         pull = self._noise.normal(0, 1, 5) * np.sin(2 * np.pi * times_s[:, None] / self._noise.uniform(3, 9, 5))
         shaking = self._noise.normal(0, 0.05, setpoints.shape)
         drift = 1.4 * seed_course.drift_deg(visit.station, row.started_at, self._now)

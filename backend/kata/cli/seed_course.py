@@ -1,4 +1,4 @@
-"""Invented courses of treatment: when a patient comes, to whom, at which station, and how the shoulder fares."""
+"""Invented courses of treatment: when a patient comes, to which therapist, at which station, and how the shoulder improves."""
 
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
@@ -12,7 +12,7 @@ STATIONS: Final = ("Station 1", "Station 2", "Station 3")
 _DRIFTING: Final = STATIONS[2]
 _DRIFT_SINCE: Final = timedelta(weeks=4)
 _DRIFT_DEG: Final = 0.35
-"""The third station's error has grown for four weeks, so that there is a drift to find."""
+"""Degrees by which the error of the third station has grown for four weeks, so that the pages show a drift."""
 _YEARS: Final = timedelta(days=730)
 _WEEK: Final = timedelta(weeks=1)
 _STAGE_ORDER: Final = ("freezing", "frozen", "thawing")
@@ -23,10 +23,10 @@ class Course:
     """The treatment of one invented patient."""
 
     visits: tuple[datetime, ...]
-    """Oldest first."""
+    """Times of the sessions, oldest first."""
     sessions_per_week: int
     therapist: int
-    """Place among the therapists."""
+    """Index of the therapist."""
     station: str
     side: Side
     stages: tuple[tuple[str, date], ...]
@@ -36,9 +36,9 @@ class Course:
     expected_weeks: float
     closed: bool
     left: bool
-    """The patient stopped coming."""
+    """True if the patient stopped coming."""
     unsigned: bool
-    """The note of the last session is not signed."""
+    """True if the note of the last session is not signed."""
 
     @property
     def first(self) -> datetime:
@@ -46,7 +46,7 @@ class Course:
         return self.visits[0]
 
     def better(self, at: datetime) -> float:
-        """Return the improvement at a time: fast at first, then slower."""
+        """Return the improvement at a given time. It is fast at first, then slower."""
         share = min(1.0, max(0.0, (at - self.first) / _WEEK / self.expected_weeks))
         return self.gain * float(1 - (1 - share) ** 1.6)
 
@@ -57,12 +57,14 @@ class Course:
 
 
 def course(chance: Random, place: int, now: datetime) -> Course:
-    """Return the course of the patient of a place. The first twelve come weekly until now; the others are spread over two years."""
+    """Return the course of the patient with the index ``place``. The first twelve come weekly until now; the others are spread over two
+    years.
+    """
     return _recent(chance, place, now) if place < DETAILED else _of_two_years(chance, place, now)
 
 
 def drift_deg(station: str, at: datetime, now: datetime) -> float:
-    """Return by how much a station's tracking error has grown at a time."""
+    """Return the degrees by which a station's tracking error has grown at a given time."""
     return _DRIFT_DEG if station == _DRIFTING and at > now - _DRIFT_SINCE else 0.0
 
 
@@ -82,18 +84,18 @@ def _recent(chance: Random, place: int, now: datetime) -> Course:
 
 def _of_two_years(chance: Random, place: int, now: datetime) -> Course:
     weeks, per_week = chance.randrange(8, 25), chance.choice((1, 1, 2))
-    # Every fourth patient of these is treated now; the others began earlier, evenly spread.
+    # Every fourth of these patients is treated now; the others began earlier, evenly spread.
     present = place % 4 == 0
     age = timedelta(weeks=chance.uniform(3, weeks - 1)) if present else chance.uniform(0.3, 0.97) * _YEARS
     first = datetime.combine((now - age).date(), time(chance.randrange(0, 8), chance.choice((0, 30))), UTC)
     wanted = [first + n * _WEEK / per_week + timedelta(hours=chance.choice((0, 0, 1))) for n in range(weeks * per_week)]
-    # One of four expected sessions is missed by patients who are not keen, one of sixteen by the others.
+    # Patients with little motivation miss one of four expected sessions, the others one of sixteen.
     missed = chance.choice((0.06, 0.06, 0.25))
     visits = [at for at in wanted if at == wanted[0] or chance.random() > missed]
     left = not present and chance.random() < 0.18
     if left:
         visits = visits[: max(2, len(visits) // 3)]
-    # The last session of a present patient was up to two weeks ago, so that some are due.
+    # The last session of a present patient was up to two weeks ago, so that some sessions are due.
     last = now - timedelta(days=chance.randrange(1, 12))
     visits = [at for at in visits if at < last] or visits[:1]
     stage = chance.choices((0, 1, 2), (3, 5, 3))[0]
@@ -104,7 +106,7 @@ def _of_two_years(chance: Random, place: int, now: datetime) -> Course:
         station=STATIONS[place % 3],
         side=chance.choice(("left", "right")),
         stages=_stages(chance, stage, first.date(), visits[-1].date()),
-        # Frozen shoulders gain least in their first stage.
+        # Frozen shoulders improve least in their first stage.
         gain=min(0.95, chance.gauss((0.35, 0.5, 0.65)[stage], 0.28)),
         expected_weeks=float(weeks),
         closed=not present,

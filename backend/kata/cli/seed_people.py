@@ -7,9 +7,9 @@ from kata.auth.demonstration import ACCOUNTS
 
 Language = Literal["en", "ja"]
 MOST: Final = 60
-"""Number of invented patients that there are."""
+"""Maximum number of invented patients."""
 DETAILED: Final = 12
-"""The first patients, each with samples of every playback."""
+"""Number of first patients who have samples of every playback."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ _MEN: Final = (
 
 
 def person(place: int, language: Language) -> Person:
-    """Return the patient of a place from 0 to 59. No two have the same name."""
+    """Return the patient with the index ``place``, 0 to 59. No two patients have the same name."""
     if not 0 <= place < MOST:
         raise ValueError(f"there is no invented patient {place}")
     family = _FAMILIES[place % len(_FAMILIES)]
     female = place % 2 == 0
-    # The first twelve have given names in order; later rounds shift them, so that family and given name meet once.
+    # The first twelve have given names in order. Later rounds shift the given names, so that each pair of names occurs once.
     given = (_WOMEN if female else _MEN)[(place // 2 + 3 * (place // len(_FAMILIES))) % len(_WOMEN)]
     latin, kanji = f"{family[0]} {given[0]}", f"{family[2]} {given[2]}"
     return Person(kanji if language == "ja" else latin, f"{family[1]} {given[1]}", "female" if female else "male")
@@ -52,14 +52,14 @@ def person(place: int, language: Language) -> Person:
 
 @dataclass(frozen=True)
 class Words:
-    """What the invented staff write, in one language."""
+    """The texts that the invented staff writes, in one language."""
 
     mark: str
     therapists: tuple[str, ...]
     doctor: str
     diagnosis: str
     programmes: dict[str, str]
-    """Name of the programme by stage at the beginning."""
+    """Name of the programme, by the stage at the beginning."""
     stiff: str
     freer: str
     stopped: str
@@ -69,7 +69,7 @@ class Words:
 
 
 _OWN: Final = ACCOUNTS["therapist"][1]
-"""The demonstration's therapist has patients too, so that their first page is not empty."""
+"""The demonstration's therapist also has patients, so that the first page of this user is not empty."""
 WORDS: Final[dict[Language, Words]] = {
     "en": Words(
         mark="Invented for the demonstration. Not the record of a real person.",

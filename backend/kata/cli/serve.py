@@ -1,4 +1,4 @@
-"""``kata serve``: run the service on its socket, print its start errors as sentences, and print its links to the terminal."""
+"""``kata serve``: run the service on its socket. Errors at the start are printed as sentences, and links only on the terminal."""
 
 import asyncio
 import logging
@@ -38,15 +38,17 @@ from kata.system.private_files import make_private
 log = logging.getLogger(__name__)
 
 WAITING_CONNECTIONS: Final = 2048
-"""Connections that wait in the kernel until they are accepted."""
+"""Number of connections that may wait in the kernel until they are accepted."""
 ACCEPTED_AT_ONCE: Final = 16
-"""Connections accepted in one step of the event loop. A flood would stop everything else for 0.2 s if all waiting ones were."""
+"""Number of connections accepted in one step of the event loop. Accepting all waiting ones would, in a flood, stop everything else for
+0.2 s.
+"""
 
 
 def serve(settings: Settings, *, reload: bool) -> None:
-    """Run the service until it is ended. ``reload``: restart whenever the program changes.
+    """Run the service until it is ended. ``reload``: restart each time the program changes.
 
-    :raises SystemExit: when the service cannot start; the terminal shows why.
+    :raises SystemExit: when the service cannot start; the reason is then on the terminal.
     :raises KeyboardInterrupt: when Ctrl-C ended it.
     """
     logs.begin(settings.log_format)
@@ -58,7 +60,7 @@ def serve(settings: Settings, *, reload: bool) -> None:
 
 
 def _make_private(folder: Path) -> None:
-    """Repair a data folder of an earlier version, which other users of the computer could read."""
+    """Repair the permissions of a data folder from an earlier version, which other users of the computer could read."""
     try:
         changed = make_private(folder)
     except OSError as error:
@@ -75,7 +77,7 @@ class _Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Handle signals as uvicorn does, but do not raise them again at the end: the services still have to shut down."""
+        """Handle signals like uvicorn, but do not raise them again at the end, because the services still have to shut down."""
         loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.handle_exit, number, None)
@@ -94,7 +96,7 @@ class _Server(uvicorn.Server):
 
 
 def _print_links(application: Any, url: str) -> None:
-    """Print the links to the terminal, never to the log: each link lets its reader in."""
+    """Print the links on the terminal and never in the log, because anyone who has a link can sign in."""
     services: Services = application.state.services
     auth = services.auth
     for role, secret in auth.links.secrets.items():
@@ -104,7 +106,7 @@ def _print_links(application: Any, url: str) -> None:
 
 
 def _address(host: str, port: int, *, encrypted: bool) -> str:
-    """Return the page's address as seen from this computer."""
+    """Return the page's address for this computer."""
     reached = ip_address(host)
     if reached.is_unspecified:
         shown = "localhost" if encrypted else "127.0.0.1"
@@ -114,7 +116,7 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
 
 
 async def _serve(settings: Settings) -> None:
-    """Run the lifespan here instead of in uvicorn, so that its errors can be printed as sentences."""
+    """Run the application's lifespan here instead of in uvicorn, so that its errors can be printed as sentences."""
     malloc.return_free_memory()
     application = create_app(settings)
     open_connections = OpenConnections(
@@ -154,18 +156,18 @@ def _configured(
         lifespan="off",
         log_level="warning",
         timeout_graceful_shutdown=2,
-        # asyncio takes the backlog for both; the server's start sets the kernel's to WAITING_CONNECTIONS.
+        # asyncio takes the backlog for both values; the server's start then sets the kernel's to WAITING_CONNECTIONS.
         backlog=ACCEPTED_AT_ONCE,
         server_header=False,
         http=partial(LimitedProtocol, open_connections),  # type: ignore[arg-type]
-        # Uvicorn's default trusts every proxy on this computer.
+        # Uvicorn's default would trust every proxy on this computer.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,
         ws=LimitedWebSocket,
         ws_max_size=BYTES_AT_ONCE,
-        # A small compressed message can be a long one, and costs the event loop its length.
+        # A small compressed message can expand to a long one, which blocks the event loop.
         ws_per_message_deflate=False,
-        # A pulled cable closes no socket, so the operator's browser is pinged all the time.
+        # An unplugged cable closes no socket, so the operator's browser is pinged all the time.
         ws_ping_interval=live.PING_S,
         ws_ping_timeout=live.PONG_S,
         ssl_context_factory=(lambda config, default: certificate.context) if certificate else None,

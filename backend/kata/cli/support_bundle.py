@@ -1,7 +1,7 @@
-"""``kata support-bundle``: one ZIP file that describes an installation to its maintainers, without patient data and without secrets.
+"""``kata support-bundle``: one ZIP file that describes an installation to its maintainers. It contains no patient data and no secrets.
 
-Every part is chosen, not filtered: settings by a list, tables by their counts, events by their codes. A part that cannot be read contains the
-reason, because a bundle is mostly wanted when something does not work.
+The content is chosen instead of filtered: settings by a list, tables by their counts, events by their codes. A part that cannot be read
+contains the reason, because most bundles are made when something does not work.
 """
 
 import json
@@ -28,18 +28,18 @@ from kata.database.engine import Database
 from kata.settings import Settings
 
 EVENTS: Final = 1000
-"""Newest device events in the bundle."""
+"""Number of device events in the bundle, newest first."""
 LOG_LINES: Final = 5000
-"""Newest lines of the systemd unit's log in the bundle."""
+"""Number of newest lines of the systemd unit's log in the bundle."""
 SHOWN: Final = frozenset(
     {
         "simulate", "seed", "rate_hz", "real_time", "clinic_time_zone", "backup_time", "host", "port", "log_format", "plain_http",
         "connections_per_address", "trusted_proxies", "idle_minutes", "login_session_hours", "second_factor", "data", "station",
     }
 )  # fmt: skip
-"""Settings whose values the bundle contains. Of all others it says only whether they differ from the default."""
+"""Settings whose values the bundle contains. For all others it says only whether they differ from the default."""
 _CODE: Final = re.compile("[a-z0-9_]+")
-"""What the device's codes consist of."""
+"""Pattern of the device's codes."""
 _README: Final = """\
 Support bundle of Kata {version}, made at {at} (UTC).
 
@@ -67,7 +67,7 @@ def write(settings: Settings, out: Path) -> None:
         "versions.json": lambda: _json(_versions()),
         "settings.json": lambda: _json(shown_settings(settings)),
         "station.toml": lambda: settings.station.read_text() if settings.station else "# none: the built-in station\n",
-        # Without the station: the check opens its port, where a running service may be moving an arm.
+        # Without the station, because the check would open its port while a running service may be moving an arm.
         "doctor.json": lambda: _json(as_json(examine(settings.model_copy(update={"station": None})))),
         "database.json": lambda: _json(_with_database(settings, _database)),
         "events.json": lambda: _json(_with_database(settings, _events)),
@@ -82,7 +82,7 @@ def write(settings: Settings, out: Path) -> None:
 
 
 def shown_settings(settings: Settings) -> dict[str, Any]:
-    """Return every setting: its value, or whether it is set."""
+    """Return every setting with its value, or with whether it is set."""
     values = settings.model_dump(mode="json")
     defaults = {name: field.get_default(call_default_factory=True) for name, field in Settings.model_fields.items()}
     return {
@@ -92,7 +92,7 @@ def shown_settings(settings: Settings) -> dict[str, Any]:
 
 
 def _made(make: Callable[[], str]) -> str:
-    """Return a part, or why there is none. The type of an error names no data; its message may."""
+    """Return a part, or the reason why it is missing. The reason is the type of the error, because its message may contain data."""
     try:
         return make()
     except Exception as error:
@@ -136,7 +136,7 @@ def _database(database: Database, session: Session) -> dict[str, Any]:
 
 
 def _events(_: Database, session: Session) -> list[dict[str, Any]]:
-    """Return the newest events. Clinics name their stations, so these get numbers."""
+    """Return the newest events. Stations are replaced by numbers, because clinics choose their names."""
     row = DeviceEventRow
     columns = (row.station, row.at, row.kind, row.code, row.category, row.axis, row.ended_at)
     newest = [dict(one._mapping) for one in session.execute(select(*columns).order_by(row.at.desc()).limit(EVENTS))]
@@ -161,7 +161,7 @@ def _journal(settings: Settings) -> list[dict[str, Any]]:
 
 
 def _unit_log() -> str:
-    """Return the log of the systemd unit; the page of a running service replaces it by its own."""
+    """Return the log of the systemd unit. The page of a running service replaces it by the service's own log."""
     program = shutil.which("journalctl")
     if program is None:
         return "There is no journalctl here. The service writes its log to standard error.\n"

@@ -1,4 +1,4 @@
-"""``kata update``: what the command does around :mod:`kata.system.update`."""
+"""``kata update``: the part of the command around :mod:`kata.system.update`."""
 
 import os
 import signal
@@ -23,17 +23,17 @@ _NOT_IN_VERSIONS: Final = (
 
 
 def update(bundle: Path | None, installed: str, public_key: Path, units: list[str], ready_within_s: float) -> None:
-    """Update to the bundle's version or to an installed one; without both, finish or undo an interrupted update.
+    """Update to the bundle's version or to an installed one. Without either, finish or undo an interrupted update.
 
-    :raises SystemExit: with a sentence, when the update is refused or undone.
+    :raises SystemExit: with a sentence when the update is refused or undone.
     """
     root = root_of(Path(sys.prefix))
     if root is None:
         fail(_NOT_IN_VERSIONS.format(version=__version__))
-    # The settings of the units count, not those of this terminal.
+    # The settings of the units apply instead of those of this terminal.
     for name in [name for name in os.environ if name.startswith("KATA_")]:
         del os.environ[name]
-    # A lost terminal or Ctrl-C does not interrupt the steps.
+    # A closed terminal or Ctrl-C must not interrupt the steps.
     for number in (signal.SIGHUP, signal.SIGINT):
         signal.signal(number, signal.SIG_IGN)
     running = Update(root, units, ready_within_s, typer.echo)
@@ -50,7 +50,7 @@ def update(bundle: Path | None, installed: str, public_key: Path, units: list[st
 
 
 def data_before_update(step: str, settings: Settings) -> None:
-    """Save the data of before an update, or put it back."""
+    """Save the data before an update, or put them back."""
     try:
         if step == "save":
             before_update.save(settings)

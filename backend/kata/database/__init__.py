@@ -1,1 +1,1 @@
-"""Where the clinic's records are kept: SQLite by default, PostgreSQL by one setting."""
+"""The database of the clinic's records: SQLite by default, PostgreSQL by one setting."""

@@ -1,10 +1,11 @@
 """Compress arrays of samples into one blob with a header.
 
 A blob consists of a line of JSON (format, and each column's name, unit, resolution and shape), one compressed part per column, and a
-checksum. A value is stored as a whole number of steps. A step is the resolution, or a drive's encoder count if the values show it.
-Neighbouring samples differ little, so differences of first to third order are stored, with bytes grouped by significance.
+checksum. A value is stored as a whole number of steps. A step is the resolution, or the encoder count of the drive if all values are
+multiples of one. Neighbouring samples differ little, so differences of first to third order are stored. Their bytes are grouped by
+significance.
 
-Blobs of the first format, which stored first differences only, are still read.
+Blobs of the first format, which stored only first differences, can still be read.
 """
 
 import json
@@ -22,11 +23,11 @@ _FORMAT: Final = "kata-samples/2"
 _FORMER_FORMAT: Final = "kata-samples/1"
 _FORMER_MISSING: Final = np.iinfo(np.int64).min
 _HIGHEST_ORDER: Final = 3
-"""Third differences of a smooth setpoint are smallest; a torque is mostly noise."""
+"""Highest order of differences. Third differences of a smooth setpoint are smallest; a torque is mostly noise."""
 _AXIS_HEADER: Final = struct.Struct("<ddBBB")
-"""Step, offset, order, bytes per value, 1 if values are missing."""
+"""Per column and axis: step, offset, order, bytes per value, and 1 if values are missing."""
 _CRC: Final = struct.Struct("<I")
-# The differences are noise: no context of neighbouring bytes predicts them, so lc and pb are 0.
+# The differences are noise that neighbouring bytes do not predict, so lc and pb are 0.
 _FILTERS: Final = [{"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 0, "pb": 0, "dict_size": 1 << 18}]
 _DAMAGE_ERRORS: Final = (ValueError, KeyError, TypeError, IndexError, struct.error, zlib.error, lzma.LZMAError)
 
@@ -40,19 +41,19 @@ class UnreadableError(ValueError):
 
 @dataclass(frozen=True)
 class SampleColumn:
-    """How one array is stored. ``resolution``: the smallest difference that is stored, in ``unit``."""
+    """How one array is stored. ``resolution``: the smallest difference that is preserved, in ``unit``."""
 
     name: str
     unit: str
     resolution: float
     counted: bool = False
-    """The values are whole counts of a drive. They are stored as counts if a count is larger than the resolution."""
+    """True if the values are whole encoder counts of a drive. They are stored as counts if a count is larger than the resolution."""
     along: str | None = None
-    """An earlier column of the same resolution. Only the difference from it is stored."""
+    """Name of an earlier column with the same resolution. Only the difference from that column is stored."""
 
 
 def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]) -> bytes:
-    """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``. NaN is a missing value."""
+    """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``. NaN marks a missing value."""
     values = {column.name: np.asarray(arrays[column.name], dtype=np.float64) for column in columns}
     parts = [
         _compress_column(values[column.name], column, values[column.along] if column.along else None)
@@ -78,7 +79,7 @@ def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]
 def decode(blob: bytes) -> dict[str, Floats]:
     """Return the arrays by name.
 
-    :raises UnreadableError: when the blob is damaged or of a format this version does not know.
+    :raises UnreadableError: when the blob is damaged or has a format that this version does not know.
     """
     line, _, body = blob.partition(b"\n")
     try:
@@ -101,19 +102,19 @@ def decode(blob: bytes) -> dict[str, Floats]:
 
 
 def with_checksum(data: bytes) -> bytes:
-    """Append a checksum."""
+    """Return the data with a checksum appended."""
     return data + _CRC.pack(zlib.crc32(data))
 
 
 def checksum_of(data: bytes) -> str:
-    """Return the appended checksum in hex."""
+    """Return the appended checksum in hexadecimal."""
     return data[-_CRC.size :].hex()
 
 
 def without_checksum(data: bytes) -> bytes:
-    """Check and remove the checksum.
+    """Check the appended checksum and return the data without it.
 
-    :raises UnreadableError: when it is wrong.
+    :raises UnreadableError: when the checksum is wrong.
     """
     content = data[: -_CRC.size]
     if data[-_CRC.size :] != _CRC.pack(zlib.crc32(content)):
@@ -135,7 +136,7 @@ def _encode_axis(values: Floats, column: SampleColumn, along: Floats | None) -> 
     if along is not None:
         steps = steps - _to_steps(along, step)[~missing]
     order, starts, differences = _smallest_differences(steps)
-    # Zigzag encoding: the sign is the lowest bit, so small negative numbers stay small.
+    # Zigzag encoding stores the sign in the lowest bit, so that small negative numbers stay small.
     folded = ((differences << 1) ^ (differences >> 63)).astype("<u8")
     width = -(-int(folded.max(initial=0)).bit_length() // 8)
     planes = folded.view(np.uint8).reshape(-1, 8)[:, :width].T
@@ -150,11 +151,11 @@ def _encode_axis(values: Floats, column: SampleColumn, along: Floats | None) -> 
 
 
 def _detect_grid(values: Floats, resolution: float) -> tuple[float, float]:
-    """Return step and offset of the drive's counts if all values fit such a grid, else the resolution and 0."""
+    """Return step and offset of the drive's encoder counts if all values lie on such a grid, else the resolution and 0."""
     distances = np.diff(np.unique(values))
     if len(distances) and (finest := float(distances.min())) > resolution:
         span = float(np.ptp(values))
-        # The whole span of 32-bit values gives the count more exactly than a single distance.
+        # The whole span of 32-bit values gives the size of a count more exactly than a single distance.
         step = span / round(span / finest)
         offset = float(values[0] - np.rint(values[0] / step) * step)
         if np.abs(np.rint((values - offset) / step) * step + offset - values).max() <= resolution / 2:

@@ -1,6 +1,6 @@
-"""Monitor whether the database answers. While it does not, every access fails at once and one thread retries.
+"""Monitor whether the database answers. While it does not, every access fails at once, and one thread retries.
 
-So only the first requests of an outage wait, no thread of the service is blocked, and the returning database is not overloaded.
+Only the first requests of an outage therefore wait, no thread of the service is blocked, and the returning database is not overloaded.
 """
 
 import logging
@@ -31,19 +31,19 @@ _SQLITE_LOST_CODES: Final = frozenset(
     }
 )
 _FAILED_ACCESS_CODES: Final = frozenset({"55P03", "57014", "40P01", "40001"})
-"""PostgreSQL's codes of a slow lock or statement, a deadlock or a conflict. The server answers, but this access failed."""
+"""PostgreSQL's error codes of a slow lock or statement, a deadlock or a conflict. The server answers, but this access failed."""
 _LOST_CODE_PREFIXES: Final = ("08", "53", "57P", "58")
-"""Prefixes of PostgreSQL's codes when it shuts down, starts up, or lacks memory, connections or disk."""
+"""Prefixes of PostgreSQL's error codes while it shuts down, starts up, or lacks memory, connections or disk space."""
 _READ_ONLY_CODE: Final = "25006"
-"""The server is read-only, because another server has become the primary."""
+"""PostgreSQL's error code of a server that is read-only because another server has become the primary."""
 
 
 DATABASE_UNAVAILABLE: Final = "database_away"
-"""Code of every refusal while the database does not answer."""
+"""Error code of every refusal while the database does not answer."""
 
 
 class DatabaseUnavailableError(SQLAlchemyError):
-    """The database does not answer or cannot be written to, since ``since`` (UTC). No change is known to have been made."""
+    """The database does not answer or cannot be written to, since ``since`` (UTC). No change is confirmed."""
 
     def __init__(self, since: datetime) -> None:
         super().__init__(f"the database does not answer since {since:%Y-%m-%d %H:%M:%S} UTC")
@@ -51,12 +51,12 @@ class DatabaseUnavailableError(SQLAlchemyError):
 
 
 class AvailabilityMonitor:
-    """Knows for each engine since when it is lost. A SQLite file may be readable but not writable."""
+    """Knows for each engine since when it is unavailable. A SQLite file may be readable but not writable."""
 
     def __init__(
         self, writer: Engine, *, retry_s: float = _RETRY_S, on_back: Callable[[datetime], None] = lambda since: None
     ) -> None:
-        """``retry_s``: pause between retries; ``on_back``: called from a thread with the start of an outage that has ended."""
+        """``retry_s``: pause between retries. ``on_back``: called from a thread, with the start of the outage, when an outage has ended."""
         self._writer = writer
         self._retry_s = retry_s
         self.on_back = on_back
@@ -68,14 +68,14 @@ class AvailabilityMonitor:
 
     @property
     def since(self) -> datetime | None:
-        """Return since when the database cannot be written to, UTC; None while it can, as far as is known."""
+        """Return the time (UTC) since which the database cannot be written to, or None if no such outage is known."""
         return self._lost.get(self._writer)
 
     @contextmanager
     def asking(self, engine: Engine) -> Iterator[None]:
-        """Access the database in this block.
+        """Access the database within this context.
 
-        :raises DatabaseUnavailableError: at once while the engine is lost, or when the access finds it lost.
+        :raises DatabaseUnavailableError: at once while the engine is unavailable, or when the access fails for that reason.
         """
         if since := self._lost.get(engine):
             raise DatabaseUnavailableError(since)
@@ -89,7 +89,7 @@ class AvailabilityMonitor:
             raise
 
     def until_back(self, limit_s: float) -> bool:
-        """Return whether the database can be written to within ``limit_s`` seconds."""
+        """Wait at most ``limit_s`` seconds. Return whether the database can then be written to."""
         with self._changed:
             return self._changed.wait_for(lambda: self._closing or self._writer not in self._lost, limit_s)
 
@@ -108,7 +108,7 @@ class AvailabilityMonitor:
                 self._changed.notify_all()
             since = self._lost[engine]
         if _sqlstate(error) == _READ_ONLY_CODE:
-            # Open connections lead to the wrong server.
+            # The open connections lead to the wrong server.
             engine.dispose()
         return since
 
@@ -135,7 +135,7 @@ class AvailabilityMonitor:
             with engine.begin() as connection:
                 connection.execute(text("SELECT 1"))
                 if engine is self._writer:
-                    # A write, because a full disk can still be read.
+                    # This must be a write, because a database on a full disk can still be read.
                     connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
         except SQLAlchemyError:
             return False
@@ -148,7 +148,7 @@ def _is_lost(error: SQLAlchemyError) -> bool:
     if isinstance(error.orig, sqlite3.OperationalError):
         return (getattr(error.orig, "sqlite_errorcode", 0) & 0xFF) in _SQLITE_LOST_CODES
     code = _sqlstate(error)
-    # Without a code the error is the client's: there was no connection, or it was abandoned.
+    # An error without a code comes from the client: there was no connection, or it was abandoned.
     no_word = code is None and type(error).__name__ in ("OperationalError", "InterfaceError")
     return (
         error.connection_invalidated

@@ -9,7 +9,7 @@ from sqlalchemy.types import TypeDecorator
 
 
 class Base(DeclarativeBase):
-    """Base of all tables. A fixed scheme names constraints, so migrations know their names on every database."""
+    """Base of all tables. A fixed scheme names the constraints, so that migrations know the names on every database."""
 
     metadata = MetaData(
         naming_convention={
@@ -23,13 +23,13 @@ class Base(DeclarativeBase):
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """An aware datetime in UTC. SQLite itself has no time zones."""
+    """A column type for an aware datetime in UTC, because SQLite has no time zones."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """Convert to UTC.
+        """Return the time converted to UTC.
 
         :raises ValueError: for a time without a time zone.
         """

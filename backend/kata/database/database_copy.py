@@ -1,7 +1,7 @@
-"""Copy the whole database at one moment while others write, and restore such a copy.
+"""Copy the whole database as it is at one moment while other programs write, and restore such a copy.
 
-SQLite is copied through a read-only connection (:mod:`kata.database.engine` has one writer, which alone checkpoints), PostgreSQL with
-``pg_dump``. The tallies are taken in the same transaction or snapshot, so they describe exactly the copied data.
+SQLite is copied through a read-only connection, because only the one writer of :mod:`kata.database.engine` may checkpoint. PostgreSQL is
+copied with ``pg_dump``. The tallies are taken in the same transaction or snapshot, so they describe exactly the copied data.
 """
 
 import os
@@ -38,7 +38,7 @@ def kind_of(database: Database) -> DatabaseKind:
 
 
 def size_bytes(database: Database) -> int:
-    """Return the largest size of a copy."""
+    """Return an upper bound of the size of a copy in bytes."""
     if database.file:
         return sum(part.stat().st_size for part in _existing_files(database.file))
     with database.reader.connect() as connection:
@@ -57,7 +57,7 @@ def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
         with database.reader.connect() as connection:
             if database.file:
                 with connection.begin(), closing(_create_sqlite_file(file)) as target:
-                    # This first read begins the transaction. The copy contains what the transaction sees.
+                    # This first read begins the transaction. The copy contains the data that the transaction sees.
                     schema = schema_of(connection)
                     raw = connection.connection.driver_connection
                     assert raw is not None
@@ -75,7 +75,8 @@ def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
 
 @contextmanager
 def scratch(database: Database, file: Path) -> Iterator[Database]:
-    """Restore a copy into a scratch database for the block. ``file`` is used as the database or read into it.
+    """Restore a copy into a scratch database while the context lasts. ``file`` becomes the SQLite database or is read into a PostgreSQL
+    database.
 
     :raises DatabaseError: when PostgreSQL refuses to create the database, or cannot restore everything.
     """
@@ -107,11 +108,11 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
 
 @contextmanager
 def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
-    """Replace the database by the copy when the block ends without an error. Otherwise the database stays unchanged.
+    """Replace the database by the copy if the block ends without an error; otherwise leave the database unchanged.
 
-    SQLite's previous file goes into the folder ``aside``, PostgreSQL's previous tables into a schema of the same name.
+    The previous SQLite file is moved into the folder ``aside``, the previous PostgreSQL tables into a schema of the same name.
 
-    :raises DatabaseError: when other clients are connected to PostgreSQL, or it cannot restore everything.
+    :raises DatabaseError: when other clients are connected to PostgreSQL, or PostgreSQL cannot restore everything.
     """
     if database.file:
         with closing(_open_sqlite(file)) as made:
@@ -146,7 +147,7 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
 
 
 def schema_aside(database: Database, aside: Path) -> str | None:
-    """Return the schema of PostgreSQL's previous tables, None if there were none."""
+    """Return the schema with PostgreSQL's previous tables, or None if there were none."""
     if database.file:
         return None
     with database.reader.connect() as connection:
@@ -155,7 +156,7 @@ def schema_aside(database: Database, aside: Path) -> str | None:
 
 
 def found_damaged(connection: Connection) -> list[str]:
-    """Return the damages that SQLite's checks find. PostgreSQL finds damage when it restores a copy."""
+    """Return the damage that SQLite's checks find. PostgreSQL finds damage when it restores a copy."""
     if connection.dialect.name != "sqlite":
         return []
     damages = [row[0] for row in connection.exec_driver_sql("PRAGMA integrity_check(5)") if row[0] != "ok"]
@@ -184,7 +185,7 @@ def _existing_files(file: Path) -> list[Path]:
 
 
 def _replace_files(file: Path, made: Path, aside: Path) -> None:
-    """Move all files, or none: after an error, move them back."""
+    """Move all files or none: after an error, move back those that were moved."""
     file.parent.mkdir(parents=True, exist_ok=True)
     moved: list[Path] = []
     try:
@@ -205,7 +206,7 @@ def _run_pg_restore(url: URL, file: Path) -> None:
 
 
 def _run_program(program: str, url: URL, *arguments: str) -> None:
-    """Run one of PostgreSQL's programs. The password is an environment variable, which process lists do not show."""
+    """Run one of PostgreSQL's programs. The password is passed in an environment variable, because process lists show arguments."""
     path = postgresql_program(program)
     if path is None:
         raise DatabaseError(
@@ -230,7 +231,7 @@ def _other_clients(connection: Connection) -> list[str]:
 
 
 def _leftover_databases(connection: Connection) -> list[str]:
-    """Return the scratch databases of killed trial restores."""
+    """Return the scratch databases that killed trial restores have left."""
     query = text("SELECT datname FROM pg_database WHERE starts_with(datname, :prefix)")
     names = connection.scalars(query, {"prefix": _SCRATCH_PREFIX})
     return [name for name in names if int(name.split("_")[2]) < time.time() - _LEFTOVER_AFTER_S]

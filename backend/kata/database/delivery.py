@@ -27,22 +27,22 @@ _REFUSED_FILE: Final = "refused.jsonl"
 
 
 class SpoolRow(Base):
-    """The last delivered record of a station's spool. It is updated only in the transaction that stores the records."""
+    """The position of a station's spool in the database. It is updated only in the transaction that stores the records."""
 
     __tablename__ = "spools"
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     station: Mapped[str] = mapped_column(String(100))
     taken: Mapped[int] = mapped_column(BigInteger)
-    """Number of the last record in the database."""
+    """Number of the last record that the database has."""
     at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class Delivery:
     """A thread that delivers the spool's records to the database.
 
-    The spool's row is locked, read and written in the transaction that stores the records. After a crash or a connection lost during the
-    commit, it shows which records have been stored.
+    The spool's row is locked, read and written in the transaction that stores the records. After a crash, or after a connection was lost
+    during the commit, the row shows which records have been stored.
     """
 
     def __init__(
@@ -57,8 +57,8 @@ class Delivery:
     ) -> None:
         """Start the thread.
 
-        :param take: stores the first of the given records without committing, and returns how many.
-        :param retry_s: first pause before a retry; each following pause is twice as long.
+        :param take: stores the first of the given records without committing, and returns how many it has stored.
+        :param retry_s: pause before the first retry. Each following pause is twice as long.
         :param each_round: called between two deliveries, at least every ``retry_s`` seconds.
         """
         self._spool, self._database, self._station, self._take = spool, database, station, take
@@ -72,7 +72,7 @@ class Delivery:
 
     @property
     def waiting(self) -> int:
-        """Return the number of records that are not known to be in the database."""
+        """Return the number of records that may not be in the database yet."""
         return self._spool.unwritten + self._spool.last - (self._delivered or 0)
 
     def until_taken(self, limit_s: float) -> bool:
@@ -87,7 +87,9 @@ class Delivery:
             )
 
     def close(self, limit_s: float) -> None:
-        """End the thread when everything is delivered, at the first failure, or after ``limit_s`` seconds. Other records stay on disk."""
+        """End the thread when everything is delivered, at the first failure, or after ``limit_s`` seconds. Undelivered records stay on
+        disk.
+        """
         with self._changed:
             self._closing, self._gives_up_s = True, time.monotonic() + limit_s
             self._changed.notify_all()
@@ -129,7 +131,7 @@ class Delivery:
             if row is None:
                 row = SpoolRow(id=self._spool.id, station=self._station, taken=0, at=utc_now())
                 session.add(row)
-            # A folder restored to an older state reuses numbers of delivered records.
+            # A folder that was restored to an older state gives new records the numbers of delivered ones.
             taken = row.taken = min(row.taken, self._spool.found)
         self._set_delivered(taken)
 
@@ -140,7 +142,7 @@ class Delivery:
                 last = self._spool.last
                 records = self._spool.after(row.taken, at_once)
                 count = self._take(session, records) if records else 0
-                # Records lost in a damaged file are skipped.
+                # Records that are lost in a damaged file are skipped.
                 row.taken = records[count - 1].number if records else last
                 row.at = utc_now()
                 session.flush()

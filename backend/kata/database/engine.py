@@ -1,7 +1,7 @@
 """Database connections: many readers and, on SQLite, exactly one writer.
 
 SQLite before 3.51.3 can corrupt a write-ahead log when two connections write and checkpoint at the same time. Here only one connection
-writes and checkpoints. Readers are opened read-only, so they do not checkpoint even when they are the last to close.
+writes and checkpoints. Readers are opened read-only, so that they do not checkpoint even if they are the last to close.
 """
 
 import sqlite3
@@ -23,22 +23,23 @@ from kata.database.availability import AvailabilityMonitor
 
 _BUSY_TIMEOUT_MS: Final = 5000
 _WRITERS_CACHE_KIB: Final = 512
-"""SQLite's page cache of the writer. The writer rarely reads what it has written; the default would keep 2 MB of it."""
+"""Size of the writer's page cache in SQLite. The writer rarely reads data that it has written; the default cache would hold 2 MB."""
 _CACHED_STATEMENTS: Final = 32
-"""Prepared statements that a SQLite connection caches. Each length of a list of ids is another statement of some ten kilobytes;
-preparing one takes a fraction of a millisecond."""
+"""Number of prepared statements that a SQLite connection caches. Each length of a list of ids is another statement, which takes some ten
+kilobytes; preparing one takes a fraction of a millisecond.
+"""
 _CONNECT_TIMEOUT_S: Final = 2
-"""The shortest limit that PostgreSQL's client accepts; it applies to each host in the URL."""
+"""The shortest timeout that PostgreSQL's client accepts. It applies to each host in the URL."""
 SERVICE_ANSWER_S: Final = 4.0
-"""A request waits this long for the database; then the page shows it as unavailable."""
+"""Seconds that a request waits for the database. After that, the page shows the database as unavailable."""
 _SERVICE_PARAMETERS: Final = {
-    # Ends the transaction of a service that hangs, so that its locks are released.
+    # Ends the transaction of a service that hangs, to release its locks.
     "idle_in_transaction_session_timeout": "60s",
-    # Detects a service whose computer or network has gone.
+    # Detects a service whose computer or network has failed.
     "tcp_keepalives_idle": "10",
     "tcp_keepalives_interval": "5",
     "tcp_keepalives_count": "3",
-    # Queries return a page of rows: starting parallel workers or compiling the query takes longer than the answer.
+    # Queries return a page of rows. Starting parallel workers or compiling a query would take longer than the answer.
     "max_parallel_workers_per_gather": "0",
     "jit": "off",
 }
@@ -47,39 +48,39 @@ _SERVER_TIMEOUT_SHARE: Final = 0.8
 
 
 class DatabaseError(Exception):
-    """The database cannot be used; the message says why and what to do."""
+    """The database cannot be used. The message says why and what to do."""
 
 
 class SessionHook(Protocol):
-    """Is called around every writing session, and may add rows to its transaction."""
+    """Methods that the database calls around every writing session. They may add rows to the session's transaction."""
 
     def began(self, session: Session) -> None:
-        """Called before the session's first statement."""
+        """Prepare for the session, before its first statement."""
 
     def about_to_commit(self, session: Session) -> None:
-        """Called after the last statement. An exception rolls the transaction back."""
+        """Add rows after the session's last statement. An exception rolls the transaction back."""
 
     def committed(self, session: Session) -> None:
-        """Called after the commit. Must not fail or wait."""
+        """Finish after the commit. The method must neither fail nor wait."""
 
 
 class Database:
     """The clinic's database. It opens short sessions to read or to write."""
 
     def __init__(self, url: str, *, answer_s: float | None = None) -> None:
-        """``url``: SQLAlchemy's database URL; nothing is opened yet. ``answer_s``: limit of one answer including the connection; None:
-        no limit, for tools.
+        """``url``: SQLAlchemy's database URL; nothing is opened yet. ``answer_s``: time limit of one answer, including the connection;
+        None: no limit, for command-line tools.
 
         :raises DatabaseError: when the URL is invalid or its driver is not installed.
         """
         self.session_hook: SessionHook | None = None
-        """Adds the audit trail's rows to every write: :class:`kata.audit.audit_log.AuditHook` sets itself here."""
+        """Adds the audit trail's rows to every write. :class:`kata.audit.audit_log.AuditHook` registers itself here."""
         self.derived_hook: SessionHook | None = None
-        """Refreshes derived rows in every write: :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep` sets itself here."""
+        """Refreshes derived rows in every write. :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep` registers itself here."""
         self.monitor: AvailabilityMonitor | None = None
-        """Knows whether the database answers. Only a service has one; without it every failure reaches the caller."""
+        """Knows whether the database answers. Only a service has a monitor; without one every failure reaches the caller."""
         self.on_waited: Callable[[float], None] = lambda waited_s: None
-        """Called with the seconds that each writing session has waited for its turn; from any thread. Must not fail."""
+        """Called from any thread with the seconds that each writing session has waited for its turn. It must not fail."""
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
@@ -97,17 +98,17 @@ class Database:
 
     @property
     def file(self) -> Path | None:
-        """Return the SQLite file; None on a server."""
+        """Return the SQLite file, or None for PostgreSQL."""
         is_file = self.url.get_backend_name() == "sqlite" and self.url.database
         return Path(str(self.url.database)) if is_file else None
 
     @property
     def kind(self) -> Literal["sqlite", "postgresql"]:
-        """Return which database it is."""
+        """Return the kind of database."""
         return "sqlite" if self.url.get_backend_name() == "sqlite" else "postgresql"
 
     def size_bytes(self) -> int:
-        """Return the size of the database, of a SQLite file with its write-ahead log."""
+        """Return the size of the database in bytes. For SQLite, it includes the write-ahead log."""
         if self.file:
             parts = (self.file, self.file.with_name(f"{self.file.name}-wal"))
             return sum(part.stat().st_size for part in parts if part.exists())
@@ -116,14 +117,14 @@ class Database:
 
     @property
     def unavailable_since(self) -> datetime | None:
-        """Return since when the database cannot be written to, UTC; None while it can, as far as is known."""
+        """Return the time (UTC) since which the database cannot be written to, or None if no such outage is known."""
         return self.monitor.since if self.monitor else None
 
     @contextmanager
     def read(self) -> Iterator[Session]:
         """Open a session that only reads.
 
-        :raises DatabaseUnavailableError: when there is a monitor and the database does not answer; at once when that is known.
+        :raises DatabaseUnavailableError: when there is a monitor and the database does not answer. If the outage is already known, at once.
         """
         with self.monitor.asking(self.reader) if self.monitor else nullcontext(), Session(self.reader) as session:
             yield session
@@ -133,19 +134,20 @@ class Database:
         """Open a session that is committed when its block ends, and rolled back when the block raises.
 
         The clinic's figures and the audit trail are written here. In a service, ``derived_hook`` is
-        :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep`, and ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`. Each
-        collects the session's changes and adds its rows just before the commit, in the same transaction; the audit trail comes last. Rows
+        :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep`, and ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`. Each hook
+            collects the session's changes and adds its rows just before the commit, in the same transaction. The audit trail comes last.
+            Rows
         stay readable after the commit.
 
-        :raises DatabaseUnavailableError: as :meth:`read`. When the connection is lost during the commit, the commit may have succeeded.
+        :raises DatabaseUnavailableError: as in :meth:`read`. If the connection is lost during the commit, the commit may have succeeded.
         """
-        # StatisticsUpkeep and AuditHook.
+        # The hooks are StatisticsUpkeep and AuditHook.
         hooks = [hook for hook in (self.derived_hook, self.session_hook) if hook]
         asked_s = time.monotonic()
         asking = self.monitor.asking(self.writer) if self.monitor else nullcontext()
         with asking, Session(self.writer, expire_on_commit=False) as session:
             with session.begin():
-                # Waits for the single writer, a pooled connection or a slow server.
+                # This waits for the single writer, a pooled connection or a slow server.
                 session.connection()
                 self.on_waited(time.monotonic() - asked_s)
                 for hook in hooks:
@@ -181,7 +183,7 @@ def _create_server_engine(url: URL, answer_s: float | None) -> Engine:
 
 
 def _limit_answer_time(engine: Engine, answer_s: float) -> None:
-    """Limit statements on the server, and also on this side, because a stopped server ends nothing."""
+    """Limit the time of statements on the server, and also in this process, because a stopped server does not end a statement."""
     import psycopg
     from psycopg.abc import PQGen
 
@@ -191,7 +193,7 @@ def _limit_answer_time(engine: Engine, answer_s: float) -> None:
                 return super().wait(gen, interval, timeout or answer_s)
             except psycopg.OperationalError as error:
                 if error.sqlstate is None:
-                    # A late answer would belong to an abandoned statement.
+                    # Close the connection, because a late answer would belong to the abandoned statement.
                     self.pgconn.finish()
                 raise
 
@@ -212,10 +214,10 @@ def _limit_answer_time(engine: Engine, answer_s: float) -> None:
 
 def _create_sqlite_engine(url: URL, *, writes: bool, answer_s: float | None) -> Engine:
     if not writes:
-        # `query_only` is not enough: such a connection checkpoints when it is the last one to close.
+        # `query_only` would not be enough, because such a connection checkpoints when it is the last one to close.
         file = Path(str(url.database)).absolute()
         url = url.set(database=f"file:{quote(str(file))}", query={"mode": "ro", "uri": "true"})
-    # Hidden parameters keep patients' data and password hashes out of error messages and logs.
+    # Hiding the parameters keeps patients' data and password hashes out of error messages and logs.
     engine = create_engine(
         url,
         poolclass=QueuePool,
@@ -227,7 +229,7 @@ def _create_sqlite_engine(url: URL, *, writes: bool, answer_s: float | None) -> 
     )
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
-        # sqlite3's own transaction handling begins too late; `begun` begins transactions.
+        # sqlite3's own transaction handling begins transactions too late, so `begun` begins them.
         connection.isolation_level = None
         of_writer = ("journal_mode = WAL", "wal_autocheckpoint = 1000", f"cache_size = -{_WRITERS_CACHE_KIB}")
         for pragma in (

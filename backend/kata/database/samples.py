@@ -1,4 +1,4 @@
-"""Store series of samples in tables: one row for the head and one for each block, so a window loads only its blocks."""
+"""Store series of samples in tables: one row for the head and one for each block, so that a window needs only its own blocks."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,13 +15,13 @@ class SamplesColumns:
     """Columns of a table with one row per series. Its primary key identifies the recording or run."""
 
     data: Mapped[bytes] = mapped_column(LargeBinary)
-    """The head (:mod:`kata.database.series`); of an old series without blocks, all samples (:mod:`kata.database.arrays`)."""
+    """The head (:mod:`kata.database.series`). In an old series without blocks: all samples (:mod:`kata.database.arrays`)."""
     overview: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
-    """Downsampled lines for a plot of the whole series; None if it is short enough to be plotted from its samples."""
+    """Downsampled lines for a plot of the whole series; None if the series is so short that its samples can be plotted."""
 
 
 class SampleBlockColumns:
-    """Columns of a table with one row per block. The key of the series completes its primary key."""
+    """Columns of a table with one row per block. Together with the key of the series, ``number`` is its primary key."""
 
     number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     data: Mapped[bytes] = mapped_column(LargeBinary)
@@ -47,9 +47,9 @@ class SampleTables:
         return self._read_blocks(session, key, self._read_head(session, key), None)
 
     def read_within(self, session: Session, key: UUID, clock: str, start_s: float, end_s: float) -> Series:
-        """Return the head and the blocks that overlap a window; no blocks if the head is damaged.
+        """Return the head and the blocks that overlap a window. If the head is damaged, return no blocks.
 
-        :param clock: the column of seconds that the window refers to.
+        :param clock: name of the column of seconds to which the window refers.
         """
         head = self._read_head(session, key)
         try:
@@ -59,7 +59,7 @@ class SampleTables:
         return self._read_blocks(session, key, head, numbers)
 
     def read_overview(self, session: Session, key: UUID) -> bytes | None:
-        """Return the overview of a series, None if it has none."""
+        """Return the overview of a series, or None if it has none."""
         is_series = getattr(self.heads, self.key) == key
         overview: bytes | None = session.scalar(select(self.heads.overview).where(is_series))
         return overview

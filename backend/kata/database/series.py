@@ -1,7 +1,8 @@
-"""A series of samples in blocks of a minute, so that a window of a long recording is read without the rest.
+"""A series of samples in blocks of one minute, so that a window of a long recording can be read without the rest.
 
-The head describes columns, axes, rate and clock, and for each block its range of time and its checksum. Each block is a complete blob of
-:mod:`kata.database.arrays`, so damage to one block leaves the others readable. An old series has no blocks: one blob is in place of the head.
+The head describes columns, axes, rate and clock, and contains the time range and checksum of each block. Each block is a complete blob of
+:mod:`kata.database.arrays`, so damage to one block leaves the others readable. An old series has no blocks; it has one blob in place of the
+head.
 """
 
 import json
@@ -24,7 +25,7 @@ from kata.database.arrays import (
 )
 
 BLOCK_SAMPLES: Final = 6000
-"""A minute at 100 Hz."""
+"""Number of samples in a block: one minute at 100 Hz."""
 _FORMAT: Final = "kata-series/1"
 _CLOCK_DESCRIPTION: Final = "seconds since the first sample, by the monotonic clock of the device"
 
@@ -38,7 +39,7 @@ class Series:
 
 
 def pack(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]) -> Series:
-    """Compress arrays of equal length, ``(n,)`` or ``(n, k)``. The first column is their clock ``time_s``."""
+    """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``. The first column is their clock, ``time_s``."""
     count = len(arrays[columns[0].name])
     blocks: list[bytes] = []
     table = []
@@ -84,9 +85,9 @@ def unpack(series: Series) -> dict[str, Floats]:
 
 
 def numbers_within(head: bytes, clock: str, start_s: float, end_s: float) -> list[int]:
-    """Return the numbers of the blocks that overlap a window; none for a series without blocks.
+    """Return the numbers of the blocks that overlap a window. Return none for a series without blocks.
 
-    :param clock: the column of seconds that the window refers to.
+    :param clock: name of the column of seconds to which the window refers.
     :raises UnreadableError: when the head cannot be read.
     """
     if _is_one_blob(head):
@@ -95,7 +96,7 @@ def numbers_within(head: bytes, clock: str, start_s: float, end_s: float) -> lis
 
 
 def unpack_within(series: Series, clock: str, start_s: float, end_s: float) -> dict[str, Floats]:
-    """Return the samples within a window, both ends included. Only blocks that overlap it are needed.
+    """Return the samples within a window, including both ends. Only blocks that overlap the window are needed.
 
     :raises UnreadableError: when one of these blocks is missing or damaged.
     """
@@ -142,11 +143,11 @@ def _blocks_within(head: dict[str, Any], clock: str, start_s: float, end_s: floa
 
 
 def _value_range(values: Floats) -> list[float] | None:
-    """Return the range of the values, slightly widened because stored values are rounded; None if all are missing."""
+    """Return the lowest and highest value, slightly widened because stored values are rounded. Return None if all values are missing."""
     known = values[~np.isnan(values)]
     return [float(known.min()) - 1e-5, float(known.max()) + 1e-5] if len(known) else None
 
 
 def _rate_hz(times_s: Floats) -> float | None:
-    """Return the median rate. A recording that was made of several parts can have several rates."""
+    """Return the median sample rate, or None for a single sample. A recording that consists of several parts can have several rates."""
     return round(float(1 / np.median(np.diff(times_s))), 1) if len(times_s) > 1 else None

@@ -1,6 +1,7 @@
-"""The spool: records on disk that wait for the database, in append-only files of some hundred kilobytes.
+"""The spool: records on disk that wait for the database, in append-only files of up to 256 KiB.
 
-A file has a header line of JSON, then records of length, CRC-32 and payload. All records before the first truncated or damaged one are
+A file has a header line of JSON, followed by records. A record consists of length, CRC-32 and payload. All records before the first
+truncated or damaged one are
 valid. The CRC continues from the header, so a block of another file counts as damaged. Records are numbered from 1 without gaps over all
 files of a folder. The database stores the number of the last delivered record (:class:`kata.database.delivery.Delivery`).
 """
@@ -29,11 +30,11 @@ log = logging.getLogger(__name__)
 SUFFIX: Final = ".spool"
 _FRAME: Final = struct.Struct("<II")
 _MAX_PAYLOAD_BYTES: Final = 1 << 20
-"""A larger length is damage."""
+"""Largest payload in bytes. A larger length means that the file is damaged."""
 _MAX_FILE_BYTES: Final = 256 << 10
-"""The next file begins after this size. Each read for new records reads a whole file."""
+"""Size after which the next file begins. Each read of new records reads a whole file."""
 _MAX_WAITING: Final = 10_000
-"""Records that may wait in memory while the disk is full: a few megabytes."""
+"""Maximum number of records that wait in memory while the disk is full. They take a few megabytes."""
 _RETRY_S: Final = 1.0
 
 
@@ -45,9 +46,9 @@ class Header(msgspec.Struct, frozen=True, tag_field="format", tag="kata-spool/1"
     """First line of a file."""
 
     id: UUID
-    """Id of the spool, the same in every file of a folder."""
+    """Id of the spool. Every file of a folder has the same id."""
     first: int
-    """Number of its first record."""
+    """Number of the file's first record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +66,13 @@ class Part:
     header: Header
     records: Sequence[Record]
     end: int
-    """End of the last valid record, in bytes."""
+    """Position of the end of the last valid record, in bytes."""
     crc: int
-    """CRC up to ``end``."""
+    """CRC of the content up to ``end``."""
 
 
 def read(path: Path) -> Part | None:
-    """Return the valid records of a file; None if its header is incomplete.
+    """Return the valid content of a file, or None if its header is incomplete.
 
     :raises SpoolError: when the file has another format or version.
     """
@@ -100,10 +101,10 @@ class Spool:
     """The spool of one folder. :meth:`put` never waits; a thread writes and syncs the records."""
 
     def __init__(self, folder: Path, *, max_file_bytes: int = _MAX_FILE_BYTES, retry_s: float = _RETRY_S) -> None:
-        """Continue after the last valid record.
+        """Open the folder and continue after the last valid record.
 
         :param max_file_bytes: size of a file after which the next one begins.
-        :param retry_s: pause before a retry when the disk refuses.
+        :param retry_s: pause before a retry after the disk refused a write.
         :raises SpoolError: when a file of the folder cannot be read.
         :raises OSError: when the folder cannot be written to.
         """
@@ -125,7 +126,7 @@ class Spool:
 
     @property
     def full_since(self) -> datetime | None:
-        """Return since when the disk refuses records, UTC; None while it accepts them."""
+        """Return the time (UTC) since which the disk refuses records, or None if it accepts them."""
         return self._full_since
 
     @property
@@ -144,13 +145,13 @@ class Spool:
             self._changed.notify_all()
 
     def until_more(self, number: int, limit_s: float) -> bool:
-        """Wait for a record after this number. Return False if none is on disk within ``limit_s`` seconds, or after :meth:`wake`."""
+        """Wait for a record after this number. Return False if none is on disk after ``limit_s`` seconds, or after :meth:`wake`."""
         with self._changed:
             self._changed.wait_for(lambda: self.last > number or self._woken or self._closing, limit_s)
             return self.last > number
 
     def wake(self) -> None:
-        """End every present and future wait of :meth:`until_more`."""
+        """End the present and every future wait of :meth:`until_more`."""
         with self._changed:
             self._woken = True
             self._changed.notify_all()
@@ -166,14 +167,14 @@ class Spool:
         last = self.last
         files = self._list_files()
         for path, following in zip(files, [*files[1:], None], strict=True):
-            # Records beyond the first number of the next file were written again there.
+            # The next file contains the records from its first number on again.
             end = min(last, _first_number(following) - 1) if following else last
             if len(found) < most and end > number and (part := read(path)):
                 found += [record for record in part.records if number < record.number <= end]
         return found[:most]
 
     def taken(self, number: int) -> None:
-        """Delete the files whose records up to this number are all in the database."""
+        """Delete the files that contain only records up to this number, because the database has them."""
         files = self._list_files()
         for path, following in pairwise(files):
             if _first_number(following) <= number + 1:
@@ -192,14 +193,14 @@ class Spool:
         for path in self._list_files():
             part = read(path)
             if part is None:
-                # The computer failed while the header was being written. The file has no records.
+                # The computer failed while the header was being written, so the file has no records.
                 path.unlink()
                 continue
             id_, last = part.header.id, part.header.first + len(part.records) - 1
         return id_, last
 
     def _open_file(self, first: int) -> None:
-        """Open a new file that begins with this number. An older file is never written to again, because its end may be damaged."""
+        """Open a new file whose first record has this number. An older file is never continued, because its end may be damaged."""
         path = self.folder / f"{first:012d}{SUFFIX}"
         line = msgspec.json.encode(Header(self.id, first))
         file = os.open(path, os.O_CREAT | os.O_TRUNC | os.O_WRONLY | os.O_APPEND, 0o600)
@@ -258,7 +259,7 @@ class Spool:
                 raise OSError(f"the disk has accepted {written} of {len(framed)} bytes")
             os.fdatasync(self._file)
         except OSError:
-            # Remove the partial write, so that the retry does not store records twice. The retry uses another file.
+            # Remove the partial write, so that the retry does not store records twice. The retry opens another file.
             size, self._size = self._size, self._max_file_bytes
             os.ftruncate(self._file, size)
             raise

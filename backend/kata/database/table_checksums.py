@@ -1,4 +1,4 @@
-"""Number of rows and checksum of every table, to compare two copies of a database.
+"""Row count and checksum of every table, for comparing two copies of a database.
 
 SQLite and PostgreSQL store the same data differently, so their checksums differ.
 """
@@ -13,15 +13,15 @@ _BATCH_ROWS: Final = 1000
 
 
 class Tally(msgspec.Struct, frozen=True):
-    """Number of rows and checksum of one table."""
+    """Row count and checksum of one table."""
 
     rows: int
     checksum: str
-    """SHA-256 of the rows in the order of the primary key, in hex."""
+    """SHA-256 of the rows in the order of the primary key, in hexadecimal."""
 
 
 def tallies(connection: Connection) -> dict[str, Tally]:
-    """Return the tally of every table, by name. This reads the whole database: seconds for each gigabyte."""
+    """Return the tally of every table by name. This reads the whole database, which takes seconds for each gigabyte."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql("SET LOCAL TIME ZONE 'UTC'")
     return {name: _tally_table(connection, name) for name in sorted(inspect(connection).get_table_names())}
@@ -42,7 +42,7 @@ def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str
 
 def _tally_table(connection: Connection, name: str) -> Tally:
     inspector = inspect(connection)
-    # The driver's values: SQLAlchemy's column types could hide a difference.
+    # The driver's own values are used, because SQLAlchemy's column types could hide a difference.
     columns: list[ColumnClause[Any]] = [column(described["name"]) for described in inspector.get_columns(name)]
     keys = inspector.get_pk_constraint(name)["constrained_columns"]
     query = select(*columns).select_from(table(name, *columns)).order_by(*([column(key) for key in keys] or columns))
@@ -54,5 +54,5 @@ def _tally_table(connection: Connection, name: str) -> Tally:
 
 
 def _hash_if_binary(value: Any) -> Any:
-    """Return the hash of a binary value, whose text form would be long and slow."""
+    """Return the hash of a binary value, because its text form would be long and slow. Return other values unchanged."""
     return sha256(value).digest() if isinstance(value, bytes | memoryview) else value

@@ -1,7 +1,7 @@
-"""Upgrade the database to this program's schema at start.
+"""Upgrade the database to this program's schema when the service starts.
 
-A SQLite file is copied before the upgrade; the copy can replace it later. Each migration is one transaction, so a killed start leaves a
-complete version, from which the next start continues.
+A SQLite file is copied before the upgrade, so that the copy can replace it later. Each migration is one transaction, so a killed start
+leaves a complete version, from which the next start continues.
 """
 
 import logging
@@ -25,20 +25,20 @@ _IN_PACKAGE: Final = Path(__file__).parent / "migrations"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "migrations"
 _REVISION_TABLE: Final = "alembic_version"
 _COPIES_KEPT: Final = 2
-"""The copies of the last two upgrades are kept."""
+"""Number of upgrades whose copies are kept."""
 _LOCK_KEY: Final = 0x6B617462
 """Key of PostgreSQL's advisory lock for upgrades."""
 _DISK_SPACE_FACTOR: Final = 3
-"""Required disk space as a multiple of the database: the copy, and old and new versions of rewritten tables."""
+"""Required disk space as a multiple of the database size: the copy, and old and new versions of rewritten tables."""
 
 
 def migrations() -> Path:
-    """Return the folder of migrations: in the installed package, or at the top of a checkout."""
+    """Return the folder of migrations, which is in the installed package or at the top of a checkout."""
     return _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 
 
 class SchemaRow(Base):
-    """A revision that the database has reached. Its migration adds the row, and older programs read it."""
+    """A schema revision that the database has reached. Its migration adds the row, and older programs read it."""
 
     __tablename__ = "schemas"
 
@@ -48,21 +48,22 @@ class SchemaRow(Base):
 
 
 def newest_revision() -> str:
-    """Return the revision of this program's schema. The names of the migrations' files begin with their revisions, in order."""
+    """Return the schema revision of this program. The names of the migration files begin with their revisions, in order."""
     return max(file.stem.partition("_")[0] for file in (migrations() / "versions").glob("*.py"))
 
 
 def schema_of(connection: Connection) -> str:
-    """Return the revision of the schema; empty if there is none."""
+    """Return the schema revision, or an empty text if there is none."""
     if not inspect(connection).has_table(_REVISION_TABLE):
         return ""
     return connection.scalar(text(f"SELECT version_num FROM {_REVISION_TABLE}")) or ""  # noqa: S608 - a constant
 
 
 def upgrade(database: Database) -> None:
-    """Apply the missing migrations. A newer database that this program can use is not changed.
+    """Apply the missing migrations. A newer database that this program can use stays unchanged.
 
-    :raises DatabaseError: when the database cannot be opened, the disk has too little space, or only a newer program can use the database.
+    :raises DatabaseError: when the database cannot be opened, the disk has too little space, or only a newer version of Kata can use the
+        database.
     """
     try:
         if database.file:
@@ -79,7 +80,7 @@ def upgrade(database: Database) -> None:
 
 def _migrate(database: Database, connection: Connection, present: str) -> None:
     """Apply the migrations after ``present``, unless a newer program has applied its own."""
-    # Imported here: most starts find the newest schema, and Alembic would delay them by a fifth of a second.
+    # Imported here, because most starts need no migration, and Alembic would delay them by a fifth of a second.
     from alembic import command
     from alembic.config import Config
     from alembic.script import ScriptDirectory
@@ -110,7 +111,7 @@ def _migrate(database: Database, connection: Connection, present: str) -> None:
 
 @contextmanager
 def _upgrade_lock(connection: Connection) -> Iterator[None]:
-    """Let services that start at the same time on one server upgrade one after another."""
+    """Make services that start at the same time on one server upgrade one after another."""
     on_server = connection.dialect.name == "postgresql"
     if on_server:
         connection.execute(text("SELECT pg_advisory_lock(:key)"), {"key": _LOCK_KEY})
@@ -125,7 +126,7 @@ def _upgrade_lock(connection: Connection) -> Iterator[None]:
 
 
 def _is_usable(connection: Connection, present: str, known: list[str]) -> bool:
-    """Return whether this program, which knows these revisions, can use a database of a newer one."""
+    """Return whether this program, which knows the revisions ``known``, can use the database of a newer program."""
     if present in known:
         return False
     try:
@@ -137,7 +138,7 @@ def _is_usable(connection: Connection, present: str, known: list[str]) -> bool:
 
 
 def _copy_before_upgrade(file: Path, version: str) -> None:
-    """Copy the file beside itself, named by its version. The copy gets its name when it is complete."""
+    """Copy the file into the same folder, with the version in its name. The copy gets its final name when it is complete."""
     size = sum(part.stat().st_size for part in (file, _with_suffix(file, "-wal")) if part.exists())
     free = shutil.disk_usage(file.parent).free
     if free < _DISK_SPACE_FACTOR * size:
@@ -156,7 +157,7 @@ def _copy_before_upgrade(file: Path, version: str) -> None:
 
 
 def copy_sqlite_file(source: Path, target: Path) -> None:
-    """Copy an SQLite database into a new file, with the changes that are in its write-ahead log.
+    """Copy a SQLite database into a new file, including the changes in its write-ahead log.
 
     :raises sqlite3.Error: when a file cannot be read or written.
     """

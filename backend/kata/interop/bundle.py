@@ -1,7 +1,7 @@
 """A patient's complete record as a FHIR R4 transaction.
 
 Every entry is a PUT to a stable id, so a repeated transmission changes nothing. References point to entries of the same bundle. The bundle
-is written session by session: a long history is never in memory as a whole.
+is written session by session, so that a long history is never completely in memory.
 """
 
 import json
@@ -35,7 +35,7 @@ def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames
         for number, plain in enumerate(resources(session, patient, clinic.identifier_system)):
             resource = clinic.profiled(plain)
             file.write(",\n" if number else "\n")
-            # One entry at a time: encoding the whole bundle at once would block other threads.
+            # One entry at a time, because encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))
         file.write("\n]}\n")
 
@@ -50,7 +50,7 @@ def entry(resource: Resource) -> Resource:
 
 
 def resources(session: Session, patient: PatientRow, identifier_system: str) -> Iterator[Resource]:
-    """Yield all resources. A resource follows those that it refers to."""
+    """Yield all resources. A resource comes after the resources to which it refers."""
     yield care.code_system()
     yield from _questionnaires(session, patient)
     yield care.patient(patient, identifier_system)
@@ -85,7 +85,7 @@ def resources(session: Session, patient: PatientRow, identifier_system: str) -> 
 
 
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:
-    """Yield the SPADI and every other questionnaire that the patient has answered, with texts where their licence allows it."""
+    """Yield the SPADI and every other questionnaire that the patient has answered, with its texts if their licence allows it."""
     episodes = [episode.id for episode in patient.episodes]
     answered = session.scalars(select(AssessmentRow.questionnaires).where(AssessmentRow.episode_id.in_(episodes)))
     codes = {SPADI.code, *(code for answers in answered for code in answers)}
@@ -110,7 +110,7 @@ def _visit(visit: SessionRow, side: str | None, reason: UUID | None) -> Iterator
 
 
 def visits(session: Session, patient: PatientRow) -> Iterator[SessionRow]:
-    """Yield a patient's sessions from the first to the last. They are loaded in groups."""
+    """Yield a patient's sessions from the first to the last. The sessions are loaded in groups."""
     query = select(SessionRow.id).where(SessionRow.patient_id == patient.id)
     ids = list(session.scalars(query.order_by(SessionRow.started_at, SessionRow.id)))
     for start in range(0, len(ids), _AT_ONCE):

@@ -60,7 +60,7 @@ def patient(row: PatientRow, identifier_system: str) -> Resource:
 
 
 def _name(text: str | None, representation: str) -> Resource | None:
-    """Return a HumanName. Kanji or letters and their reading are distinguished as in JP Core."""
+    """Return a HumanName. Its representation (kanji or letters, or their reading) is marked as in JP Core."""
     if not text:
         return None
     return {
@@ -71,10 +71,10 @@ def _name(text: str | None, representation: str) -> Resource | None:
 
 
 def condition(row: EpisodeRow) -> Resource | None:
-    """Return the Condition as it was entered, None if nothing was entered that says there is one.
+    """Return the Condition as it was entered, or None if nothing that was entered states one.
 
-    It has a code only if the clinician chose one, and a verification status only if the clinician stated one (0..1 in FHIR R4). The end of an
-    episode does not say that the condition has abated, so a closed episode has no clinical status.
+    The Condition has a code only if the clinician chose one, and a verification status only if the clinician stated one (0..1 in FHIR R4).
+    A closed episode has no clinical status, because the end of an episode does not say that the condition has abated.
     """
     code = diagnosis_code(row.diagnosis_code, row.diagnosis)
     if not (code or row.stages or row.onset_on):
@@ -146,9 +146,10 @@ def _flag(row: EpisodeRow, kind: str, text: str) -> Resource:
 
 
 def contraindication(row: ContraindicationRow, side: str | None) -> Resource:
-    """Return a contraindication as a Flag: the entry of the list, the note, the permission and the end, as they were entered.
+    """Return a contraindication as a Flag with the list's entry, the note, the permission and the end, as they were entered.
 
-    It is no Condition: an entry of the list warns, and is no diagnosis. ``side``: None for a condition of the patient.
+    It is a Flag because an entry of the list is a warning, whereas a Condition would state a diagnosis. ``side``: None if it concerns the
+    whole patient.
     """
     known = KINDS.get(row.code)
     words = [f"{known.name if known else row.code}."]
@@ -190,7 +191,7 @@ def _bound(angle_deg: float | None) -> str:
 
 
 def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -> Resource:
-    """Return one version of a programme, for a Condition. The newest is active, an older one was replaced by the next."""
+    """Return one version of a programme, for a Condition. The newest version is active; the next version has replaced each older one."""
     versions = {version.number: version for version in row.programme.versions}
     before, after = versions.get(row.number - 1), versions.get(row.number + 1)
     ended_at = after.made_at if after else row.programme.archived_at
@@ -248,7 +249,7 @@ def device(station: str, *, is_simulated: bool) -> Resource:
 
 
 def device_key(station: str, *, is_simulated: bool) -> UUID:
-    """Return the id that is derived from a station's name. A station may have been simulated at one time and real at another."""
+    """Return an id that is derived from a station's name. The simulated and the real apparatus of a station have different ids."""
     return derived_id("simulated-device" if is_simulated else "device", station)
 
 
@@ -271,10 +272,10 @@ def code_system() -> Resource:
 
 
 def questionnaire(definition: Definition, words: QuestionnaireTextsRow | None) -> Resource:
-    """Return the Questionnaire that the answers refer to, its items by number.
+    """Return the Questionnaire to which the answers refer. Its items are identified by number.
 
-    ``words``: the licensed texts, where the licence allows to pass them on. Without them it has no texts: our own reminders for the person who
-    types answers in are not the wording of the SPADI.
+    ``words``: the licensed texts, if the licence allows passing them on. Without them the Questionnaire has no texts, because our own
+    reminders for the person who types the answers are not the wording of the SPADI.
     """
     items = []
     for number, scale in enumerate(definition.item_scales, start=1):

@@ -1,7 +1,7 @@
 """Codes and building blocks of our FHIR resources.
 
-LOINC and SNOMED CT are used if they have a code, else our own declared code system. Its address and all other addresses of ours are OIDs
-under 2.25: a UUID that needs no registration.
+A code is from LOINC or SNOMED CT if they have one, else from our own declared code system. The address of that code system and all other
+addresses of ours are OIDs under 2.25, which are UUIDs that need no registration.
 """
 
 import math
@@ -31,7 +31,7 @@ CLINIC_NUMBER: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a01")
 LOCAL: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a02")
 SPADI: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a03")
 STAGE_SINCE: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a04")
-"""Extension of a condition's stage: its first day."""
+"""Extension of a condition's stage: the first day of the stage."""
 NAME_REPRESENTATION: Final = "http://hl7.org/fhir/StructureDefinition/iso21090-EN-representation"
 LOINC: Final = "http://loinc.org"
 ICD10: Final = "http://hl7.org/fhir/sid/icd-10"
@@ -114,22 +114,22 @@ def _total(definition: Definition) -> str:
 
 
 _TEST_DATA: Final = {"system": f"{HL7}v3-ActReason", "code": "HTEST", "display": "test health data"}
-"""FHIR R4's security label of data that is not about a real treatment."""
+"""FHIR R4's security label for data that do not concern a real treatment."""
 
 
 def simulated(resource: Resource) -> Resource:
-    """Return the resource with the mark of values from a simulated apparatus."""
+    """Return the resource with the security label of values from a simulated apparatus."""
     return resource | {"meta": {"security": [_TEST_DATA]}}
 
 
 @dataclass(frozen=True)
 class ClinicNames:
-    """What a clinic sets for its exports and imports."""
+    """Names that a clinic sets for its exports and imports."""
 
     identifier_system: str = CLINIC_NUMBER
-    """System of the clinic numbers."""
+    """Identifier system of the clinic's patient numbers."""
     profiles: Mapping[str, str] = field(default_factory=dict)
-    """Canonical address of the profile that each type of resource claims to follow."""
+    """By type of resource, the canonical address of the profile that the resource claims to follow."""
 
     def profiled(self, resource: Resource) -> Resource:
         """Return the resource with the profile of its type, if there is one."""
@@ -143,12 +143,12 @@ def local_concept(code: str) -> Resource:
 
 
 def concept(system: str, code: str, display: str, text: str = "") -> Resource:
-    """Return a CodeableConcept of one code."""
+    """Return a CodeableConcept with one code."""
     return without_empty({"coding": [{"system": system, "code": code, "display": display}], "text": text})
 
 
 def rom_code(motion: str, position: str, kind: str) -> Resource:
-    """Return the code of a measure: LOINC if it has one, our own code, or text for a measure that only an older version knew."""
+    """Return the code of a measure: LOINC's if there is one, else our own. For a measure that only an older version knew, return a text."""
     measure = measure_of(motion, position)
     if measure is None:
         return {"text": f"{motion.replace('_', ' ')}, {kind} range of motion"}
@@ -161,10 +161,10 @@ def rom_code(motion: str, position: str, kind: str) -> Resource:
 
 
 def pain_code(context: str) -> Resource:
-    """Return the code of a pain score: LOINC's for the scale, and our own for when the pain was felt.
+    """Return the code of a pain score: LOINC's code of the scale, and our own code of the situation in which the pain was felt.
 
-    A CodeableConcept may hold codings "of slightly different granularity" (FHIR R4, CodeableConcept.coding). We have verified no LOINC code
-    for pain at rest, on movement, or around a session.
+    A CodeableConcept may hold codings "of slightly different granularity" (FHIR R4, CodeableConcept.coding). We have not verified a LOINC
+    code for pain at rest, on movement, or around a session.
     """
     own = local_concept(f"pain-{context}")
     loinc = concept(LOINC, PAIN, "Pain severity - 0-10 verbal numeric rating [Score] - Reported")
@@ -172,7 +172,7 @@ def pain_code(context: str) -> Resource:
 
 
 def diagnosis_code(code: str, text: str) -> Resource:
-    """Return a diagnosis as it was chosen and written. Without a chosen code it is text only; empty if there is neither."""
+    """Return a diagnosis as it was chosen and written. Without a chosen code it is only a text; it is empty if there is neither."""
     chosen = BY_CODE.get(code)
     codings = []
     if chosen:
@@ -183,21 +183,21 @@ def diagnosis_code(code: str, text: str) -> Resource:
 
 
 def shoulder(side: str) -> Resource:
-    """Return a body site."""
+    """Return the body site of a shoulder."""
     if side == "left":
         return concept(SNOMED, "91775009", "Structure of left shoulder")
     return concept(SNOMED, "91774008", "Structure of right shoulder")
 
 
 def quantity(value: float | None, unit: str) -> Resource | None:
-    """Return a measured value, None if there is none."""
+    """Return a measured value as a Quantity, or None if there is no finite value."""
     if value is None or not math.isfinite(value):
         return None
     return {"value": round(value, 4), "unit": unit, "system": UCUM, "code": unit}
 
 
 def shoulder_text(side: str | None, text: str) -> str:
-    """Return a text of one shoulder with its side. Without a side it concerns both."""
+    """Return a text with the shoulder's side before it. A text without a side concerns both shoulders."""
     return f"{side.capitalize()} shoulder. {text}" if side else text
 
 
@@ -212,7 +212,7 @@ def questionnaire_url(code: str) -> str:
 
 
 def derived_id(*names: object) -> UUID:
-    """Return an id that is derived from names. It is the same every time."""
+    """Return an id that is derived from names. The same names always give the same id."""
     return uuid5(NAMESPACE, "/".join(str(name) for name in names))
 
 
@@ -222,7 +222,7 @@ def fhir_date(moment: datetime | date | None) -> str | None:
 
 
 def annotation(text: str, by: str = "", at: datetime | None = None) -> Resource | None:
-    """Return an Annotation, None without text."""
+    """Return an Annotation, or None if the text is empty."""
     return without_empty({"authorString": by, "time": fhir_date(at), "text": text}) if text.strip() else None
 
 

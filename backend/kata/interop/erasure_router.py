@@ -1,4 +1,4 @@
-"""REST routes of requests for erasure."""
+"""Routes of requests for erasure."""
 
 from uuid import UUID
 
@@ -15,7 +15,9 @@ router = APIRouter(tags=["erasures"])
 
 @router.get("/api/erasures", summary="List undecided requests for erasure")
 def list_erasures(database: TheDatabase, actor: TheActor) -> Page[Erasure]:
-    """Return the undecided requests of patients whose records are open to you, oldest first. There are few, so the list has no pages."""
+    """Return the undecided requests of patients whose records you may open, oldest first. The requests are few, so the list has no
+    pages.
+    """
     with database.read() as session:
         rows = erasures.undecided(session, restricted.hidden(actor))
         return Page[Erasure].complete([Erasure.model_validate(row) for row in rows])
@@ -27,7 +29,9 @@ def list_erasures(database: TheDatabase, actor: TheActor) -> Page[Erasure]:
     responses=PROBLEMS.of(404, 422),
 )
 def list_patient_erasures(database: TheDatabase, patient_id: UUID) -> Page[Erasure]:
-    """Return a patient's requests for erasure with their decisions, oldest first. One is open at a time, so the list has no pages."""
+    """Return a patient's requests for erasure with their decisions, oldest first. Only one can be open at a time, so the list has no
+    pages.
+    """
     with database.read() as session:
         rows = erasures.of_patient(session, patient_id)
         return Page[Erasure].complete([Erasure.model_validate(row) for row in rows])
@@ -60,6 +64,8 @@ def refuse_erasure(database: TheDatabase, erasure_id: UUID, refusal: ErasureRefu
     responses=PROBLEMS.of(404, 409, 422),
 )
 def approve_erasure(database: TheDatabase, erasure_id: UUID, consent: ErasureConsent) -> Erasure:
-    """Approve a request for erasure: erase the patient's identifying data permanently. Motions and measurements remain without a person."""
+    """Approve a request for erasure and erase the patient's identifying data permanently. Motions and measurements remain without a
+    person.
+    """
     with database.write() as session:
         return Erasure.model_validate(erasures.erase(session, erasure_id, consent))

@@ -1,4 +1,4 @@
-"""Requests for erasure and their decisions. Identifying data are erased; motions and measurements remain anonymous.
+"""Requests for erasure and their decisions. An erasure removes identifying data; motions and measurements remain anonymously.
 
 The caller commits.
 """
@@ -37,7 +37,7 @@ def of_patient(session: Session, patient_id: UUID) -> list[ErasureRow]:
 
 
 def undecided(session: Session, hidden: Select[UUID]) -> list[ErasureRow]:
-    """Return the undecided requests, oldest first, without those of ``hidden`` patients, a query of ids."""
+    """Return the undecided requests, oldest first, except those of ``hidden`` patients (a query of ids)."""
     query = select(ErasureRow).where(ErasureRow.decided_at.is_(None), ErasureRow.patient_id.not_in(hidden))
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 
@@ -45,7 +45,7 @@ def undecided(session: Session, hidden: Select[UUID]) -> list[ErasureRow]:
 def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRow:
     """Store a request.
 
-    :raises ProblemError: 404; 409 when one is open already, or the record is erased.
+    :raises ProblemError: 404; 409 when a request is already open, or the record is erased.
     """
     patients.get(session, patient_id, to_change=True)
     service.identified_patient(session, patient_id)
@@ -60,9 +60,9 @@ def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRo
 
 
 def refuse(session: Session, erasure_id: UUID, refusal: ErasureRefusal) -> ErasureRow:
-    """Refuse a request, with the reason.
+    """Refuse a request and store the reason.
 
-    :raises ProblemError: 404; 409 when it is decided already.
+    :raises ProblemError: 404; 409 when the request is already decided.
     """
     row = _open(session, erasure_id)
     row.decided_at, row.decided_by = utc_now(), refusal.decided_by
@@ -73,7 +73,7 @@ def refuse(session: Session, erasure_id: UUID, refusal: ErasureRefusal) -> Erasu
 def erase(session: Session, erasure_id: UUID, consent: ErasureConsent) -> ErasureRow:
     """Erase name, reading, birth date, clinic number and all free texts permanently.
 
-    :raises ProblemError: 404; 409 when it is decided already, or a session is open; 422 when the number is not the patient's.
+    :raises ProblemError: 404; 409 when the request is already decided or a session is open; 422 when the number is not the patient's.
     """
     row = _open(session, erasure_id)
     patient = patients.get(session, row.patient_id, to_change=True)

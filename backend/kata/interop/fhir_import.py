@@ -1,4 +1,4 @@
-"""Import patients from FHIR R4. Unsupported elements are named, elements that are not understood are refused with their path."""
+"""Import patients from FHIR R4. Elements that are not stored are listed. Elements that are not understood are refused with their path."""
 
 import json
 import re
@@ -16,9 +16,9 @@ from kata.types import Side
 
 MOST_PATIENTS: Final = 500
 MOST_PARTS: Final = 1_000_000
-"""Commas and opening brackets of a file, an upper bound of its values: 2,000 for each patient."""
+"""Maximum number of commas and opening brackets in a file, which limits its values: about 2,000 for each patient."""
 MOST_PLACES: Final = 200
-"""Places that an answer names, of each kind."""
+"""Maximum number of places of each kind that an answer names."""
 _NOT_KEPT: Final = {
     "telecom", "address", "maritalStatus", "multipleBirthBoolean", "multipleBirthInteger", "photo", "contact",
     "communication", "generalPractitioner", "managingOrganization", "text", "contained", "extension", "meta", "language",
@@ -39,7 +39,7 @@ class FhirImportError(ValueError):
     """The resource cannot be imported. ``places`` has each path and its problem."""
 
     def __init__(self, places: list[tuple[str, str]]) -> None:
-        # An error comes back from the worker process with its arguments.
+        # The worker process sends an exception as its arguments.
         super().__init__(places)
         self.texts = [texts.PLACE_PROBLEM(place=path, problem=what) for path, what in places]
         """The problems, one text per place."""
@@ -50,7 +50,7 @@ class FhirImportError(ValueError):
 
 
 class UnreadableFhirError(ValueError):
-    """The file is not a JSON object within the limits. The argument is the Text with the reason."""
+    """The file is not a JSON object within the limits. The exception's argument is the Text with the reason."""
 
 
 @dataclass(frozen=True)
@@ -66,13 +66,13 @@ class _Reading:
     wrong: list[tuple[str, str]] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     systems: frozenset[str] = frozenset({CLINIC_NUMBER})
-    """Systems of our own clinic numbers: the clinic's and that of an export without one."""
+    """Systems that identify our clinic numbers: the clinic's own, and the one of an export from a clinic without one."""
 
 
 def read_file(
     content: bytes, affected_side: Side, identifier_system: str = CLINIC_NUMBER
 ) -> tuple[list[ImportedPatient], list[str]]:
-    """Return what :func:`read_patients` returns for a file. Run it in the worker process: parsing holds the interpreter's lock.
+    """Return the result of :func:`read_patients` for a file. Run it in the worker process, because parsing holds the interpreter's lock.
 
     :raises UnreadableFhirError: when the file is not a JSON object, or exceeds a limit.
     :raises FhirImportError: as :func:`read_patients`.
@@ -95,7 +95,7 @@ def read_patients(
 ) -> tuple[list[ImportedPatient], list[str]]:
     """Return the patients of a Patient or a Bundle, and the paths of the elements that are not stored.
 
-    :raises FhirImportError: naming every path that cannot be taken over; then nothing is.
+    :raises FhirImportError: with every path that cannot be imported. No patient is then imported.
     """
     reading = _Reading(systems=frozenset({CLINIC_NUMBER, identifier_system}))
     found = [
@@ -113,7 +113,7 @@ def read_patients(
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        # Another program could read the other value.
+        # The object has a name twice, and another program could read the other value.
         raise UnreadableFhirError(texts.FHIR_NAME_TWICE())
     return found
 
@@ -184,7 +184,7 @@ def _elements(resource: dict[str, Any], path: str, reading: _Reading) -> None:
         if len(reading.wrong) > MOST_PLACES:
             return
         if name == "meta" and isinstance(value, dict) and set(value) == {"profile"}:
-            # A claimed profile says nothing of the patient.
+            # A claimed profile says nothing about the patient.
             continue
         if name in _CHANGES_MEANING:
             reading.wrong.append((where, _CHANGES_MEANING[name]))
@@ -252,7 +252,7 @@ def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, 
     if not spoken and not written:
         reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
         return f"{path}.name", "", None
-    # Stable: the first of equal rank counts.
+    # min() returns the first of several names with equal rank.
     chosen = min(written or spoken, key=lambda candidate: candidate[0])
     kana = min(spoken, key=lambda candidate: candidate[0]) if spoken else None
     reading.left_out += [candidate[1] for candidate in [*written, *spoken] if candidate not in (chosen, kana)]
@@ -290,7 +290,7 @@ def _birth_date(patient: dict[str, Any], path: str, reading: _Reading) -> date |
 
 
 def _shown(text: str) -> str:
-    """Return a shortened text that can be sent back. JSON allows half a surrogate pair, UTF-8 does not."""
+    """Return a shortened text that the answer can contain. JSON allows half of a surrogate pair, UTF-8 does not."""
     return text[:60].encode("utf-8", "replace").decode()
 
 

@@ -1,4 +1,4 @@
-"""File downloads. A file is written to disk first, so that no response is held in memory, and deleted after it is sent."""
+"""File downloads. A file is written to disk before it is sent, so that no response is held in memory, and deleted afterwards."""
 
 import os
 import tempfile
@@ -12,7 +12,7 @@ _PIECE: Final = 1 << 18
 
 
 def file_response(write: Callable[[Path], None], media_type: str, name: str) -> StreamingResponse:
-    """Return a streamed response with the file that ``write`` writes. ``name``: of the download."""
+    """Return a streamed response with the file that ``write`` writes. ``name``: name of the downloaded file."""
     file = _written(write)
     headers = {
         "Content-Disposition": f'attachment; filename="{name}"',
@@ -36,5 +36,5 @@ def _written(write: Callable[[Path], None]) -> BinaryIO:
         write(path)
         return path.open("rb")
     finally:
-        # The open handle stays readable, and an aborted download leaves no file.
+        # The open handle stays readable. An aborted download leaves no file behind.
         path.unlink()

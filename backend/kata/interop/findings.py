@@ -34,11 +34,11 @@ _SURVEY = concept(f"{HL7}observation-category", "survey", "Survey")
 _THERAPY = concept(f"{HL7}observation-category", "therapy", "Therapy")
 _PAINS = ("rest", "active", "passive", "average")
 _END_OF: Final = {"completed": "completed", "shortened": "stopped", "stopped": "stopped", "patient_request": "stopped"}
-"""Status of a Procedure by the reason of the session's end. "Other" does not say whether it was completed."""
+"""Status of a Procedure by the reason why the session ended. The reason "other" does not say whether the session was completed."""
 
 
 def procedure(row: SessionRow, side: str | None, reason: UUID | None) -> Resource:
-    """Return the Procedure of one session for a Condition, with its note and addenda."""
+    """Return the Procedure of one session, for a Condition, with the session's note and addenda."""
     status = _END_OF.get(row.end_reason or "", "unknown") if row.ended_at else "in-progress"
     return without_empty(
         {
@@ -67,7 +67,7 @@ def procedure(row: SessionRow, side: str | None, reason: UUID | None) -> Resourc
 
 
 def device_use(row: SessionRow, side: str | None, reason: UUID | None) -> Resource:
-    """Return the DeviceUseStatement of a session for a Condition."""
+    """Return the DeviceUseStatement of a session, for a Condition."""
     return without_empty(
         {
             "resourceType": "DeviceUseStatement",
@@ -86,7 +86,7 @@ def device_use(row: SessionRow, side: str | None, reason: UUID | None) -> Resour
 
 def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
     """Yield the pain scores before, during and after a session."""
-    # During a session, and after one that has not ended, no moment of the answer is known.
+    # The time of an answer is unknown during a session, and after a session that has not ended.
     during: Resource = {"effectivePeriod": _period(row)}
     moments: dict[str, Resource] = {
         "before": {"effectiveDateTime": fhir_date(row.started_at)},
@@ -101,9 +101,9 @@ def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
 
 
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
-    """Return the following error of one run, its change by settings and its outcome.
+    """Return the following error of one run, how the settings changed the motion, and the run's outcome.
 
-    A partial run has no error of the whole playback: its compared share says why.
+    The following error of a partial run does not cover the whole playback; the compared share tells how much it covers.
     """
     components = [
         _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
@@ -144,7 +144,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
 
 
 def goniometer_reading(row: GoniometerReadingRow, patient_id: UUID, side: str | None) -> Resource:
-    """Return the Observation of one goniometer reading, with the apparatus angle beside it."""
+    """Return the Observation of one goniometer reading, which also contains the apparatus angle."""
     return without_empty(
         _observation(row.id, patient_id, row.read_at, _EXAM)
         | {
@@ -191,7 +191,7 @@ def _motion_name(number: int) -> str:
 
 
 def assessment(row: AssessmentRow, patient_id: UUID, side: str) -> Iterator[Resource]:
-    """Yield the findings of one assessment of a shoulder. A withdrawn assessment corrects what was sent before."""
+    """Yield the findings of one assessment of a shoulder. For a withdrawn assessment, they mark what was sent before as an error."""
     status = "entered-in-error" if row.withdrawn_at else "final"
     who = without_empty({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
     for measured in row.rom:
@@ -274,7 +274,7 @@ def _answers(row: AssessmentRow, identity: UUID, code: str, answers: list[int | 
 
 
 def _pain(identity: UUID, patient_id: UUID, context: str, score: int, side: str | None) -> Resource:
-    """Return a pain score without its time."""
+    """Return a pain score without a time."""
     return without_empty(
         {
             "resourceType": "Observation",
@@ -301,7 +301,7 @@ def _observation(identity: UUID, patient_id: UUID, at: datetime, category: Resou
 
 
 def _component(code: str, **value: object) -> Resource | None:
-    """Return a component, None without a value."""
+    """Return a component, or None if it has no value."""
     (given,) = value.values()
     return None if given is None else {"code": local_concept(code), **value}
 

@@ -1,4 +1,4 @@
-"""Write a table of samples as MCAP: one message of JSON per sample, with its schema. Foxglove and the mcap library read it."""
+"""Write a table of samples as MCAP: one JSON message per sample, with its schema. Foxglove and the mcap library can read it."""
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime
@@ -9,11 +9,11 @@ import msgspec
 from arro3.core import DataType, Table
 
 _ROWS_AT_ONCE: Final = 10_000
-"""An hour of a run as Python numbers would take 200 MB."""
+"""Rows that are converted at a time. All samples of an hour as Python numbers would take 200 MB."""
 
 
 def write_mcap(table: Table, topic: str, begins_at: datetime, origin: Mapping[str, str], path: Path) -> None:
-    """Write one message for each row of ``table``. Its log time is ``begins_at`` plus its ``time_s``. Missing values are left out.
+    """Write one message for each row of ``table``. The log time of a message is ``begins_at`` plus ``time_s``. Missing values are left out.
 
     ``origin`` becomes the metadata record ``origin``.
     """

@@ -1,6 +1,6 @@
-"""Read a motion from a CSV file, check it as the device does, or refuse it with line and column.
+"""Read a motion from a CSV file and check it as the device does. Errors are reported with line and column.
 
-Run it in the worker process that builds figures: an hour of motion would block the service's heartbeats.
+Run it in the worker process that builds figures, because an hour of motion would block the service's heartbeats.
 """
 
 from collections.abc import Iterator
@@ -26,10 +26,10 @@ from kata.plotting import downsampling
 
 Layout = Literal["poses", "motors"]
 MOTOR_LAYOUT: Final = ("time_s", *(f"motor_{motor}_deg" for motor in AXES))
-"""The layout of exported samples (:mod:`kata.interop.samples`)."""
+"""The columns of exported samples (:mod:`kata.interop.samples`)."""
 DONE: Final = texts.IMPORTED_FROM_CSV()
 _LIKE_RADIANS: Final = 3.5
-"""A useful motion exceeds this many degrees in some motor. A motion in radians never does."""
+"""Degrees that a useful motion exceeds in at least one motor. A motion in radians never does."""
 _WHOLE_TURN_DEG: Final = 360.0
 _LONGEST_GAP_S: Final = 1.0
 _SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "comma", ";": "semicolon", "\t": "tab"}
@@ -37,7 +37,7 @@ _SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "com
 
 @dataclass(frozen=True)
 class ParsedMotion:
-    """The content of a file. ``series``: its motor angles as stored samples, of an apparatus that is set to ``side``."""
+    """The content of a file. ``series``: its motor angles as stored samples, for an apparatus that is set to ``side``."""
 
     side: Side
     layout: Layout
@@ -55,7 +55,7 @@ class ParsedMotion:
 def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion:
     """Parse and check a file.
 
-    :raises TableError: naming line and column of what is wrong.
+    :raises TableError: with line and column of the error.
     """
     table = read_table(_text(data), MOTOR_LAYOUT, POSE_LAYOUT)
     layout: Layout = "motors" if table.columns == MOTOR_LAYOUT else "poses"
@@ -64,7 +64,7 @@ def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion
     times_s = table.values[:, 0] - table.values[0, 0]
     angles_deg = _of_poses(table, side) if layout == "poses" else table.values[:, 1:]
     series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
-    # Check the stored samples: they are what will be played.
+    # Check the stored samples, because these will be played.
     stored = unpack(series)
     try:
         config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]), side)
@@ -144,7 +144,7 @@ def _of_poses(table: CsvTable, side: Side) -> Floats:
 
 
 def _at_its_line(error: TrajectoryError, table: CsvTable, times_s: Floats, layout: Layout) -> TableError:
-    """Return the error with its line and column."""
+    """Return the error with the line and column of the file where it occurs."""
     if error.at_s is None or error.motor is None:
         return TableError(text_of(error))
     row = min(int(np.searchsorted(times_s, error.at_s)), len(times_s) - 1)

@@ -1,4 +1,4 @@
-"""A patient's complete record as one ZIP, for the patient, another clinic or the archive. It is built while it is sent, file by file."""
+"""A patient's complete record as one ZIP file, for the patient, another clinic or the archive. Each file is built while the ZIP is sent."""
 
 import csv
 import json
@@ -50,11 +50,13 @@ Angles are degrees, torques newton metres, times seconds; moments are UTC. Motor
 abduction, flexion, external rotation. Text is UTF-8. In the CSV files an apostrophe stands before a text that begins like a formula.
 """
 _FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "|", "%")
-"""First characters of a cell that a spreadsheet runs as a formula or command; Japanese ones take the wide forms too (OWASP, CSV injection)."""
+"""First characters of a cell that a spreadsheet runs as a formula or command. Japanese spreadsheets also accept the wide forms (OWASP,
+CSV injection).
+"""
 
 
 class _Outgoing:
-    """Buffer of a ZIP file until it is sent. It cannot seek, so sent data need not be kept."""
+    """Buffer of a ZIP file that is being sent. It does not support seeking, so sent data need not be kept."""
 
     def __init__(self) -> None:
         self._held = bytearray()
@@ -65,7 +67,7 @@ class _Outgoing:
         return len(data)
 
     def flush(self) -> None:
-        """Nothing to do: there is no file behind the buffer."""
+        """Do nothing, because there is no file behind the buffer."""
 
     def taken(self) -> bytes:
         """Return the buffered data and empty the buffer."""
@@ -74,12 +76,12 @@ class _Outgoing:
 
 
 def pieces(database: Database, worker: FigureWorker, patient_id: UUID, clinic: ClinicNames) -> Iterator[bytes]:
-    """Yield the ZIP in pieces. No file is in memory as a whole, and no transaction stays open while a client reads."""
+    """Yield the ZIP in pieces. No file is completely in memory, and no transaction stays open while a client reads."""
     outgoing = _Outgoing()
     with TemporaryDirectory(prefix="kata-") as folder, ZipFile(outgoing, "w", ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
         for name, path in _files(database, worker, patient_id, Path(folder), clinic):
             info = ZipInfo(name)
-            # Parquet is compressed already.
+            # Parquet is already compressed.
             info.compress_type = ZIP_STORED if name.endswith(".parquet") else ZIP_DEFLATED
             with path.open("rb") as file, archive.open(info, "w", force_zip64=True) as member:
                 while piece := file.read(_PIECE):
@@ -150,7 +152,7 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
 
 
 def _written(worker: FigureWorker, series: Series, origin: Origin, path: Path) -> str:
-    """Return the name of the samples' file. Empty if they are damaged, so that the rest is still exported."""
+    """Write the samples and return the name of their file. Return an empty name if they are damaged, so that the rest is still exported."""
     try:
         worker.build(samples.write, series, origin, "parquet", path)
     except ProblemError:
@@ -197,12 +199,12 @@ def _write_json(path: Path, content: object) -> None:
 
 
 def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
-    """Write a table whose first column is the file of the row's samples."""
+    """Write a table whose first column names the file with the row's samples."""
     _write_table(path, [{"file": row.get("file", "")} | row for row in rows], empty=["file"])
 
 
 def _write_table(path: Path, rows: list[dict[str, Any]], empty: Sequence[str] = ()) -> None:
-    """Write a CSV table. ``empty``: its columns if there are no rows."""
+    """Write a CSV table. ``empty``: names of the columns if there are no rows."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]) if rows else list(empty))
         writer.writeheader()
@@ -210,12 +212,12 @@ def _write_table(path: Path, rows: list[dict[str, Any]], empty: Sequence[str] = 
 
 
 def _cell(value: object) -> object:
-    """Return a value as a cell. A text that a spreadsheet would take for a formula gets an apostrophe before it."""
+    """Return a value as a cell. An apostrophe is put before a text that a spreadsheet would interpret as a formula."""
     return f"'{value}" if isinstance(value, str) and value.lstrip().startswith(_FORMULA) else value
 
 
 def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
-    """Return every column of a row and of its parts. A new column is exported automatically."""
+    """Return every column of a row and of its parts. Columns that are added later are exported automatically."""
     columns = {column.key: getattr(row, column.key) for column in inspect(type(row)).column_attrs}
     plain = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
     return plain | {name: [_plain(part) for part in some] for name, some in parts.items()}

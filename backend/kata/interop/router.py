@@ -1,4 +1,4 @@
-"""REST routes of import and export."""
+"""Routes of import and export."""
 
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
@@ -34,7 +34,7 @@ from kata.types import By, Name, Side
 router = APIRouter(tags=["import and export"])
 
 _LARGEST_CSV: Final = 64_000_000
-"""An hour at 100 Hz is some 20 MB."""
+"""Maximum number of characters of a CSV file. An hour at 100 Hz takes about 20 MB."""
 _MEDIA: Final[dict[SampleFormat, str]] = {
     "csv": "text/csv",
     "parquet": "application/vnd.apache.parquet",
@@ -101,7 +101,7 @@ TheClinic = Annotated[ClinicNames, Depends(_clinic)]
 
 
 async def _file(request: Request) -> bytes:
-    """Return the body. FastAPI would parse it in the event loop."""
+    """Return the body as bytes, because FastAPI would parse it in the event loop."""
     return await request.body()
 
 
@@ -138,7 +138,9 @@ def get_recording_parquet(database: TheDatabase, worker: TheFigures, recording_i
     responses=PROBLEMS.of(404, 410, 422) | _MCAP,
 )
 def get_recording_mcap(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
-    """Return a recording's samples as MCAP: one JSON message a sample on the topic ``recording``, with its schema and the origin as metadata."""
+    """Return a recording's samples as MCAP: one JSON message per sample on the topic ``recording``, with its schema, and the origin as
+    metadata.
+    """
     with database.read() as session:
         series, origin = service.of_recording(session, recording_id)
     return _samples(worker, series, origin, "mcap")
@@ -180,7 +182,7 @@ def get_run_parquet(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
     responses=PROBLEMS.of(404, 409, 410, 422) | _MCAP,
 )
 def get_run_mcap(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
-    """Return a run's samples as MCAP: one JSON message a sample on the topic ``run``, with its schema and the origin as metadata."""
+    """Return a run's samples as MCAP: one JSON message per sample on the topic ``run``, with its schema, and the origin as metadata."""
     with database.read() as session:
         series, origin = service.of_run(session, run_id)
     return _samples(worker, series, origin, "mcap")
@@ -194,7 +196,7 @@ def get_run_mcap(database: TheDatabase, worker: TheFigures, run_id: UUID) -> Str
 def preview_imported_motion(
     database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, side: MotionSide, csv: MotionCsv
 ) -> UnderstoodMotion:
-    """Parse and check a CSV file of a motion as the import does. Nothing is stored."""
+    """Parse and check a CSV file of a motion in the same way as the import. Nothing is stored."""
     with database.read() as session:
         patients.get(session, patient_id)
     return _as_understood(_parsed(worker, station, csv, side), side)
@@ -214,11 +216,11 @@ def import_motion(
     name: MotionName,
     side: MotionSide,
     csv: MotionCsv,
-    taught_by: Annotated[By, Query(description="Person who imports it: you unless another name is given.")] = "",
+    taught_by: Annotated[By, Query(description="Name of the person who imports the motion; empty: your name.")] = "",
 ) -> ImportedMotion:
-    """Import a motion from a CSV file as a recording, checked against the station's limits as at loading.
+    """Import a motion from a CSV file as a recording. It is checked against the station's limits as it is when it is loaded.
 
-    Errors are reported with line and column. Nothing is corrected, and a file with an error is not imported.
+    Errors are reported with line and column. A file with an error is not imported, and nothing is corrected.
     """
     with database.read() as session:
         patients.get(session, patient_id)
@@ -242,7 +244,7 @@ def import_motion(
     responses=PROBLEMS.of(404, 409, 422) | _FHIR,
 )
 def get_patient_fhir(database: TheDatabase, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
-    """Return the patient's record as an HL7 FHIR R4 transaction. A repeated transmission changes nothing at the receiver."""
+    """Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver."""
 
     def write(path: Path) -> None:
         with database.read() as session:
@@ -262,12 +264,14 @@ def import_fhir_patients(
     database: TheDatabase,
     worker: TheFigures,
     clinic: TheClinic,
-    affected_side: Annotated[Side, Query(description="The treated shoulder. An episode of care is opened for it.")],
+    affected_side: Annotated[
+        Side, Query(description="The treated shoulder. An episode of care is opened for this shoulder.")
+    ],
     file: Annotated[bytes, Depends(_file)],
 ) -> ImportedPatients:
-    """Register the patients of a FHIR resource: all of them, or none if an element is not understood or a clinic number is taken.
+    """Register the patients of a FHIR resource. If an element is not understood or a clinic number is taken, none of them is registered.
 
-    Elements that are not stored here, such as a telephone number, are named. Existing records do not change.
+    Elements that are not stored here, such as a telephone number, are listed in the answer. Existing records do not change.
     """
     try:
         found, left_out = worker.build(read_file, file, affected_side, clinic.identifier_system)
@@ -298,7 +302,7 @@ def export_patient(database: TheDatabase, worker: TheFigures, clinic: TheClinic,
 
 
 async def in_turn(pieces: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIterator[bytes]:
-    """Yield pieces of a file, each made by a thread that waits for its turn."""
+    """Yield the pieces of a file. A thread makes each piece and first waits for its turn."""
     while (piece := await to_thread.run_sync(next, pieces, None, limiter=limiter)) is not None:
         yield piece
 

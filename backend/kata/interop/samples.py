@@ -1,6 +1,6 @@
 """Samples of a recording or a run as CSV, Parquet or MCAP: one table with units in the column names and the origin in the metadata.
 
-Run it in the worker process that builds figures: an hour of samples would block the service's heartbeats.
+Run it in the worker process that builds figures, because an hour of samples would block the service's heartbeats.
 """
 
 import math
@@ -22,10 +22,10 @@ from kata.motion.tracking import wall_clock_s
 
 SampleFormat = Literal["csv", "parquet", "mcap"]
 SIMULATED: Final = "simulated"
-"""Column of a file from a simulated apparatus."""
+"""Column that marks a file from a simulated apparatus."""
 SCHEMA_VERSION: Final = "kata-samples-table/1"
 _DECIMALS: Final = {"s": 6, "deg": 4, "Nm": 4}
-"""The resolution of stored samples."""
+"""Decimals by unit. They match the resolution of stored samples."""
 _OF_RECORDING: Final = {"angle_deg": ("motor_{}_deg", "deg")}
 _OF_RUN: Final = {
     "setpoint_deg": ("motor_{}_setpoint_deg", "deg"),
@@ -48,7 +48,7 @@ _PHASES: Final = ", ".join(
 
 @dataclass(frozen=True)
 class Origin:
-    """Origin of samples. The patient's id identifies nobody outside the clinic."""
+    """Origin of samples. Outside the clinic, the patient's id identifies no person."""
 
     kind: Literal["recording", "run"]
     id: str
@@ -57,13 +57,13 @@ class Origin:
     station: str
     rate_hz: int | None
     begins_at: str
-    """UTC of the first sample, as ISO 8601."""
+    """Time of the first sample in UTC, ISO 8601."""
     simulated: bool
     """True if the apparatus was simulated."""
 
     @property
     def marked_id(self) -> str:
-        """Return the id for a file's name, with the mark of a simulated apparatus."""
+        """Return the id for a file's name, with a mark if the apparatus was simulated."""
         return f"{self.id}-simulated" if self.simulated else self.id
 
 
@@ -95,7 +95,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
 
     def add(name: str, unit: str, values: NDArray[np.float64]) -> None:
         rounded = np.round(values, _DECIMALS[unit])
-        # Only a place on the motion can be missing. A list is slow, but the only way to write null.
+        # Only the position on the motion can be missing. A list is slow, but there is no other way to write null.
         array = (
             Array([None if math.isnan(value) else value for value in rounded.tolist()], DataType.float64())
             if np.isnan(rounded).any()
@@ -114,7 +114,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
         for axis, motor in enumerate(AXES):
             add(name.format(motor), unit, np.ascontiguousarray(samples[column][:, axis]))
     if origin.simulated:
-        # CSV has no metadata: only a column marks every value wherever it is copied to.
+        # CSV has no metadata, so only a column can mark every value wherever it is copied.
         arrays.append(Array.from_numpy(np.ones(len(samples["time_s"]), dtype=np.int8)))
         fields.append(Field(SIMULATED, DataType.int8(), nullable=True, metadata={"values": "1 simulated apparatus"}))
     return Table.from_arrays(arrays, schema=Schema(fields, metadata=_metadata(origin)))

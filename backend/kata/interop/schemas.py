@@ -13,7 +13,7 @@ Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, m
 
 
 class UnderstoodMotion(Schema):
-    """The content of a CSV file, to be compared by its owner."""
+    """The content of a CSV file, for comparison by the user."""
 
     layout: Literal["poses", "motors"] = Field(
         description="poses: the body's five angles (scapula_abduction ...); motors: motor_1_deg to motor_5_deg."
@@ -50,7 +50,7 @@ class ErasureRequest(Schema):
 
     reason: Reason = Field(examples=["Asked for it in writing on 20 November."])
     noted_by: By = Field(
-        "", description="Person who recorded it: you unless another name is given.", examples=["Suzuki Aya"]
+        "", description="Name of the person who recorded the request; empty: your name.", examples=["Suzuki Aya"]
     )
 
 
@@ -58,7 +58,9 @@ class ErasureRefusal(Schema):
     """The refusal of a request, with its reason."""
 
     explanation: Reason = Field(examples=["Records are kept by law for five years after the last visit."])
-    decided_by: By = Field("", description="Your name unless another is given.", examples=["Director Kobayashi"])
+    decided_by: By = Field(
+        "", description="Name of the person who decided; empty: your name.", examples=["Director Kobayashi"]
+    )
 
 
 class ErasureConsent(Schema):
@@ -69,8 +71,10 @@ class ErasureConsent(Schema):
         description="The patient's clinic number, typed again as confirmation: this cannot be undone.",
         examples=["K-0042"],
     )
-    explanation: Note = Field("", description="Must not name the patient.", examples=["Nothing forbids it."])
-    decided_by: By = Field("", description="Your name unless another is given.", examples=["Director Kobayashi"])
+    explanation: Note = Field("", description="The text must not name the patient.", examples=["Nothing forbids it."])
+    decided_by: By = Field(
+        "", description="Name of the person who decided; empty: your name.", examples=["Director Kobayashi"]
+    )
 
 
 class Erasure(Schema):

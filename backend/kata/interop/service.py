@@ -61,7 +61,7 @@ def of_recording(session: Session, recording_id: UUID) -> tuple[Series, Origin]:
 def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
     """Return a run's stored samples and their origin.
 
-    :raises ProblemError: 404; 409 when nothing was measured in it.
+    :raises ProblemError: 404; 409 when nothing was measured in the run.
     """
     if found := measured(session, run_id):
         return found
@@ -69,7 +69,7 @@ def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
 
 
 def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
-    """Return the same as :func:`of_run`, None if nothing was measured.
+    """Return the result of :func:`of_run`, or None if nothing was measured.
 
     :raises ProblemError: 404.
     """
@@ -94,7 +94,7 @@ def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
 def register_patients(session: Session, patients_in: list[ImportedPatient]) -> list[PatientRow]:
     """Register all patients or none. An import never changes an existing record.
 
-    :raises ProblemError: 409 when a clinic number is taken, with its path.
+    :raises ProblemError: 409 when a clinic number is taken. The problem contains the number's path.
     """
     made = []
     for imported in patients_in:
@@ -108,7 +108,7 @@ def register_patients(session: Session, patients_in: list[ImportedPatient]) -> l
 def store_imported_motion(
     session: Session, patient_id: UUID, made: ParsedMotion, *, name: str, taught_by: str, station: str
 ) -> RecordingRow:
-    """Store an imported motion as a recording without teaching and parent.
+    """Store an imported motion as a recording that has neither a teaching nor a parent.
 
     :raises ProblemError: 404; 409 for an archived patient.
     """

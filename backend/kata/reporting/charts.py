@@ -14,14 +14,16 @@ from kata.motion.linkage import Floats
 from kata.plotting.figures import RunFigureSamples, run_lines
 
 _PLACES: Final = 90
-"""Number of sections of a curve this narrow. Each keeps its lowest and highest angle, so that no peak is lost."""
+"""Number of sections into which a curve of a small chart is divided. Each section keeps its lowest and highest angle, so that no peak is
+lost.
+"""
 _NARROWEST_DEG: Final = 10.0
-"""The smallest range of an angle axis; on a smaller one, single encoder counts would look like movement."""
+"""The smallest range of an angle axis. On a smaller range, single encoder counts would look like movement."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A chart's size and the margins around its curves, in its own units."""
+    """The size of a chart and the margins around its curves, in the chart's own units."""
 
     width: float
     height: float
@@ -31,18 +33,18 @@ class Frame:
     bottom: float
 
     def x(self, share: float) -> float:
-        """Return the x position at ``share`` (0 to 1) of the way from left to right."""
+        """Return the x position of ``share``: 0 at the left, 1 at the right."""
         return round(self.left + share * (self.width - self.left - self.right), 2)
 
     def y(self, share: float) -> float:
-        """Return the y position at ``share`` (0 to 1) of the way from bottom to top."""
+        """Return the y position of ``share``: 0 at the bottom, 1 at the top."""
         return round(self.height - self.bottom - share * (self.height - self.top - self.bottom), 2)
 
 
 SMALL: Final = Frame(128, 76, 24, 3, 4, 12)
-"""Five fit beside each other on a page."""
+"""Five of these charts fit beside each other on a page."""
 WIDE: Final = Frame(250, 120, 28, 8, 8, 18)
-"""Two fit beside each other on a page."""
+"""Two of these charts fit beside each other on a page."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ def tracking(parts: RunFigureSamples) -> tuple[Chart, ...]:
 
 
 def step_responses(curves: Sequence[RecordedCurve]) -> tuple[Chart, ...]:
-    """Return the step responses of each motor, with the test weight and empty, beside the height of the step."""
+    """Return a chart per motor with its step responses, with and without the test weight, and with the height of the step."""
     charts = []
     for motor in sorted({curve.motor for curve in curves}):
         own = [curve for curve in curves if curve.motor == motor]
@@ -122,7 +124,7 @@ def step_responses(curves: Sequence[RecordedCurve]) -> tuple[Chart, ...]:
 
 
 def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], low: float, high: float) -> Chart:
-    """Return a chart of values over days. ``labels``: days from the first with their names; the last one is the end."""
+    """Return a chart of values over days. ``labels``: days since the first day with their names; the last label is the end of the axis."""
     end = max(labels[-1].at, 1.0)
     ticks = nice_ticks(low, high, 4)
     low, high = min(low, ticks[0]), max(high, ticks[-1])
@@ -142,7 +144,7 @@ def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], 
 
 
 def nice_ticks(low: float, high: float, about: int) -> tuple[float, ...]:
-    """Return about ``about`` steps of round numbers from at most ``low`` to at least ``high``."""
+    """Return about ``about`` + 1 ticks at round numbers, from at most ``low`` to at least ``high``."""
     rough = max(high - low, 1e-9) / about
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= rough * (1 - 1e-9))

@@ -1,4 +1,4 @@
-"""Content of a report, independent of the language: plain values that are sent to the worker process."""
+"""Content of a report as plain values, independent of the language. The worker process receives it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class ReportPatient:
 
 @dataclass(frozen=True)
 class Check:
-    """One answer of the checklist. ``by`` is empty if the apparatus answered."""
+    """One answer of the checklist. ``by`` is empty if the answer came from the apparatus."""
 
     check: str
     subject: str
@@ -38,11 +38,11 @@ class PrintedStop:
     code: str
     message: str
     motor: int | None = None
-    """From 1; None if it belongs to no motor, or was stored before 0009."""
+    """Motor number from 1; None if the cause belongs to no motor, or if an older version stored it."""
 
 
 def motor_of(key: Mapping[str, Any] | None) -> int | None:
-    """Return the motor that is a parameter of a stored text."""
+    """Return the motor number that is a parameter of a stored text, or None."""
     motor: int | None = key["params"].get("motor") if key else None
     return motor
 
@@ -58,7 +58,7 @@ class PlaybackDescription:
 
 @dataclass(frozen=True)
 class MotorErrors:
-    """Errors of one motor, in the motor angle (:class:`kata.clinic.sessions.tables.MotorTrackingRow`)."""
+    """Errors of one motor in motor angles (:class:`kata.clinic.sessions.tables.MotorTrackingRow`)."""
 
     motor: int
     peak_deg: float
@@ -72,7 +72,7 @@ class MotorErrors:
 
 @dataclass(frozen=True)
 class MotionReach:
-    """Range of the body in one basic motion: requested, reached, and of a healthy shoulder."""
+    """Ranges of the body in one basic motion: the requested one, the reached one, and that of a healthy shoulder."""
 
     motion: int
     peak_deg: float
@@ -81,7 +81,7 @@ class MotionReach:
     reached_deg: tuple[float, float] | None
     reference_deg: tuple[float, float]
     patient_deg: tuple[PatientAngle, PatientAngle] | None = None
-    """Patient's angles at the ends of ``reached_deg``; None if only the apparatus angle is known."""
+    """The patient's angles at the ends of ``reached_deg``; None if only the apparatus angle is known."""
 
 
 @dataclass(frozen=True)
@@ -117,12 +117,12 @@ class RunContent:
     motors: tuple[MotorErrors, ...]
     motions: tuple[MotionReach, ...]
     parts: RunFigureSamples | None
-    """Data of its curves; None if there is nothing to draw."""
+    """Data for the run's curves; None if there is nothing to draw."""
 
 
 @dataclass(frozen=True)
 class PlannedItem:
-    """One item of a programme with its runs: their numbers in the report and their outcomes."""
+    """One item of a programme, with the numbers of its runs in the report and their outcomes."""
 
     position: int
     recording: str
@@ -183,7 +183,7 @@ class SessionContent:
 
 @dataclass(frozen=True)
 class PrintedStage:
-    """The stage of a shoulder from a day on."""
+    """The stage of a shoulder from a given day on."""
 
     stage: str
     since: date
@@ -191,7 +191,7 @@ class PrintedStage:
 
 @dataclass(frozen=True)
 class Limit:
-    """A doctor's limit of one basic motion. None: the apparatus' own limit."""
+    """A doctor's limit of one basic motion. None means the apparatus's own limit."""
 
     motion: int
     lowest_deg: float | None
@@ -208,13 +208,13 @@ class DatedValue:
 
 @dataclass(frozen=True)
 class RomSeries:
-    """Range of one motion: the treated shoulder over time, with the values for comparison."""
+    """Range of one motion: values of the treated shoulder over time, and values for comparison."""
 
     motion: str
     kind: str
     position: str
     readings: tuple[DatedValue, ...]
-    """Of the treated side, oldest first; at least one."""
+    """Values of the treated side, oldest first; at least one."""
     other: DatedValue | None
     """The newest value of the other side."""
     reference_deg: float | None
@@ -222,7 +222,7 @@ class RomSeries:
 
 @dataclass(frozen=True)
 class ScoreSeries:
-    """One score over time, oldest first; at least one value."""
+    """Values of one score over time, oldest first; at least one."""
 
     name: str
     readings: tuple[DatedValue, ...]
@@ -275,7 +275,7 @@ class EpisodeContent:
     closed_at: datetime | None
     contraindications: str
     listed: tuple[PrintedContraindication, ...]
-    """Contraindications of the list, of the patient and of this shoulder, oldest first."""
+    """Contraindications from the list that concern the patient or this shoulder, oldest first."""
     limits: tuple[Limit, ...]
     max_load_level: int | None
     max_speed_deg_s: float | None
@@ -287,5 +287,5 @@ class EpisodeContent:
     spadi: tuple[DatedValue, ...]
     visits: tuple[PrintedVisit, ...]
     stops: tuple[tuple[PrintedStop, int], ...]
-    """Each cause with the number of sessions in which it occurred."""
+    """Each cause of a stop, with the number of sessions in which it occurred."""
     closing_note: str

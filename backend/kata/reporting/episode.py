@@ -134,7 +134,7 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
 
 
 def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, ...]:
-    """Return the sessions without loading tracking: an episode may have a hundred sessions."""
+    """Return the sessions without their tracking data, because an episode may have a hundred sessions."""
     visits = session.execute(
         select(
             SessionRow.id, SessionRow.started_at, SessionRow.therapist, SessionRow.programme_version_id,
@@ -175,7 +175,9 @@ def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, .
 
 
 def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played]) -> tuple[int | None, int]:
-    """Count as :mod:`kata.clinic.programmes.planned` does: a run of another recording does not belong to the item."""
+    """Return the planned and the completed repetitions, counted as in :mod:`kata.clinic.programmes.planned`: a run of another recording
+    does not belong to the item.
+    """
     if items is None:
         return None, sum(run.repetitions for run in runs)
     done = 0
@@ -186,7 +188,7 @@ def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played])
 
 
 def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[PrintedStop, int], ...]:
-    """Return each cause with its newest sentence, the most frequent first."""
+    """Return each cause of a stop with its newest sentence, most frequent cause first."""
     counted: dict[str, tuple[PrintedStop, set[UUID]]] = {}
     for run in session.execute(
         select(RunRow.session_id, RunRow.stop_code, RunRow.stop_message, RunRow.stop_key)

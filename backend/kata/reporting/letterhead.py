@@ -11,7 +11,7 @@ from xml.parsers import expat
 from kata.settings import address_lines
 
 LARGEST_LOGO: Final = 256 * 1024
-"""Bytes. The logo is part of every printed page."""
+"""Maximum number of bytes of a logo, because every printed page contains it."""
 _LARGEST_SIDE: Final = 4000
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _HEADER_LENGTH: Final = 24
@@ -24,30 +24,30 @@ _SVG_ELEMENTS: Final = frozenset(
         "feFuncB", "feFuncG", "feFuncR", "feGaussianBlur", "feMerge", "feMergeNode", "feMorphology", "feOffset", "feTile",
     }
 )  # fmt: skip
-"""Elements of a drawing. Without animation, no address comes later."""
+"""Allowed elements of an SVG. Animation is not allowed, because it could insert an address later."""
 _MOST_COPIES: Final = 10
-"""``use`` elements. Each can copy what others have copied already."""
+"""Maximum number of ``use`` elements, because each can copy elements that are already copies."""
 _EDITORS: Final = ("sodipodi", "inkscape", "rdf", "cc", "dc")
-"""Prefixes of the notes of drawing programs."""
+"""Namespace prefixes of elements that drawing programs add."""
 
 
 class LetterheadError(ValueError):
-    """The letterhead cannot be used. The message has the reason."""
+    """The letterhead cannot be used. The message says why."""
 
 
 @dataclass(frozen=True)
 class Letterhead:
-    """The head of a report. Empty parts are left out."""
+    """The head of a report. Empty parts are not printed."""
 
     name: str = ""
     address: tuple[str, ...] = ()
     phone: str = ""
     logo: str = ""
-    """A ``data:`` URL, so that the page fetches nothing."""
+    """The logo as a ``data:`` URL, so that the page fetches nothing."""
 
 
 def read(name: str, address: str, phone: str, logo: Path | None) -> Letterhead:
-    """Return the letterhead of the settings. ``address``: as :func:`kata.settings.address_lines` takes it.
+    """Return the letterhead of the settings. ``address``: in the form that :func:`kata.settings.address_lines` accepts.
 
     :raises LetterheadError: when the logo cannot be used.
     """
@@ -77,7 +77,7 @@ def _wrong_png(image: bytes) -> str:
 
 
 def _wrong_svg(image: bytes) -> str:
-    """Return the errors of an SVG. An image element runs no scripts and fetches nothing; an SVG that tries to is refused nevertheless."""
+    """Return the errors of an SVG. An image element runs no script and fetches nothing, but an SVG that tries to do so is still refused."""
     wrong: list[str] = []
     names: list[str] = []
     depth = 0
@@ -139,7 +139,7 @@ def _is_external(name: str, value: str) -> bool:
 
 
 def _style_fetches(text: str) -> bool:
-    """Return whether CSS names anything outside the image. A backslash could hide such a name."""
+    """Return whether CSS refers to anything outside the image. A backslash is refused because it could hide such a reference."""
     lower = text.lower()
     addresses = re.findall(r"url\s*\(\s*['\"]?(.?)", lower, re.DOTALL)
     return "\\" in text or "@import" in lower or "image-set" in lower or any(first != "#" for first in addresses)

@@ -1,4 +1,4 @@
-"""Draft a short note from the measurements. Pure functions; a therapist reads, edits and signs the note."""
+"""Draft a short note from the measurements, by pure functions. A therapist reads, edits and signs the note."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,7 +13,7 @@ _TOLD_METHODS: Final = ("learned", "paper")
 
 
 def draft(session: Session, language: Language = "en") -> str:
-    """Return the applicable sentences, in the order of a session."""
+    """Return the sentences that apply, in the order of a session."""
     phrases = NotePhrases(language)
     runs = [run for run in session.runs if run.outcome not in ("loaded", "unloaded")]
     happened = (
@@ -71,7 +71,7 @@ def _not_played(phrases: NotePhrases, session: Session, runs: Sequence[Run]) -> 
 
 
 def _reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    """Return the widest range per motion of all runs. Parts with reduced range are not compared."""
+    """Return, for each motion, the widest range of all runs. Parts with reduced range are not compared."""
     reached: dict[int, tuple[str, float, float]] = {}
     for run in runs:
         for motion in run.comparison.motions if run.comparison else ():
@@ -90,7 +90,7 @@ def _reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
 
 
 def _patient_reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    """Return the estimated patient's angles of each motion, of the run in which the apparatus reached highest."""
+    """Return the estimated patient's angles of each motion, from the run in which the apparatus reached the highest angle."""
     reached: dict[int, MotionTracking] = {}
     for motion in (motion for run in runs if run.comparison for motion in run.comparison.motions):
         before = reached.get(motion.motion)
@@ -113,7 +113,7 @@ def _patient_reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
 
 
 def _tracking(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    # A partial figure is not one of the session.
+    # The figures of a partial run do not describe the session.
     motors = [motor for run in runs if run.comparison and not run.partial for motor in run.comparison.motors]
     if not motors:
         return []

@@ -1,4 +1,4 @@
-"""Phrases of a drafted note, in English and Japanese: whole sentences with parameters."""
+"""Phrases of a drafted note in English and Japanese. They are whole sentences with parameters."""
 
 from typing import Final
 
@@ -67,7 +67,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "pain.during": ("{pain} during", "中{pain}"),
     "pain.after": ("{pain} after", "後{pain}"),
 }
-"""Key to English and Japanese. The part of a key after the dot is a value of the record."""
+"""English and Japanese text by key. The part of a key after the dot is a value of the record."""
 
 
 class NotePhrases:
@@ -78,7 +78,7 @@ class NotePhrases:
         self._report_phrases = Phrases(language, "")
 
     def text(self, key: str, /, **values: object) -> str:
-        """Return the phrase of a key with its parameters."""
+        """Return the phrase of a key, filled with its parameters."""
         return WORDS[key][self._column].format(**values)
 
     def join(self, key: str, words: list[str]) -> str:
@@ -92,5 +92,5 @@ class NotePhrases:
         return self._report_phrases.named("motion", number).partition(" ")[2]
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
-        """Return the cause of a stop (:meth:`kata.reporting.phrases.Phrases.stop`)."""
+        """Return the cause of a stop as :meth:`kata.reporting.phrases.Phrases.stop` does."""
         return self._report_phrases.stop(code, message, motor)

@@ -342,7 +342,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "answer.unsigned": ("Draft", "未"),
     "closing_note": ("Closing note", "終了時の所見"),
 }
-"""Key to English and Japanese. The part of a key after the dot is a value of the record."""
+"""English and Japanese text by key. The part of a key after the dot is a value of the record."""
 
 STOPS_JA: Final = {
     "estop_pressed": "非常停止スイッチが押された。",
@@ -379,24 +379,24 @@ STOPS_JA: Final = {
     "browser_lost": "操作していたブラウザとの接続が長く途絶えた。",
     "unexpected_error": "制御プログラム内部で異常が発生した。",
 }
-"""Japanese sentences of the fault table. The database stores the English ones."""
+"""Japanese sentences of the fault table by code. The database stores only the English ones."""
 
 
 class Phrases:
     """The phrases of one language and the formats of one time zone."""
 
     def __init__(self, language: Language, zone: str) -> None:
-        """``zone``: IANA name; the computer's time zone if empty."""
+        """``zone``: IANA name of the time zone; empty: the computer's time zone."""
         self.language: Language = language
         self._column = LANGUAGES.index(language)
         self._zone = ZoneInfo(zone) if zone else None
 
     def text(self, key: str, /, **values: object) -> str:
-        """Return the phrase of a key with its parameters."""
+        """Return the phrase of a key, filled with its parameters."""
         return WORDS[key][self._column].format(**values)
 
     def named(self, kind: str, value: str | int) -> str:
-        """Return the phrase of a value of the record, or the value itself if there is none."""
+        """Return the phrase of a value of the record, or the value itself if there is no phrase."""
         words = WORDS.get(f"{kind}.{value}")
         return words[self._column] if words else str(value).replace("_", " ")
 
@@ -408,9 +408,9 @@ class Phrases:
         return known.english if self.language == "en" else known.japanese
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
-        """Return the cause of a stop; in English if it belongs to a motor and none is stored.
+        """Return the cause of a stop. It is in English if the sentence needs a motor and none is stored.
 
-        ``motor``: from 1.
+        ``motor``: motor number from 1.
         """
         words = STOPS_JA.get(code, message)
         if self.language == "en" or (motor is None and "{motor}" in words):
@@ -418,7 +418,7 @@ class Phrases:
         return words.format(motor=motor)
 
     def number(self, value: float | None, digits: int = 1, *, sign: bool = False) -> str:
-        """Return a number with a typographic minus; a dash if there is none."""
+        """Return a number with a typographic minus, or a dash if there is no number."""
         if value is None:
             return "–"
         text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
@@ -433,14 +433,14 @@ class Phrases:
         )
 
     def day(self, when: date | datetime) -> str:
-        """Return an unambiguous date with the month as a word."""
+        """Return an unambiguous date, in which the month is a word."""
         there = self._local(when) if isinstance(when, datetime) else when
         if self.language == "ja":
             return f"{there.year}年{there.month}月{there.day}日"
         return f"{there.day} {_MONTHS[there.month - 1]} {there.year}"
 
     def short_day(self, when: date | datetime) -> str:
-        """Return a date for a narrow column."""
+        """Return a short date for a narrow column."""
         return (self._local(when) if isinstance(when, datetime) else when).strftime("%Y-%m-%d")
 
     def clock(self, when: datetime) -> str:
@@ -452,7 +452,7 @@ class Phrases:
         return f"{self.day(when)} {self.clock(when)}"
 
     def zone(self, when: datetime) -> str:
-        """Return the name of the clinic's time zone at a moment."""
+        """Return the name that the clinic's time zone has at a given time."""
         return self._local(when).tzname() or ""
 
     def years(self, born: date, when: datetime) -> int:

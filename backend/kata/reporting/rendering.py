@@ -1,7 +1,7 @@
-"""Render a report as HTML and as PDF. Run it in the worker process that builds figures.
+"""Render a report as HTML and as PDF. Use it in the worker process that builds figures.
 
-Texts that people entered are always escaped: by Jinja in the template, by :func:`css_string` in the style sheet's margins. The page runs no
-script and fetches nothing, and its policy forbids both.
+Texts that people entered are always escaped: in the template by Jinja, and in the style sheet's margins by :func:`css_string`. The page
+runs no script and fetches nothing, and its policy forbids both.
 """
 
 import base64
@@ -33,7 +33,7 @@ _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}
 
 @dataclass(frozen=True)
 class Print:
-    """Settings of a print: letterhead, language, time zone and time."""
+    """How a report is printed: letterhead, language, time zone and time."""
 
     letterhead: Letterhead
     language: Language
@@ -74,7 +74,7 @@ def episode_page(content: EpisodeContent, how: Print) -> ReportPage:
 
 
 def commissioning_page(record: CommissioningRecord, how: Print) -> ReportPage:
-    """Return the record of a commissioning as a page: the acceptance report."""
+    """Return the record of a commissioning (the acceptance report) as a page."""
     phrases = Phrases(how.language, how.zone)
     times = {step.ended_at: datetime.fromisoformat(step.ended_at) for step in record.steps}
     responses = [charts.step_responses(step.curves) for step in record.steps]
@@ -105,7 +105,7 @@ def episode_pdf(content: EpisodeContent, how: Print) -> bytes:
 
 
 def css_string(text: str) -> Markup:
-    """Return a CSS string that holds any text. The text can end neither the string nor the style sheet."""
+    """Return a CSS string that contains the text. No text can end the string or the style sheet."""
     return Markup(f'"{"".join(letter if letter.isalnum() else f"{chr(92)}{ord(letter):x} " for letter in text)}"')  # noqa: S704 - escaped right here
 
 
@@ -144,14 +144,14 @@ def _page(
 
 
 def _about(content: SessionContent | EpisodeContent | CommissioningRecord, phrases: Phrases) -> str:
-    """Return whom or what the report is about, for the margin."""
+    """Return the person or station that the report is about, for the margin."""
     if isinstance(content, CommissioningRecord):
         return content.station
     return content.patient.name + phrases.text("comma") + content.patient.clinic_number
 
 
 def _curves(run: RunContent) -> tuple[Chart, ...] | None:
-    """Return the run's charts. None if the samples are damaged; the rest of the run is still reported."""
+    """Return the run's charts, or None if the samples are damaged. The report still contains the rest of the run."""
     if run.parts is None:
         return ()
     try:
@@ -174,7 +174,7 @@ def _environment() -> Environment:
 
 
 class _OnlyOurs(plutoprint.ResourceFetcher):
-    """Provide the font and ``data:`` URLs only. A page has no other resources."""
+    """Provide only the font and ``data:`` URLs, because a page has no other resources."""
 
     def fetch_url(self, url: str) -> plutoprint.ResourceData:
         if url == _FONT:

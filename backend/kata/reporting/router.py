@@ -1,4 +1,4 @@
-"""REST routes of reports, as HTML and PDF, and of note drafts."""
+"""Routes of reports, as HTML and PDF, and of note drafts."""
 
 from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
@@ -24,7 +24,7 @@ router = APIRouter(tags=["reports"])
 drafts = APIRouter(tags=["sessions"])
 
 _PRIVATE: Final = {
-    # No cache stores a patient's report, and no other site learns where it was read.
+    # No cache may store a patient's report, and no other site may learn that it was read.
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -69,7 +69,7 @@ ThePrint = Annotated[Print, Depends(_how)]
     responses=_HTML,
 )
 def get_session_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
-    """Return a session's report as HTML, to be read and printed. Every page says if it is not signed."""
+    """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
         content = session.content(reading, session_id)
     return _shown(worker.build(rendering.session_page, content, how))
@@ -95,7 +95,7 @@ def get_session_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePr
     responses=_HTML,
 )
 def get_episode_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
-    """Return an episode's report as HTML: assessments, trends and sessions."""
+    """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
     return _shown(worker.build(rendering.episode_page, content, how))
@@ -120,7 +120,7 @@ def get_note_draft(
     session_id: UUID,
     language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
 ) -> Draft:
-    """Return a note drafted from the measurements, to be read and edited. Nothing is stored."""
+    """Return a note that is drafted from the measurements, for reading and editing. Nothing is stored."""
     with database.read() as reading:
         ended = service.as_session(service.get(reading, session_id))
     planned = ended.programme.items if ended.programme else []

@@ -67,7 +67,7 @@ def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
 
 
 def report_patient(row: PatientRow) -> ReportPatient:
-    """Return the patient of a report."""
+    """Return the patient in the form that a report needs."""
     return ReportPatient(row.name, row.kana, row.clinic_number, row.birth_date, row.sex)
 
 

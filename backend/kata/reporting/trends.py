@@ -1,4 +1,4 @@
-"""Charts of an episode's values over its weeks."""
+"""Charts of an episode's values over time."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from kata.reporting.phrases import Phrases
 
 _DAY_S: Final = 86400.0
 _SHORTEST_TREND: Final = 2
-"""A single value is no trend."""
+"""Number of values from which a chart is drawn, because a single value shows no trend."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,12 @@ class Trends:
 
     @property
     def all(self) -> tuple[Chart, ...]:
-        """In the order of the report."""
+        """Return all charts, in the order of the report."""
         return (*self.rom, *(chart for chart in (self.pain, self.spadi) if chart))
 
 
 def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
-    """Return the charts of everything that was measured on at least two days."""
+    """Return a chart of every value that was measured on at least two days."""
     visited = [visit.started_at for visit in content.visits]
     moments = sorted([*content.assessed_at, *visited])
     if not moments:
