@@ -1,1 +1,1 @@
-"""The clinic's records. Each subject has one folder with its tables, schemas, service and router."""
+"""The clinic's records. Each subject has a folder with its tables, schemas, service and router."""

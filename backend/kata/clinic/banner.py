@@ -1,4 +1,4 @@
-"""The banner: who the patient is and what forbids or limits a motion, on every page of the patient and at the station."""
+"""The banner on every page of a patient and at the station. It says who the patient is and what forbids or limits a motion."""
 
 from datetime import date, datetime
 from uuid import UUID
@@ -23,21 +23,21 @@ class BannerShoulder(Schema):
     stage: StageName | None = Field(description="The newest stage; null if none is recorded.")
     stage_since: date | None
     contraindications: str = Field(description="The episode's free text.", examples=["No abduction beyond 90 degrees."])
-    proposal: StageProposal | None = Field(description="What the stage proposes; null without a stage.")
+    proposal: StageProposal | None = Field(description="Settings that the stage proposes; null without a stage.")
 
 
 class PatientBanner(Schema):
-    """Who the patient is, and what forbids or limits a motion."""
+    """The patient's identity, and what forbids or limits a motion."""
 
     patient_id: UUID
     name: str
     kana: str | None
     birth_date: date | None
-    age_years: int | None = Field(ge=0, description="Completed years today; null without a birth date.")
+    age_years: int | None = Field(ge=0, description="Age today in completed years; null without a birth date.")
     clinic_number: str
     shoulders: list[BannerShoulder] = Field(description="Shoulders with an open episode.")
     contraindications: list[Contraindication] = Field(
-        description="Those that apply now, of the patient and of the open episodes; those that stop motion first."
+        description="Present contraindications of the patient and of the open episodes. Those that stop motion come first."
     )
 
     def contraindications_of(self, side: Side) -> list[Contraindication]:
@@ -62,7 +62,7 @@ def of_patient(session: Session, patient: PatientRow) -> PatientBanner:
 
 
 def age_years(birth_date: date, today: date) -> int:
-    """Return the completed years on ``today``."""
+    """Return the age in completed years on ``today``."""
     had_birthday = (today.month, today.day) >= (birth_date.month, birth_date.day)
     return max(0, today.year - birth_date.year - (not had_birthday))
 

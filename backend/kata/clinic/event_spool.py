@@ -1,6 +1,6 @@
-"""Spool what happens at the station until the database has it: device events, audit entries and offline session events.
+"""Spool device events, audit entries and offline session events on the station's disk until the database has them.
 
-Ids are generated at the source, so an event that is delivered twice is stored once. Writers do not wait for delivery.
+Ids are generated where an event occurs, so an event that is delivered twice is stored once. Writers do not wait for delivery.
 """
 
 import logging
@@ -37,11 +37,13 @@ from kata.database.spool import Record, Spool
 log = logging.getLogger(__name__)
 
 _LAST_S: Final = 10.0
-"""Limits how long the service waits for a slow database when it ends. Undelivered events stay on disk."""
+"""Longest wait in seconds for a slow database while the service shuts down. Undelivered events stay on disk."""
 _ON_DISK_S: Final = 2.0
-"""Limits how long an offline action waits for the disk. It is refused if its event is not on disk by then."""
+"""Longest wait in seconds of an offline action for the disk. The action is refused if its event is not on disk by then."""
 _ROOM: Final = 5000
-"""At this number of events that wait for the disk, read requests and refusals wait to be recorded. Commands to the apparatus never wait."""
+"""From this number of events that wait for the disk on, read requests and refusals wait to be recorded. Commands to the apparatus never
+wait.
+"""
 
 
 class _DeviceEvent(msgspec.Struct, frozen=True, tag="happened"):
@@ -64,16 +66,16 @@ class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
 
 
 _SingleItem = NotBegun | OfflineEvent
-"""Stored in a transaction of its own, with its audit entry."""
+"""An item that is stored in a transaction of its own, with its audit entry."""
 _SpoolItem = _DeviceEvent | _Acknowledged | _AuditEntry | _SingleItem
 _DECODER: Final = msgspec.json.Decoder(_SpoolItem)
 
 
 class EventSpool:
-    """Spool events and deliver them to the database. Every ``put`` but :meth:`put_offline_event` returns at once."""
+    """Spools events and delivers them to the database. Every ``put`` except :meth:`put_offline_event` returns at once."""
 
     def __init__(self, database: Database, station: str, folder: Path, *, retry_s: float = RETRY_S) -> None:
-        """``folder``: of the spool. ``retry_s``: the pause before the next attempt to deliver, seconds.
+        """``folder``: folder of the spool. ``retry_s``: pause before the next attempt to deliver, seconds.
 
         :raises SpoolError: if the folder holds a record that cannot be read.
         :raises OSError: if the folder cannot be written to.
@@ -84,7 +86,7 @@ class EventSpool:
 
     @property
     def has_room(self) -> bool:
-        """False while so many events wait for the disk that read requests and refusals must wait to be recorded."""
+        """False while too many events wait for the disk. Read requests and refusals must then wait to be recorded."""
         return self.spool.unwritten < _ROOM
 
     def put_event(self, item: NewDeviceEvent | AlarmsEnded) -> None:
@@ -92,24 +94,24 @@ class EventSpool:
         self._put(_DeviceEvent(item) if isinstance(item, NewDeviceEvent) else _Acknowledged(item))
 
     def put_entry(self, entry: Entry) -> None:
-        """Spool an audit entry. It gets its place in the chain on delivery."""
+        """Spool an audit entry. The entry gets its place in the chain when it is delivered."""
         self._put(_AuditEntry(entry))
 
     def put_not_begun(self, what: Literal["run", "teaching", "session"], id_: UUID) -> None:
-        """Spool the removal of something that never began."""
+        """Spool the removal of a run, teaching or session that never began."""
         self._put(NotBegun(what, id_))
 
     def put_offline_event(self, event: OfflineEvent, limit_s: float = _ON_DISK_S) -> bool:
-        """Spool an offline event. True if it is on disk within ``limit_s`` seconds."""
+        """Spool an offline event. Return True if it is on disk within ``limit_s`` seconds."""
         self._put(event)
         return self.spool.until_written(limit_s)
 
     def until_taken(self, limit_s: float) -> bool:
-        """True if the database has every event put so far within ``limit_s`` seconds."""
+        """Wait at most ``limit_s`` seconds. Return True if the database then has every event put so far."""
         return self.delivery.until_taken(limit_s)
 
     def close(self) -> None:
-        """Deliver what the database accepts within ``_LAST_S`` seconds, and end."""
+        """Deliver the events that the database accepts within ``_LAST_S`` seconds, and end."""
         self.spool.until_written(_LAST_S)
         self.delivery.close(_LAST_S)
         self.spool.close()
@@ -182,7 +184,7 @@ def _store_events(session: Session, items: Sequence[_SpoolItem]) -> None:
 
 
 def _remove(session: Session, item: NotBegun) -> None:
-    # A server that hung may still execute a commit that the service has given up.
+    # A server that hung may still execute a commit on which the service has given up.
     chain.wait_for_others(session)
     if item.what == "run":
         runs.remove_refused(session, item.id)

@@ -1,7 +1,7 @@
-"""Import journals into the database, exactly once.
+"""Import each journal into the database exactly once.
 
-Ids are generated at the source. A journal that was imported before a crash and is found again changes nothing. A file leaves the folder
-only after its rows are committed.
+Ids are generated where an event occurs. If a journal is found again that was imported before a crash, the import changes nothing. A file
+leaves the folder only after its rows are committed.
 """
 
 import logging
@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 _IMPORTED: Final = "imported"
 _UNREADABLE: Final = "unreadable"
 _LAST_DEVICE_S: Final = 10.0
-"""A device process whose service was killed ramps down, writes its journal and ends in much less time."""
+"""Wait for the previous device process. If its service is killed, it ramps down, writes its journal and ends in much less time."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class Saved:
 
 
 class _NotYetError(Exception):
-    """The database does not know the journal's owner yet."""
+    """The database does not have the journal's run or teaching yet."""
 
 
 class Importer:
-    """Import finished journals from a folder."""
+    """Imports finished journals from a folder."""
 
     def __init__(
         self,
@@ -61,10 +61,10 @@ class Importer:
         has_undelivered: Callable[[], bool] = lambda: False,
         on_waiting: Callable[[journal.Journal], None] = lambda recorded: None,
     ) -> None:
-        """``on_saved`` is called from the importing thread, after the commit.
+        """``on_saved`` is called from the importing thread after the commit.
 
-        ``has_undelivered``: True if the spool holds events that are not in the database yet; the owner of a journal may be among them.
-        ``on_waiting``: called with a journal that waits for the database, at every attempt.
+        ``has_undelivered`` returns True if the spool contains events that the database does not have yet; the journal's run or teaching may
+        be among them. ``on_waiting`` is called with a journal that waits for the database, at every attempt.
         """
         self._database = database
         self._folder = folder
@@ -81,9 +81,9 @@ class Importer:
         self._config = config
 
     def run(self, finished: Path | None = None) -> None:
-        """Import one finished journal, or all journals while no device process writes one.
+        """Import one finished journal. Without an argument, import all journals; no device process may then be writing one.
 
-        Blocks on the disk: call it from a worker thread.
+        This blocks on the disk, so call it from a worker thread.
         """
         with by_program("import_journal", self._config.name), self._one_at_a_time:
             for path in [finished] if finished else sorted(self._folder.glob(f"*{journal.SUFFIX}")):
@@ -94,7 +94,7 @@ class Importer:
                     log.warning("%s waits for the database: %s", path.name, error)
                     self._due[path] = None
                 except Exception:
-                    # A journal that cannot be imported must not block the others. It stays for the next attempt.
+                    # A journal that cannot be imported must not block the others. It stays in the folder for the next attempt.
                     self._due.pop(path, None)
                     log.exception("%s could not be imported; it stays where it is", path.name)
 
@@ -104,24 +104,24 @@ class Importer:
         return len(self._due)
 
     def run_due(self) -> None:
-        """Import the waiting journals again, in the order in which they ended."""
+        """Import the waiting journals again, in the order in which their runs ended."""
         for path in list(self._due):
             self.run(path)
         self._close_lost()
 
     def run_ended(self, at: datetime) -> None:
-        """Import the journals of a device process that has ended; the next process may be running already.
+        """Import the journals of a device process that has ended. The next process may already be running.
 
-        A run that was loaded and left no journal has ended too, so that its session can be ended.
+        A run that was loaded but left no journal is also ended, so that its session can be ended.
         """
         self.run()
         self._ended_at = at
         self._close_lost()
 
     def run_at_start(self) -> None:
-        """Import all journals after the last device process has ended, and close runs that lost their journal.
+        """Import all journals after the previous device process has ended, and close runs whose journal is lost.
 
-        :raises FolderInUseError: when a device process runs, because another service must have started it.
+        :raises FolderInUseError: when a device process runs; another service must then have started it.
         """
         with journal.claimed(self._folder, _LAST_DEVICE_S):
             self.run()
@@ -155,7 +155,7 @@ class Importer:
             return
         if recorded.truncated:
             log.warning("%s ends in a damaged record; the records before it are imported", path.name)
-        # Ask before the import: an event that is spooled in between has not been looked for.
+        # Read this before the import, because an event that is spooled during the import has not been looked for.
         has_undelivered = self._has_undelivered()
         if self._database.unavailable_since:
             self._on_waiting(recorded)
@@ -172,7 +172,7 @@ class Importer:
             self._on_saved(record)
 
     def _give_up(self, path: Path) -> None:
-        """Close a run whose journal is unreadable: the file's name has its id. Its session can then be ended."""
+        """Close a run whose journal is unreadable, by the id in the file's name. Its session can then be ended."""
         kind, _, name = path.stem.partition("-")
         with suppress(ValueError):
             run_id = UUID(name)

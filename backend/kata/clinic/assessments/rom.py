@@ -1,9 +1,9 @@
-"""Range of motion: the measured motions, the arm's position, plausible angles and the reference of a healthy shoulder.
+"""Range of motion: the measured motions, the positions of the arm, plausible angles, and the reference angles of a healthy shoulder.
 
 Reference angles are those of the Japanese Orthopaedic Association and the Japanese Association of Rehabilitation Medicine, "Indication and
-measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabil Med 32, 207-217 and 58, 1188-1200. The reference of
-rotation with the arm raised sideways is from its section on other methods. Rotation with the arm raised forward has no reference there; its
-value is that of the apparatus' motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
+measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabil Med 32, 207-217 and 58, 1188-1200. The reference for
+rotation with the arm raised sideways is from the section on other methods. For rotation with the arm raised forward the publication has no
+reference, so its value is that of the apparatus's motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
 
 The zero of rotation is the Association's with the arm at the side and raised sideways: the forearm points forward, along its basic axis,
 the perpendicular to the frontal plane. With the arm raised forward that axis is the upper arm itself, so the Association's table defines no
@@ -50,7 +50,7 @@ class Loinc:
     """LOINC codes of one motion. They do not state the side or the position of the arm."""
 
     active: str
-    """Empty if we have verified none without a side."""
+    """Code of active motion; empty if we have not verified a code without a side."""
     passive: str
 
 
@@ -70,7 +70,7 @@ class Measure:
 
     motion: MotionId
     position: Position
-    """Empty if the position does not matter."""
+    """Position of the arm; empty if it makes no difference."""
     english: str
     japanese: str
     lowest_deg: float
@@ -82,7 +82,7 @@ class Measure:
     other_zero: OtherZero | None = None
 
     def loinc_of(self, kind: str) -> str:
-        """Return the LOINC code of ``active`` or ``passive``; empty if we have verified none."""
+        """Return the LOINC code of ``active`` or ``passive`` motion; empty if we have verified none."""
         if self.loinc is None:
             return ""
         return self.loinc.active if kind == "active" else self.loinc.passive
@@ -129,15 +129,15 @@ _PLACES: Final[dict[tuple[str, str], int]] = {key: place for place, key in enume
 
 
 def measure_of(motion: str, position: str) -> Measure | None:
-    """Return the measure of a motion with the arm in a position, None if there is none."""
+    """Return the measure of a motion with the arm in a position, or None if there is none."""
     return _BY_KEY.get((motion, position))
 
 
 def positions_of(motion: MotionId) -> tuple[Position, ...]:
-    """Return the positions of the arm in which a motion is measured. Only the empty one if the position does not matter."""
+    """Return the positions of the arm in which a motion is measured. If the position makes no difference, return one empty position."""
     return tuple(measure.position for measure in MEASURES if measure.motion == motion)
 
 
 def place_of(motion: str, position: str) -> int:
-    """Return the place in :data:`MEASURES`. The end for a measure that only an older version knew."""
+    """Return the index in :data:`MEASURES`, or its length for a measure that only an older version knew."""
     return _PLACES.get((motion, position), len(MEASURES))

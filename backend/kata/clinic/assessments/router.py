@@ -21,7 +21,7 @@ router = APIRouter(tags=["assessments"])
 
 @router.get("/api/assessments/form", summary="Get the assessment form")
 def get_assessment_form() -> AssessmentForm:
-    """Return the content of the form: the motions with their plausible and reference angles, and the items of the SPADI."""
+    """Return the content of the form: the motions with their plausible and reference angles, and the SPADI items."""
     return service.form()
 
 
@@ -31,7 +31,9 @@ def get_assessment_form() -> AssessmentForm:
 def list_assessments(
     database: TheDatabase, episode_id: UUID, limit: Limit = 50, after: After = None
 ) -> EpisodeAssessments:
-    """Return an episode's assessments, newest first, with the withdrawn ones. The first one that was not withdrawn is the baseline."""
+    """Return an episode's assessments, newest first, including withdrawn ones. The baseline is the first assessment that was not
+    withdrawn.
+    """
     with database.read() as session:
         rows, further, first = service.of_episode(session, episode_id, limit, after)
         return EpisodeAssessments(
@@ -83,6 +85,6 @@ def update_assessment(database: TheDatabase, assessment_id: UUID, change: Assess
     "/api/assessments/{assessment_id}/withdraw", summary="Withdraw an assessment", responses=PROBLEMS.of(404, 409, 422)
 )
 def withdraw_assessment(database: TheDatabase, assessment_id: UUID, seen: AssessmentWithdraw) -> Assessment:
-    """Withdraw an assessment that was entered by mistake. It remains visible and counts for nothing. A repeated call changes nothing."""
+    """Withdraw an assessment that was entered by mistake. It remains visible, but figures ignore it. A repeated call changes nothing."""
     with database.write() as session:
         return service.as_assessment(service.withdraw(session, assessment_id, seen.updated_at))

@@ -27,7 +27,7 @@ SpadiAnswers = Annotated[
     ),
 ]
 AssessedAt = Annotated[
-    AwareDatetime, Field(description="When the findings were taken. UTC.", examples=["2026-11-21T09:30:00Z"])
+    AwareDatetime, Field(description="Time of the examination. UTC.", examples=["2026-11-21T09:30:00Z"])
 ]
 
 
@@ -52,7 +52,7 @@ class RomEntry(Schema):
         ge=min(measure.lowest_deg for measure in rom.MEASURES),
         le=max(measure.highest_deg for measure in rom.MEASURES),
         allow_inf_nan=False,
-        description="Degrees; negative if neutral is not reached. The plausible range depends on the motion.",
+        description="Degrees; negative if the arm does not reach neutral. The plausible range depends on the motion.",
         examples=[125.0],
     )
 
@@ -95,7 +95,7 @@ class AssessmentCreate(Schema):
     """A new assessment. It must contain at least one finding."""
 
     assessed_at: AssessedAt
-    assessed_by: By = Field("", description="Your name unless another is given.", examples=["Kimura Jun"])
+    assessed_by: By = Field("", description="Name of the examiner; empty: your name.", examples=["Kimura Jun"])
     rom: RomEntries = Field(default_factory=list)
     pain_rest: Pain | None = None
     pain_active: Pain | None = None
@@ -115,7 +115,7 @@ class AssessmentCreate(Schema):
 
 
 class AssessmentUpdate(Schema):
-    """A change of an assessment. A given field replaces the stored one: ``rom`` replaces all entries, null removes a value.
+    """A change of an assessment. A given field replaces the stored value: ``rom`` replaces all entries, and null removes a value.
 
     ``updated_at`` is the version that the editor saw. If the assessment has changed since, nothing is saved.
     """
@@ -136,10 +136,10 @@ class AssessmentUpdate(Schema):
 
 
 class AssessmentWithdraw(Schema):
-    """Withdraw an assessment that was entered by mistake."""
+    """The withdrawal of an assessment that was entered by mistake."""
 
     updated_at: AwareDatetime = Field(
-        description="The version that the user saw. An assessment that has changed since is not withdrawn. UTC.",
+        description="Version that the user saw. An assessment that has changed since is not withdrawn. UTC.",
         examples=["2026-11-21T09:30:00Z"],
     )
 
@@ -157,7 +157,7 @@ class QuestionnaireScore(Schema):
 
     code: str = Field(examples=["quickdash"])
     title: str
-    answers: list[int | None] = Field(description="One for each item in order; null if unanswered.")
+    answers: list[int | None] = Field(description="One answer for each item in order; null if unanswered.")
     total_points: float | None = Field(description="Null if too many items are unanswered.")
     highest_points: float | None = Field(description="The highest total.")
     is_t_score: bool = Field(
@@ -176,13 +176,13 @@ class Assessment(Schema):
     pain_rest: Pain | None
     pain_active: Pain | None
     pain_passive: Pain | None
-    pain_average: Pain | None = Field(description="Over the last week.")
+    pain_average: Pain | None = Field(description="Average over the last week.")
     spadi: SpadiAnswers | None
-    spadi_score: SpadiScore | None = Field(description="Null if the questionnaire was not asked.")
-    questionnaires: list[QuestionnaireScore] = Field([], description="Other questionnaires than the SPADI.")
+    spadi_score: SpadiScore | None = Field(description="Null if the questionnaire was not answered.")
+    questionnaires: list[QuestionnaireScore] = Field([], description="Questionnaires other than the SPADI.")
     note: str
     updated_at: Moment
-    withdrawn_at: Moment | None = Field(description="When it was marked as entered by mistake. UTC.")
+    withdrawn_at: Moment | None = Field(description="Time at which the assessment was withdrawn. UTC.")
 
 
 class EpisodeAssessments(Page[Assessment]):
@@ -226,9 +226,15 @@ class AssessmentForm(Schema):
 
     rom: list[RomMeasure]
     spadi: list[SpadiItem]
-    spadi_perhaps_important: float = Field(ge=0, le=100, description="A smaller change is not important to patients.")
-    spadi_important: float = Field(ge=0, le=100, description="A change of this size or more is important to patients.")
-    spadi_detectable: float = Field(ge=0, le=100, description="A smaller change of one patient may be chance.")
+    spadi_perhaps_important: float = Field(
+        ge=0, le=100, description="Points. A smaller change is not important to patients."
+    )
+    spadi_important: float = Field(
+        ge=0, le=100, description="Points. A change of at least this size is important to patients."
+    )
+    spadi_detectable: float = Field(
+        ge=0, le=100, description="Points. A smaller change of one patient may be due to chance."
+    )
 
 
 def has_findings(assessment: "AssessmentCreate | Assessment") -> bool:

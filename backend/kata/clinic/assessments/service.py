@@ -131,7 +131,7 @@ def create(
 ) -> AssessmentRow:
     """Store an assessment.
 
-    ``questionnaires``: answers by code, of other questionnaires than the SPADI.
+    ``questionnaires``: answers by code, for questionnaires other than the SPADI.
 
     :raises ProblemError: 404; 409 for an archived patient.
     """
@@ -153,9 +153,9 @@ def create(
 
 
 def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> AssessmentRow:
-    """Change the given fields only.
+    """Change only the given fields.
 
-    :raises ProblemError: 404; 409 when it was changed meanwhile, or it was withdrawn; 422 when nothing is left.
+    :raises ProblemError: 404; 409 when the assessment was changed meanwhile or was withdrawn; 422 when it would contain no finding.
     """
     row = _to_change(session, assessment_id, given.updated_at)
     if row.withdrawn_at:
@@ -174,9 +174,9 @@ def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> As
 
 
 def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
-    """Withdraw an assessment that was entered by mistake. It remains visible and counts for nothing. A repeated call changes nothing.
+    """Withdraw an assessment that was entered by mistake. It remains visible, but figures ignore it. A repeated call changes nothing.
 
-    :raises ProblemError: 404; 409 when it was changed meanwhile.
+    :raises ProblemError: 404; 409 when the assessment was changed meanwhile.
     """
     if (row := get(session, assessment_id)).withdrawn_at:
         return row
@@ -189,7 +189,7 @@ def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> Assessmen
 def as_assessment(row: AssessmentRow) -> Assessment:
     """Return the response model.
 
-    Measures of an older version that this version does not know are left out, so that the rest stays readable.
+    Measures that only another version knows are left out, so that the rest stays readable.
     """
     entries = sorted(row.rom, key=lambda row: (rom.place_of(row.motion, row.position), row.side, row.kind))
     scored = SpadiScore(**asdict(spadi.score(row.spadi))) if row.spadi else None
@@ -220,7 +220,9 @@ def _find(
 
 
 def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
-    """Lock the row on PostgreSQL, where two requests could otherwise save over the same version. SQLite has one writer."""
+    """Return the assessment for a change. PostgreSQL locks the row, because two requests could otherwise change the same version. SQLite
+    has one writer.
+    """
     row = session.get(AssessmentRow, assessment_id, with_for_update=True, populate_existing=True)
     if row is None:
         raise not_found(texts.ASSESSMENT_NOT_FOUND)
@@ -230,7 +232,7 @@ def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> Assessm
 
 
 def _answered(code: str, answers: list[int | None]) -> QuestionnaireScore:
-    """Return a stored questionnaire. One that only another version knows has no score."""
+    """Return a stored questionnaire. It has no score if only another version knows the questionnaire."""
     definition = DEFINITIONS.get(code)
     fits = definition is not None and definition.fits(answers)
     return QuestionnaireScore(
@@ -244,7 +246,7 @@ def _answered(code: str, answers: list[int | None]) -> QuestionnaireScore:
 
 
 def _entry(row: RomRow) -> RomEntry:
-    """Return a stored entry without validation: it may have been stored under other bounds."""
+    """Return a stored entry without validation, because other bounds may have applied when it was stored."""
     stored: dict[str, Any] = {"side": row.side, "motion": row.motion, "kind": row.kind, "position": row.position}
     return RomEntry.model_construct(**stored, angle_deg=row.angle_deg)
 

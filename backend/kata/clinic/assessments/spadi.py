@@ -1,10 +1,10 @@
-"""Shoulder Pain and Disability Index (SPADI): its 13 items, their score, and the change that matters.
+"""Shoulder Pain and Disability Index (SPADI): its 13 items, their score, and which change is important.
 
 Roach, Budiman-Mak, Songsiridej and Lertratanakul 1991, Arthritis Care Res 4(4), 143-149; items answered 0 to 10 as in Williams, Holleman
-and Simel 1995, J Rheumatol 22(4), 727-732. The item texts are our own words. They remind the person who types the answers in; the patient
-fills in the questionnaire itself. In Japanese that is the SPADI-Jp (Sekiguchi, Hagiwara, Ando et al. 2020, "Validation and reliability of a
-Japanese version of the Shoulder Pain and Disability Index: A cross-sectional study", copyright The Japanese Orthopaedic Association). No
-licence to distribute it is known to us, so Kata does not contain it. Our own words are not validated, and are never exported.
+and Simel 1995, J Rheumatol 22(4), 727-732. The item texts are our own words. They help the person who types the answers; the patient fills
+in the original questionnaire, in Japanese the SPADI-Jp (Sekiguchi, Hagiwara, Ando et al. 2020, "Validation and reliability of a
+Japanese version of the Shoulder Pain and Disability Index: A cross-sectional study", copyright The Japanese Orthopaedic Association). We
+know of no licence to distribute it, so Kata does not contain it. Our own words are not validated and are never exported.
 
 Score and thresholds are in ``kata/clinic/questionnaires/definitions/spadi.toml``.
 """
@@ -19,9 +19,9 @@ from kata.clinic.questionnaires.definitions import SPADI
 Subscale = Literal["pain", "disability"]
 HIGHEST: Final = SPADI.scales[0].highest
 IMPORTANT_CHANGE: Final = (SPADI.important.points, SPADI.important.up_to or SPADI.important.points)
-"""The least change that patients call important lies between these."""
+"""Lower and upper end of the range in which the sources put the smallest change that patients call important, in points."""
 DETECTABLE_CHANGE: Final = SPADI.detectable.points
-"""Only a larger change of one patient is real. A change up to this may be chance."""
+"""Points. A larger change of one patient is real; a smaller one may be due to chance."""
 
 
 @dataclass(frozen=True)
@@ -67,5 +67,5 @@ def score(answers: Sequence[int | None]) -> Score:
 
 
 def total(answers: Sequence[int | None] | None) -> float | None:
-    """Return the total score; None if the questionnaire was not asked or too many items are unanswered."""
+    """Return the total score, or None if the questionnaire was not answered or too many items are unanswered."""
     return score(answers).total if answers else None

@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class AssessmentRow(Base):
-    """The findings of one day. An assessment entered by mistake is withdrawn, never deleted."""
+    """The findings of one day. An assessment that was entered by mistake is withdrawn, never deleted."""
 
     __tablename__ = "assessments"
 
@@ -23,13 +23,13 @@ class AssessmentRow(Base):
     pain_active: Mapped[int | None]
     pain_passive: Mapped[int | None]
     pain_average: Mapped[int | None]
-    """0 to 10; the average over the last week."""
+    """Average over the last week, 0 to 10."""
     spadi: Mapped[list[int | None] | None] = mapped_column(JSON(none_as_null=True))
-    """Answers to the 13 items in their order, 0 to 10 each, None if unanswered."""
+    """Answers to the 13 items in order, 0 to 10 each; None if unanswered."""
     spadi_score: Mapped[float | None]
-    """Written for programs from before 0011, which read it; nothing else does."""
+    """Total score, written only for programs from before migration 0011, which read it."""
     questionnaires: Mapped[dict[str, list[int | None]]] = mapped_column(JSON, default=dict)
-    """Answers to other questionnaires by code, as in ``spadi``."""
+    """Answers to other questionnaires by code, in the form of ``spadi``."""
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     withdrawn_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
@@ -45,7 +45,7 @@ class RomRow(Base):
     side: Mapped[str] = mapped_column(String(8), primary_key=True)
     motion: Mapped[str] = mapped_column(String(32), primary_key=True)
     kind: Mapped[str] = mapped_column(String(8), primary_key=True)
-    """Active or passive."""
+    """active or passive."""
     position: Mapped[str] = mapped_column(String(32), primary_key=True)
-    """Position of the arm during the measurement; it matters for rotation. Empty if it does not matter."""
+    """Position of the arm during the measurement, for rotation; otherwise empty."""
     angle_deg: Mapped[float]

@@ -1,6 +1,6 @@
-"""Import finished commissionings from the records beside the station's file.
+"""Import finished commissionings from the record files in the folder of the station's file.
 
-Only ``kata commission`` and the page's procedure write these files; the service only reads them.
+Only ``kata commission`` and the page's procedure write these files. The service only reads them.
 """
 
 import logging
@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 
 def import_records(database: Database, station: str, station_file: Path) -> None:
-    """Store every finished commissioning and check that the database does not have. Records that were changed are left out."""
+    """Store every finished commissioning and check that the database lacks. Records that were changed are left out."""
     with by_program("import_commissioning", station), database.write() as session:
         for path in record_paths(station_file):
             try:

@@ -17,7 +17,7 @@ router = APIRouter(tags=["commissioning"])
 @router.get("/api/commissionings", summary="List a station's commissionings and checks", responses=PROBLEMS.of(422))
 def list_commissionings(
     database: TheDatabase,
-    station: Annotated[str, Query(max_length=100, description="Its name.")],
+    station: Annotated[str, Query(max_length=100, description="Name of the station.")],
     after: After = None,
     limit: Limit = 100,
 ) -> Page[Commissioning]:
@@ -33,7 +33,7 @@ def list_commissionings(
     responses=PROBLEMS.of(404, 422),
 )
 def get_commissioning(database: TheDatabase, commissioning_id: UUID) -> CommissioningDetail:
-    """Return a commissioning or check with the values of each step before and after."""
+    """Return a commissioning or check with the values before and after each step."""
     with database.read() as session:
         row = service.get(session, commissioning_id)
         steps = [

@@ -13,15 +13,19 @@ CommissioningKind = Literal["full", "check"]
 
 
 class MotorCondition(Schema):
-    """Measured figures of one motor that show drift. Null: this commissioning or check did not measure it."""
+    """Measured figures of one motor that show drift. Null: the commissioning or check did not measure the figure."""
 
     motor: Motor
-    friction_deg: float | None = Field(None, description="How far the setpoint leads before the motor moves.")
-    play_deg: float | None = Field(None, description="Play of the gear; only a full commissioning measures it.")
-    lag_s: float | None = Field(None, description="Time by which the motor follows its setpoint late, s.")
+    friction_deg: float | None = Field(
+        None, description="Difference between setpoint and angle at which the motor begins to move."
+    )
+    play_deg: float | None = Field(None, description="Play of the gear. Only a full commissioning measures it.")
+    lag_s: float | None = Field(None, description="Delay of the motor behind its setpoint, s.")
     temperature_c: float | None = None
     voltage_v: float | None = None
-    damaged_answers_percent: float | None = Field(None, description="Answers on the bus that arrived damaged.")
+    damaged_answers_percent: float | None = Field(
+        None, description="Share of the answers on the bus that arrived damaged."
+    )
 
 
 class Commissioning(Schema):
@@ -35,7 +39,7 @@ class Commissioning(Schema):
     began_at: datetime
     ended_at: datetime
     passed: bool
-    fault: str = Field(description="Fault of the step that failed; empty if all passed.")
+    fault: str = Field(description="Fault of the step that failed; empty if all steps passed.")
     fault_key: OptionalKey = None
     configuration_digest: str = Field(description="SHA-256 of the configuration.")
     digest: str = Field(description="SHA-256 of the record.")
@@ -46,7 +50,7 @@ class CommissioningValue(Schema):
     """A value before and after a step."""
 
     name: str
-    motor: int = Field(ge=0, le=5, description="0: of the station.")
+    motor: int = Field(ge=0, le=5, description="Motor number; 0: the value belongs to the station.")
     before: float | str | None
     after: float | str | None
 
@@ -60,8 +64,8 @@ class MotorStepResponse(Schema):
     p_gain: int
     i_gain: int
     d_gain: int
-    times_s: list[float] = Field(description="From the step on.")
-    angles_deg: list[float] = Field(description="From the angle before the step.")
+    times_s: list[float] = Field(description="Times since the step, seconds.")
+    angles_deg: list[float] = Field(description="Angles relative to the angle before the step.")
 
 
 class CommissioningStepRun(Schema):

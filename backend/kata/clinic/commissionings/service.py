@@ -29,12 +29,12 @@ _FIGURES: Final = {
     "voltage_v": "voltage_v",
     "damaged_answers_percent": "damaged_answers_percent",
 }
-"""Name in the record, and name of the figure."""
+"""Name of the figure by name of the value in the record."""
 
 
 @dataclass(frozen=True)
 class FinishedCommissioning:
-    """A commissioning or check that has ended. ``record`` has only its own steps."""
+    """A commissioning or check that has ended. ``record`` contains only its own steps."""
 
     kind: CommissioningKind
     done_by: str
@@ -43,7 +43,7 @@ class FinishedCommissioning:
 
 
 def finished(record: CommissioningRecord) -> Iterator[FinishedCommissioning]:
-    """Yield the commissioning of a record if it has passed, and each of its periodic checks that has ended."""
+    """Yield the commissioning of a record if it has passed, and each finished periodic check."""
     if not record.passed:
         return
     yield FinishedCommissioning("full", record.by, record.steps, sealed(structs.replace(record, checks=())))
@@ -67,7 +67,7 @@ def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, 
 
 
 def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
-    """Store a commissioning or check. Return False if it is stored already."""
+    """Store a commissioning or check. Return False if it is already stored."""
     began_at = datetime.fromisoformat(ended.steps[0].began_at)
     stored = select(CommissioningRow.id).where(
         CommissioningRow.station == station, CommissioningRow.kind == ended.kind, CommissioningRow.began_at == began_at
@@ -121,7 +121,7 @@ def find(
 def get(session: Session, commissioning_id: UUID) -> CommissioningRow:
     """Return a commissioning or check.
 
-    :raises ProblemError: 404 when there is none.
+    :raises ProblemError: 404 when it does not exist.
     """
     row = session.get(CommissioningRow, commissioning_id)
     if row is None:

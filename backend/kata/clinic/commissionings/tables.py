@@ -11,7 +11,9 @@ from kata.database.base import Base, UtcDateTime
 
 
 class CommissioningRow(Base):
-    """A finished commissioning or periodic check of a station, imported from the record beside the station's file. Never changed."""
+    """A finished commissioning or periodic check of a station, imported from the record in the folder of the station's file. It is never
+    changed.
+    """
 
     __tablename__ = "commissionings"
     __table_args__ = (UniqueConstraint("station", "kind", "began_at"),)
@@ -27,7 +29,7 @@ class CommissioningRow(Base):
     ended_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
     passed: Mapped[bool]
     fault: Mapped[str] = mapped_column(Text)
-    """Fault of the step that failed; empty if all passed."""
+    """Fault of the step that failed; empty if all steps passed."""
     fault_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     digest: Mapped[str] = mapped_column(String(64))
     """SHA-256 of ``record``."""
@@ -35,4 +37,4 @@ class CommissioningRow(Base):
     figures: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
     """Measured figures of each motor that show drift (:class:`kata.clinic.commissionings.schemas.MotorCondition`)."""
     record: Mapped[str] = mapped_column(Text)
-    """JSON: the record with the steps of this commissioning or check only."""
+    """The record as JSON, with only the steps of this commissioning or check."""

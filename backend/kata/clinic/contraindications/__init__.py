@@ -1,1 +1,1 @@
-"""Contraindications and precautions of a patient, and what each does."""
+"""Contraindications and precautions of a patient, and the effect of each."""

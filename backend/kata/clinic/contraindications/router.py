@@ -20,7 +20,7 @@ router = APIRouter(tags=["contraindications"])
 
 @router.get("/api/contraindication-kinds", summary="List the kinds of contraindications")
 def list_contraindication_kinds() -> Page[ContraindicationKind]:
-    """Return every kind, what it does, and the source of that. The list has no pages."""
+    """Return every kind with its effect and the source of the effect. The list has no pages."""
     return Page[ContraindicationKind].complete(service.kinds())
 
 
@@ -30,7 +30,7 @@ def list_contraindication_kinds() -> Page[ContraindicationKind]:
     responses=PROBLEMS.of(404, 422),
 )
 def list_contraindications(database: TheDatabase, patient_id: UUID) -> Page[Contraindication]:
-    """Return all contraindications, resolved ones included, oldest first. A patient has few, so the list has no pages."""
+    """Return all contraindications, including resolved ones, oldest first. A patient has few, so the list has no pages."""
     with database.read() as session:
         return Page[Contraindication].complete(service.of_patient(session, patient_id))
 
@@ -42,7 +42,7 @@ def list_contraindications(database: TheDatabase, patient_id: UUID) -> Page[Cont
     responses=PROBLEMS.of(404, 409, 422),
 )
 def add_contraindication(database: TheDatabase, patient_id: UUID, given: ContraindicationCreate) -> Contraindication:
-    """Record a contraindication. It applies from the next load or teaching."""
+    """Record a contraindication. It takes effect at the next load or teaching."""
     with database.write() as session:
         return service.add(session, patient_id, given)
 

@@ -25,12 +25,12 @@ from kata.station.schemas import TextKey
 
 
 def kinds() -> list[ContraindicationKind]:
-    """Return the list, in the order of the form."""
+    """Return the list of kinds, in the order of the form."""
     return [ContraindicationKind(**_of_kind(kind)) for kind in KINDS.values()]
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[Contraindication]:
-    """Return a patient's contraindications, resolved ones included, oldest first.
+    """Return a patient's contraindications, including resolved ones, oldest first.
 
     :raises ProblemError: 404.
     """
@@ -40,7 +40,7 @@ def of_patient(session: Session, patient_id: UUID) -> list[Contraindication]:
 
 
 def present(session: Session, patient_id: UUID, episode_ids: Iterable[UUID]) -> list[Contraindication]:
-    """Return the unresolved contraindications of a patient and of these episodes; those that stop motion first."""
+    """Return the unresolved contraindications of a patient and of these episodes. Those that stop motion come first."""
     applies = or_(ContraindicationRow.episode_id.is_(None), ContraindicationRow.episode_id.in_(list(episode_ids)))
     query = select(ContraindicationRow).where(
         ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None), applies
@@ -59,9 +59,9 @@ def require_none(session: Session, patient_id: UUID, side: str) -> None:
 
 
 def check(found: Iterable[Contraindication]) -> None:
-    """Check that none of the contraindications forbids motion now. Needs no database.
+    """Check that none of the contraindications presently forbids motion. This needs no database.
 
-    :raises ProblemError: 409 ``contraindicated``, or ``sign_off_needed`` where a doctor may allow it.
+    :raises ProblemError: 409 ``contraindicated``, or ``sign_off_needed`` if a doctor may allow the motion.
     """
     stopping = [one for one in found if one.stops_motion]
     blocking = [KINDS[one.code].name for one in stopping if one.effect == "block"]
@@ -110,7 +110,7 @@ def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Co
 def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Contraindication:
     """Record that a doctor allows the treatment.
 
-    :raises ProblemError: 404; 409 for a resolved one, and for one that no doctor can sign off.
+    :raises ProblemError: 404; 409 for a resolved contraindication, and for one that a doctor cannot sign off.
     """
     row = _to_change(session, contraindication_id)
     if kind_of(row.code).effect != "sign_off":
@@ -123,7 +123,7 @@ def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Con
 def resolve(session: Session, contraindication_id: UUID, given: Resolution) -> Contraindication:
     """Record that a contraindication no longer applies.
 
-    :raises ProblemError: 404; 409 for a resolved one.
+    :raises ProblemError: 404; 409 when it is already resolved.
     """
     row = _to_change(session, contraindication_id)
     row.resolved_at, row.resolved_by, row.resolution = utc_now(), given.resolved_by, given.reason

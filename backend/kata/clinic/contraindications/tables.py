@@ -19,14 +19,14 @@ class ContraindicationRow(Base):
     episode_id: Mapped[UUID | None] = mapped_column(ForeignKey("episodes.id"))
     """None for a condition of the patient, which concerns both shoulders."""
     code: Mapped[str] = mapped_column(String(32))
-    """:data:`kata.clinic.contraindications.kinds.Code`."""
+    """Code of the kind (:data:`kata.clinic.contraindications.kinds.Code`)."""
     note: Mapped[str] = mapped_column(Text, default="")
     noted_at: Mapped[datetime] = mapped_column(UtcDateTime)
     noted_by: Mapped[str] = mapped_column(String(100))
     signed_off_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     signed_off_by: Mapped[str] = mapped_column(String(100), default="")
-    """The doctor who allowed the treatment in spite of it."""
+    """Name of the doctor who allowed the treatment in spite of this contraindication."""
     resolved_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     resolved_by: Mapped[str] = mapped_column(String(100), default="")
     resolution: Mapped[str] = mapped_column(Text, default="")
-    """Why it no longer applies."""
+    """Reason why this contraindication no longer applies."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 DiagnosisCode = Literal["", "M75.0", "M75.1", "M75.2", "M75.3", "M75.4", "M75.5", "S42.2", "S43.0"]
-"""The ICD-10 code of a chosen diagnosis. Empty if none was chosen."""
+"""ICD-10 code of the chosen diagnosis; empty if none was chosen."""
 Verification = Literal["", "unconfirmed", "provisional", "differential", "confirmed"]
-"""How certain the diagnosis is: HL7's condition-ver-status. Empty: not stated."""
+"""Certainty of the diagnosis, as in HL7's condition-ver-status; empty: not stated."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Diagnosis:
     icd10: str
     english: str
     snomed: str = ""
-    """SNOMED CT code of the same meaning. Empty if we have verified none."""
+    """SNOMED CT code with the same meaning; empty if we have verified none."""
 
 
 DIAGNOSES: Final = (

@@ -1,16 +1,16 @@
 """Check a planned motion against a doctor's limits.
 
-The limits apply to the body's angles, and a doctor names them by motion. The pose of the arm counts and not the name of the motion that
-leads to it:
+The limits apply to the body's angles, and a doctor names them by motion. They limit the pose of the arm, whichever motion leads to it:
 
-* motion 4 (abduction) and motion 5 (flexion) limit the **elevation** of the upper arm sideways and forward, and between them in proportion;
+* motion 4 (abduction) and motion 5 (flexion) limit the **elevation** of the upper arm, sideways and forward; directions in between are
+interpolated;
 * motion 3 (horizontal flexion) limits the **plane** of the raised arm, whichever motors raised it;
 * the lowest angle of motion 5 (extension), and that of motion 3 with the level arm, limit motor 4 backward.
 
-Limits that were stored when each motion had its own motor are read in the same way. What they forbade then is still forbidden: the angle
-of motion 5 up to 45 deg of abduction, that of motion 3 from there on.
+Limits that were stored when each motion had its own motor have the same meaning now. Everything that they forbade then is still forbidden:
+the angle of motion 5 up to 45 deg of abduction, and that of motion 3 beyond 45 deg.
 
-The device receives the limits of single motors and those of the pose, and lets no setpoint leave them.
+The device receives the limits of single motors and of the pose, and lets no setpoint exceed them.
 """
 
 import math
@@ -50,9 +50,9 @@ MotorLimits = tuple[tuple[float, float], ...]
 """Lowest and highest angle of each motor, or empty (:attr:`kata.device.messages.Load.limits_deg`)."""
 
 _FREE_DEG: Final = (-FREE_DEG, FREE_DEG)
-"""No motor can reach these angles."""
+"""Stands for "no limit": no motor can reach these angles."""
 _WHOLE_ELEVATION_DEG: Final = 180.0
-"""No arm is raised further."""
+"""Highest elevation of an arm, in degrees."""
 _SCAPULA: Final = (1, 2)
 _MOTOR_4: Final = (3, 5)
 
@@ -63,18 +63,18 @@ class DoctorLimits:
 
     side: Side
     by: str
-    """The doctor who set the limits."""
+    """Name of the doctor who set the limits."""
     max_load_level: int | None
     max_speed_deg_s: float | None
-    """For every motor (:attr:`kata.device.messages.Load.max_speed_deg_s`)."""
+    """Highest speed of every motor (:attr:`kata.device.messages.Load.max_speed_deg_s`)."""
     motions: tuple[MotionLimit, ...]
 
     def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:
-        """Refuse a run beyond the limits. Needs no database. Takes seconds for a motion of an hour.
+        """Refuse a run that exceeds the limits. This needs no database, and takes seconds for a motion of an hour.
 
-        :param motion: what the run asks of the motors.
+        :param motion: motor angles that the run requests.
         :returns: the limits of single motors; the device also gets :attr:`arm`.
-        :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
+        :raises ProblemError: 422 when a limit is exceeded. The message names motion or motor, time, and both angles or speeds.
         """
         if self.max_load_level is not None and load_level > self.max_load_level:
             raise ProblemError(
@@ -87,9 +87,9 @@ class DoctorLimits:
         return _of_motors(self._by_motion)
 
     def check_path(self, motion: Motion, method: Method) -> None:
-        """Check angles and speeds only, for a programme's item. Its load level is checked without its samples.
+        """Check only angles and speeds, for an item of a programme. Its load level is checked separately, without samples.
 
-        :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
+        :raises ProblemError: 422 when a limit is exceeded. The message names motion or motor, time, and both angles or speeds.
         """
         if not self.motions and self.max_speed_deg_s is None:
             return
@@ -103,7 +103,7 @@ class DoctorLimits:
 
     @property
     def arm(self) -> ArmLimits | None:
-        """The limits of the pose; None without any."""
+        """Limits of the pose; None if there are none."""
         limits = self._by_motion
         if not any(motion in limits for motion in (1, 2, 3, 4, 5)):
             return None
@@ -113,7 +113,7 @@ class DoctorLimits:
             scapula_deg=(_range(limits, 1), _range(limits, 2)),
             side_deg=side_deg,
             front_deg=front_deg,
-            # Behind the body the arm may go as far as sideways, and as far as extension may go.
+            # Behind the body the arm may go as far as sideways, and at least as far as the apparatus extends the shoulder.
             back_deg=max(side_deg, BASIC_MOTIONS[4].range_deg[0] * -1.0),
             plane_deg=_range(limits, 3),
             flexion_from_deg=(
@@ -130,7 +130,7 @@ class DoctorLimits:
 def allowed(session: Session, patient_id: UUID, side: Side) -> DoctorLimits:
     """Return the doctor's limits for this shoulder.
 
-    :raises ProblemError: 409 without an open episode of it.
+    :raises ProblemError: 409 when this shoulder has no open episode.
     """
     episode = service.open_episode(session, patient_id, side)
     if episode is None:
@@ -164,7 +164,7 @@ def _check_speed(path: Trajectory, limit_deg_s: float, doctor: str) -> None:
         raise ProblemError(
             422,
             "too_fast_for_doctor",
-            # Rounded up: a refused speed must not read like an allowed one.
+            # Rounded up, so that a refused speed does not look like an allowed one.
             texts.MOTOR_FASTER_THAN_ALLOWED(
                 motor=axis + 1,
                 speed_deg_s=math.ceil(fastest * 10) / 10,
@@ -192,7 +192,7 @@ def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, do
         worst = int(np.argmax(beyond))
         if beyond[worst] > 0:
             over = angle[worst] > highest
-            # Rounded beyond the limit: a refused angle must not read like an allowed one.
+            # Rounded away from the limit, so that a refused angle does not look like an allowed one.
             shown = (math.ceil if over else math.floor)(angle[worst] * 10) / 10
             name = Text(basic.name.lower(), basic.name.key)
             beyond_limit = {
@@ -213,7 +213,7 @@ def _check_arm(arm: ArmLimits, side: Side, path: Trajectory, doctor: str) -> Non
     worst = nearest(path.along(times_s), lambda motors_deg: doctors_set(motors_deg, side, arm))
     if worst.margin_deg >= -POSE_ROUNDING_DEG:
         return
-    # Rounded beyond the limit: a refused angle must not read like an allowed one.
+    # Rounded away from the limit, so that a refused angle does not look like an allowed one.
     shown = (math.ceil if worst.upper else math.floor)(worst.value_deg * 10) / 10
     beyond_limit = {
         "quantity": worst.quantity, "angle_deg": shown, "at_s": times_s[worst.row], "doctor": doctor
@@ -255,7 +255,7 @@ def _body(motors_deg: Floats, side: Side) -> Floats:
 
 
 def _of_motors(limits: dict[int, MotionLimit]) -> MotorLimits:
-    """Return the limits per motor. For motor 4 only what neither of its two motions may exceed."""
+    """Return the limits per motor. Motor 4 gets only the limits that neither of its two motions may exceed."""
     if not any(motion in limits for motion in (3, 4, 5, 6)):
         return ()
     return tuple(_of_motor(motor, limits) for motor in AXES)

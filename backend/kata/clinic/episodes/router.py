@@ -16,7 +16,7 @@ router = APIRouter(tags=["episodes"])
     "/api/patients/{patient_id}/episodes", summary="List a patient's episodes of care", responses=PROBLEMS.of(404, 422)
 )
 def list_episodes(database: TheDatabase, patient_id: UUID) -> Page[Episode]:
-    """Return a patient's episodes: open ones first, then the newest first. A treatment has few, so the list has no pages."""
+    """Return a patient's episodes, open ones first, then newest first. A patient has few, so the list has no pages."""
     with database.read() as session:
         rows = service.of_patient(session, patient_id)
         return Page[Episode].complete([Episode.model_validate(row) for row in rows])
@@ -43,7 +43,7 @@ def get_episode(database: TheDatabase, episode_id: UUID) -> Episode:
 
 @router.patch("/api/episodes/{episode_id}", summary="Change an episode of care", responses=PROBLEMS.of(404, 409, 422))
 def update_episode(database: TheDatabase, episode_id: UUID, change: EpisodeUpdate) -> Episode:
-    """Change an episode. A doctor's limits apply from the next load."""
+    """Change an episode. A doctor's limits take effect at the next load."""
     with database.write() as session:
         return Episode.model_validate(service.change(session, episode_id, change))
 
@@ -52,7 +52,7 @@ def update_episode(database: TheDatabase, episode_id: UUID, change: EpisodeUpdat
     "/api/episodes/{episode_id}/close", summary="Close an episode of care", responses=PROBLEMS.of(404, 409, 422)
 )
 def close_episode(database: TheDatabase, episode_id: UUID, given: EpisodeClose) -> Episode:
-    """Close an episode of care. No motion is played to the shoulder until an episode is open again."""
+    """Close an episode of care. The apparatus plays no motion to this shoulder until an episode is open again."""
     with database.write() as session:
         return Episode.model_validate(service.close(session, episode_id, given))
 
@@ -70,7 +70,7 @@ def reopen_episode(database: TheDatabase, episode_id: UUID) -> Episode:
     "/api/episodes/{episode_id}/stages", summary="Add a stage", status_code=201, responses=PROBLEMS.of(404, 409, 422)
 )
 def add_stage(database: TheDatabase, episode_id: UUID, given: StageCreate) -> Episode:
-    """Record the stage of the shoulder from a day on."""
+    """Record the stage of the shoulder from a given day on."""
     with database.write() as session:
         return Episode.model_validate(service.add_stage(session, episode_id, given))
 

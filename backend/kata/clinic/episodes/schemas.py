@@ -19,21 +19,21 @@ _HIGHEST_DEG: Final = max(motion.range_deg[1] for motion in BASIC_MOTIONS)
 
 
 class MotionLimit(Schema):
-    """A doctor's limit of one of the six basic motions, in the body's angle."""
+    """A doctor's limit of one of the six basic motions, as an angle of the body."""
 
-    motion: int = Field(ge=1, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
+    motion: int = Field(ge=1, le=6, description="Number of the motion in Table 2 of Sun et al. (2025).", examples=[4])
     lowest_deg: float | None = Field(
         None,
         ge=_LOWEST_DEG,
         le=_HIGHEST_DEG,
-        description="Degrees; null: the apparatus' own limit.",
+        description="Degrees; null: the apparatus's own limit.",
         examples=[0.0],
     )
     highest_deg: float | None = Field(
         None,
         ge=_LOWEST_DEG,
         le=_HIGHEST_DEG,
-        description="Degrees; null: the apparatus' own limit.",
+        description="Degrees; null: the apparatus's own limit.",
         examples=[90.0],
     )
 
@@ -47,7 +47,7 @@ class MotionLimit(Schema):
 
 
 class _Given(Schema):
-    """Fields that opening and changing have in common."""
+    """Fields that requests to open and to change an episode have in common."""
 
     @model_validator(mode="after")
     def _each_motion_once(self) -> Self:
@@ -67,7 +67,9 @@ _CODE: Final = "ICD-10 code of the diagnosis that the clinician chose. Empty: no
 _VERIFICATION: Final = "How certain the diagnosis is. Empty: not stated."
 _DOCTOR: Final = "The doctor who set the limits: needed where there are any."
 SPEED_RANGE_DEG_S: Final = (1.0, 150.0)
-"""A lower limit makes an approach last minutes. No station moves a motor faster than the highest."""
+"""Lowest and highest limit in degrees per second. With a lower limit an approach would take minutes; no station moves a motor faster
+than the highest.
+"""
 SpeedLimit = Annotated[float, Field(ge=SPEED_RANGE_DEG_S[0], le=SPEED_RANGE_DEG_S[1])]
 Limits = Annotated[list[MotionLimit], Field(max_length=len(BASIC_MOTIONS), description=_LIMITS)]
 
@@ -76,10 +78,12 @@ class EpisodeCreate(_Given):
     """A new episode of care."""
 
     side: Side
-    diagnosis: Diagnosis = Field("", description="As written.", examples=["Adhesive capsulitis"])
+    diagnosis: Diagnosis = Field(
+        "", description="Diagnosis as the clinician wrote it.", examples=["Adhesive capsulitis"]
+    )
     diagnosis_code: DiagnosisCode = Field("", description=_CODE, examples=["M75.0"])
     verification: Verification = Field("", description=_VERIFICATION)
-    onset_on: PastDay | None = Field(None, description="When the complaint began.", examples=["2026-05-01"])
+    onset_on: PastDay | None = Field(None, description="Day on which the complaint began.", examples=["2026-05-01"])
     contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
     limits: Limits = Field(default_factory=list)
     max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
@@ -110,7 +114,7 @@ class EpisodeClose(Schema):
 
 
 class StageCreate(Schema):
-    """The stage of a shoulder from a day on."""
+    """The stage of a shoulder from a given day on."""
 
     stage: StageName
     since: PastDay = Field(examples=["2026-08-01"])
@@ -129,7 +133,7 @@ class Episode(Schema):
     id: UUID
     patient_id: UUID
     side: Side
-    diagnosis: str = Field(description="As written.")
+    diagnosis: str = Field(description="Diagnosis as the clinician wrote it.")
     diagnosis_code: DiagnosisCode = Field(description=_CODE)
     verification: Verification = Field(description=_VERIFICATION)
     onset_on: PastDay | None

@@ -22,7 +22,7 @@ _MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level", "max_speed_deg_s"}
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[EpisodeRow]:
-    """Return a patient's episodes: open ones first, then the newest first.
+    """Return a patient's episodes, open ones first, then newest first.
 
     :raises ProblemError: 404.
     """
@@ -42,7 +42,7 @@ def get(session: Session, episode_id: UUID) -> EpisodeRow:
 
 
 def open_episode(session: Session, patient_id: UUID, side: str) -> EpisodeRow | None:
-    """Return the open episode of a shoulder. There is at most one."""
+    """Return the open episode of a shoulder, or None. A shoulder has at most one."""
     query = select(EpisodeRow).where(EpisodeRow.patient_id == patient_id, EpisodeRow.side == side)
     return session.scalars(query.where(EpisodeRow.closed_at.is_(None))).first()
 
@@ -50,8 +50,8 @@ def open_episode(session: Session, patient_id: UUID, side: str) -> EpisodeRow | 
 def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> EpisodeRow:
     """Open an episode of care.
 
-    :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode; 422 where limits have no
-        doctor, a certainty has no diagnosis, or a day lies before birth.
+    :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode; 422 when limits have no doctor, a
+        certainty has no diagnosis, or a day is before birth.
     """
     patient = patients.get(session, patient_id, to_change=True)
     _may_open(session, patient, wanted.side)
@@ -65,10 +65,10 @@ def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> Episo
 
 
 def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeRow:
-    """Change the given fields only.
+    """Change only the given fields.
 
-    :raises ProblemError: 404; 409 when it is closed, or it was changed meanwhile; 422 where limits have no doctor, a
-        certainty has no diagnosis, or the onset lies before birth.
+    :raises ProblemError: 404; 409 when the episode is closed or was changed meanwhile; 422 when limits have no doctor, a certainty has no
+        diagnosis, or the onset is before birth.
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
@@ -84,7 +84,7 @@ def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeR
 def close(session: Session, episode_id: UUID, given: EpisodeClose) -> EpisodeRow:
     """Close an episode of care.
 
-    :raises ProblemError: 404; 409 when it is closed, it was changed meanwhile, or a session in it is open.
+    :raises ProblemError: 404; 409 when the episode is closed, was changed meanwhile, or has an open session.
     """
     row, _ = _to_change(session, episode_id)
     _must_go_on(row)
@@ -98,7 +98,7 @@ def close(session: Session, episode_id: UUID, given: EpisodeClose) -> EpisodeRow
 
 
 def reopen(session: Session, episode_id: UUID) -> EpisodeRow:
-    """Reopen an episode. The closing note stays until the next closing replaces it.
+    """Reopen an episode. The closing note stays until the episode is closed again.
 
     :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode.
     """
@@ -110,9 +110,10 @@ def reopen(session: Session, episode_id: UUID) -> EpisodeRow:
 
 
 def add_stage(session: Session, episode_id: UUID, given: StageCreate) -> EpisodeRow:
-    """Record the stage of the shoulder from a day on.
+    """Record the stage of the shoulder from a given day on.
 
-    :raises ProblemError: 404; 409 when the episode is closed, or a stage is already recorded for that day; 422 before birth.
+    :raises ProblemError: 404; 409 when the episode is closed, or a stage is already recorded for that day; 422 when the day is before
+        birth.
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
@@ -144,7 +145,7 @@ def remove_stage(session: Session, episode_id: UUID, stage_id: UUID) -> EpisodeR
 def _to_change(session: Session, episode_id: UUID) -> tuple[EpisodeRow, PatientRow]:
     """Return the episode with its patient.
 
-    The patient's row is locked until the commit: of two requests that open an episode, the second is refused.
+    The patient's row is locked until the commit, so that of two requests that open an episode, the second is refused.
     """
     patient_id = get(session, episode_id).patient_id
     patient = patients.get(session, patient_id, to_change=True)

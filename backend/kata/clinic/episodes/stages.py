@@ -1,11 +1,11 @@
-"""What a stage of frozen shoulder proposes for a playback. Pure functions.
+"""The settings that each stage of a frozen shoulder proposes for a playback. Pure functions.
 
 The order of the stages is that of Kelley MJ et al., "Shoulder pain and mobility deficits: adhesive capsulitis", clinical practice guideline,
 J Orthop Sports Phys Ther 2013; 43(5): A1-A31: the more irritable the shoulder, the gentler and shorter the stretching; and of Diercks RL,
 Stevens M, "Gentle thawing of the frozen shoulder", J Shoulder Elbow Surg 2004; 13: 499-502: exercise within the limits of pain. Neither
-gives a load level, a speed, a range or a number of repetitions for this apparatus. The numbers are the clinic's decision.
+publication gives a load level, a speed, a range or a number of repetitions for this apparatus, so the numbers are the clinic's decision.
 
-A proposal changes no setting. The page warns where a setting exceeds it, and the audit trail names the exceeded settings of a load.
+A proposal changes no setting. The page warns about a setting that exceeds it, and the audit trail names the exceeded settings of a load.
 """
 
 from types import MappingProxyType
@@ -28,8 +28,8 @@ class StageProposal(Schema):
     load_level: LoadLevel
     speed_percent: float = Field(description="Percent of the taught speed.", examples=[50.0])
     range_percent: float = Field(description="Percent of the taught range.", examples=[80.0])
-    repetitions: int = Field(description="Of one recording.", examples=[5])
-    source: str = Field(description="Where the proposal comes from.")
+    repetitions: int = Field(description="Repetitions of one recording.", examples=[5])
+    source: str = Field(description="Source of the proposal.")
     source_key: OptionalKey = None
 
 
@@ -65,7 +65,7 @@ PROPOSALS: Final = MappingProxyType(
 
 
 def exceeded(stage: str | None, load_level: int, settings: _Settings) -> list[ProposedSetting]:
-    """Return the settings that exceed the proposal of a stage. None without a stage."""
+    """Return the settings that exceed the proposal of a stage. Without a stage the list is empty."""
     proposal = PROPOSALS.get(stage or "")
     if proposal is None:
         return []

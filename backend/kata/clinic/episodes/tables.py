@@ -20,18 +20,18 @@ class EpisodeRow(Base):
     side: Mapped[str] = mapped_column(String(8))
     diagnosis: Mapped[str] = mapped_column(String(200), default="")
     diagnosis_code: Mapped[str] = mapped_column(String(8), default="")
-    """ICD-10 code that the clinician chose (:mod:`kata.clinic.episodes.diagnoses`). Empty: none."""
+    """ICD-10 code that the clinician chose (:mod:`kata.clinic.episodes.diagnoses`); empty if none was chosen."""
     verification: Mapped[str] = mapped_column(String(16), default="")
-    """How certain the diagnosis is, in HL7's words. Empty: not stated."""
+    """Certainty of the diagnosis in HL7's codes; empty: not stated."""
     onset_on: Mapped[date | None]
     contraindications: Mapped[str] = mapped_column(Text, default="")
     limits: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     """The doctor's limits, at most one entry per motion of Table 2 (:class:`kata.clinic.episodes.schemas.MotionLimit`)."""
     max_load_level: Mapped[int | None]
     max_speed_deg_s: Mapped[float | None]
-    """Highest speed of every motor, approach and return included. None: the station's own limit."""
+    """Highest speed of every motor, also during approach and return. None: the station's own limit."""
     limits_by: Mapped[str] = mapped_column(String(100), default="")
-    """The doctor who set the limits."""
+    """Name of the doctor who set the limits."""
     opened_at: Mapped[datetime] = mapped_column(UtcDateTime)
     closed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     closing_note: Mapped[str] = mapped_column(Text, default="")
@@ -46,7 +46,7 @@ class EpisodeRow(Base):
 
 
 class StageRow(Base):
-    """The stage of the shoulder from a day on: freezing, frozen or thawing."""
+    """The stage of the shoulder from a given day on: freezing, frozen or thawing."""
 
     __tablename__ = "stages"
 

@@ -1,4 +1,4 @@
-"""Turn the device's telemetry into rows: events, alarms and emergency-stop tests."""
+"""Turn the device's telemetry into rows for events, alarms and tests of the emergency stop."""
 
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -12,14 +12,14 @@ from kata.station.schemas import EventLive, Live, TextKey
 from kata.station.snapshot_tracker import Occupation
 
 ESTOP_TESTED: Final = "estop_tested"
-"""The emergency stop was pressed and released."""
+"""Code of the event that the emergency stop was pressed and released."""
 _REPORTED_AS_ALARM: Final = "fault"
-"""The device's event for a fault. The live state reports the same fault with category, motor and end."""
+"""Code of the device's event for a fault. It is skipped, because the live state reports the same fault with category, motor and end."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NewDeviceEvent:
-    """A new row of ``device_events``. Its id is generated here, so a repeated write stores it once."""
+    """A new row of ``device_events``. Its id is generated here, so that a repeated write stores the row only once."""
 
     id: UUID = field(default_factory=uuid4)
     station: str
@@ -44,7 +44,7 @@ class AlarmsEnded:
 
 
 class Observer:
-    """Observe one station. Uses no database and never blocks."""
+    """Observes one station. It uses no database and never blocks."""
 
     def __init__(self, station: str) -> None:
         """``station`` is the station's name."""
@@ -63,14 +63,14 @@ class Observer:
     def observe_state(self, live: Live, occupation: Occupation | None) -> list[NewDeviceEvent | AlarmsEnded]:
         """Return the rows for new alarms and tests in the state. Call it with every state."""
         if live.device != "running":
-            # The alarms ended with their control program. The next control program reports its own.
+            # The alarms ended with their control program. The next control program reports its own alarms.
             self._pressed = False
             return self._end_alarms()
         self._attribute(live, occupation)
         return [*self._alarms_of(live), *self._estop_of(live)]
 
     def _attribute(self, live: Live, occupation: Occupation | None) -> None:
-        """Attribute a stop to the session that was on the apparatus when it came, although the stop ended its run."""
+        """Attribute a stop to the session that used the apparatus when it occurred, although the stop ended the session's run."""
         running = live.run or live.teaching
         if running:
             self._occupation = occupation

@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 @asynccontextmanager
 async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnded], None]) -> AsyncIterator[None]:
-    """Pass the station's events to ``put`` while the context lasts, the last ones at its end. ``put`` returns at once."""
+    """Pass the station's events to ``put`` while the context lasts. At its end, pass the last events. ``put`` returns at once."""
     observer = Observer(station.info.name)
 
     def take(subscription: Subscription) -> None:
@@ -37,7 +37,7 @@ async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnde
             try:
                 take(subscription)
             except Exception:
-                # A failure to record events must never block the use of the apparatus.
+                # If recording events fails, the apparatus must remain usable.
                 log.exception("device events could not be recorded")
 
     with station.subscribed() as subscription:

@@ -1,4 +1,4 @@
-"""REST routes of the apparatus' events."""
+"""REST route of the apparatus's events."""
 
 from typing import Annotated
 from uuid import UUID
@@ -28,7 +28,7 @@ def list_events(
 ) -> Page[DeviceEvent]:
     """Return the device's events, newest first.
 
-    An alarm has the time of its acknowledgement. The patient is named only to users who may see that record.
+    An alarm also has the time of its acknowledgement. The patient is named only to users who may see that record.
     """
     with database.read() as session:
         wanted = EventFilter(station, session_id, patient_id, kind, code)

@@ -12,7 +12,7 @@ EventKind = Literal["alarm", "event"]
 
 
 class DeviceEvent(Schema):
-    """An event of the device. An alarm has stopped something."""
+    """An event of the device. An event of the kind alarm has stopped something."""
 
     id: UUID
     station: str = Field(examples=["Station 1"])
@@ -21,12 +21,12 @@ class DeviceEvent(Schema):
     code: str = Field(examples=["estop_pressed"])
     message: str = Field(examples=["The emergency stop was pressed."])
     message_key: OptionalKey = None
-    category: int | None = Field(ge=0, le=2, description="Category of the stop, for an alarm.")
-    axis: int | None = Field(ge=1, le=5, description="Motor number, if it belongs to a motor.")
+    category: int | None = Field(ge=0, le=2, description="Category of the stop, if the event is an alarm.")
+    axis: int | None = Field(ge=1, le=5, description="Motor number, if the event belongs to a motor.")
     patient_id: UUID | None
     session_id: UUID | None
     run_id: UUID | None
-    ended_at: Moment | None = Field(description="When an alarm was acknowledged after its cause had gone.")
+    ended_at: Moment | None = Field(description="Time at which an alarm was acknowledged after its cause had cleared.")
 
     def of_nobody(self) -> "DeviceEvent":
         """Return the event without patient, session and run."""

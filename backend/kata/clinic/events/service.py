@@ -19,11 +19,11 @@ from kata.pagination import Keyset
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], DeviceEventRow.at, DeviceEventRow.id, descending=True)
 _LEFT_OPEN_AMONG: Final = 1000
-"""An alarm that was open when the service ended is among this many last events of its station."""
+"""Number of a station's newest events among which the alarms are that were open when its service ended."""
 
 
 def end_left_open(session: Session, station: str, now: datetime) -> None:
-    """End the alarms that a station left open when its service ended. Called at the service's start."""
+    """End the alarms that were open when the station's service ended. The service calls this when it starts."""
     last = select(DeviceEventRow).where(DeviceEventRow.station == station).order_by(DeviceEventRow.at.desc())
     among = last.limit(_LEFT_OPEN_AMONG).subquery()
     left_open = select(among.c.id).where(among.c.kind == "alarm", among.c.ended_at.is_(None))
@@ -32,7 +32,7 @@ def end_left_open(session: Session, station: str, now: datetime) -> None:
 
 @dataclass(frozen=True)
 class EventFilter:
-    """Filter of events. None: no filter."""
+    """A filter of events. None: do not filter by this field."""
 
     station: str | None = None
     session_id: UUID | None = None
@@ -61,7 +61,7 @@ def find(
 
 
 def shown_to(session: Session, actor: Actor, rows: Sequence[DeviceEventRow]) -> list[DeviceEvent]:
-    """Return the events. Patient, session and run are left out of those whose record is not open to the user."""
+    """Return the events for this user. Patient, session and run are left out if the user may not see the record."""
     hidden = restricted.hidden_among(session, actor, (row.patient_id for row in rows if row.patient_id))
     reads_records = "read_records" in ROLE_PERMISSIONS[actor.role]
     items = [DeviceEvent.model_validate(row) for row in rows]
@@ -69,7 +69,7 @@ def shown_to(session: Session, actor: Actor, rows: Sequence[DeviceEventRow]) -> 
 
 
 def estop_tested_at(session: Session, station: str, since: datetime) -> datetime | None:
-    """Return when the emergency stop was last pressed and released, None if not since then."""
+    """Return the time at which the emergency stop was last pressed and released, or None if this did not happen since ``since``."""
     query = select(DeviceEventRow.at).where(
         DeviceEventRow.station == station, DeviceEventRow.at >= since, DeviceEventRow.code == ESTOP_TESTED
     )

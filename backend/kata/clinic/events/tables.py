@@ -11,12 +11,12 @@ from kata.database.base import Base, UtcDateTime
 
 
 class DeviceEventRow(Base):
-    """An event of the device process. An alarm has stopped something."""
+    """An event of the device process. An event of the kind alarm has stopped something."""
 
     __tablename__ = "device_events"
     __table_args__ = (
         Index("ix_device_events_station_at", "station", "at"),
-        # Counts the alarms of a time without reading the events.
+        # For counting the alarms of a period without reading the events.
         Index(
             "ix_device_events_alarms", "at", "code", "station",
             sqlite_where=text("kind = 'alarm'"), postgresql_where=text("kind = 'alarm'"),
@@ -31,13 +31,13 @@ class DeviceEventRow(Base):
     code: Mapped[str] = mapped_column(String(32))
     message: Mapped[str] = mapped_column(Text)
     message_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
-    """Code and parameters of the message; None in rows from before 0009, and for a mode."""
+    """Code and parameters of the message; None in rows from before migration 0009, and for a mode."""
     category: Mapped[int | None]
-    """Category of the stop, for an alarm."""
+    """Category of the stop, if the event is an alarm."""
     axis: Mapped[int | None]
     patient_id: Mapped[UUID | None] = mapped_column(ForeignKey("patients.id"), index=True)
     session_id: Mapped[UUID | None] = mapped_column(ForeignKey("sessions.id"), index=True)
     run_id: Mapped[UUID | None]
-    """No foreign key: a run that the device refused is deleted, its events stay."""
+    """This is no foreign key, because a run that the device refused is deleted while its events stay."""
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """When an alarm was acknowledged after its cause had gone."""
+    """Time at which an alarm was acknowledged after its cause had cleared."""

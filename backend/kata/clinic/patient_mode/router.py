@@ -21,14 +21,14 @@ router = APIRouter(tags=["questionnaires"])
 def start_patient_mode(
     database: TheDatabase, auth: TheAuthentication, actor: TheActor, episode_id: UUID, wanted: PatientModeStart
 ) -> None:
-    """Lock the screen of this browser and show the patient a questionnaire. Unlocking the screen ends it."""
+    """Lock the screen of this browser and show a questionnaire to the patient. Unlocking the screen ends the patient's mode."""
     with database.write() as session:
         service.start(session, actor, episode_id, wanted, auth.now())
 
 
 @router.get("/api/me/questionnaire", summary="Get the patient's questionnaire")
 def get_patient_questionnaire(database: TheDatabase, actor: TheActor) -> PatientQuestionnaire | None:
-    """Return the questionnaire that the patient fills in on this browser while the screen is locked; null if there is none."""
+    """Return the questionnaire that the patient fills in on this browser while the screen is locked, or null if there is none."""
     with database.read() as session:
         return service.present(session, actor)
 
@@ -37,6 +37,6 @@ def get_patient_questionnaire(database: TheDatabase, actor: TheActor) -> Patient
 def answer_patient_questionnaire(
     database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: PatientAnswers
 ) -> PatientQuestionnaire:
-    """Keep the patient's answers; when the patient has finished, store them as an assessment."""
+    """Store the patient's answers so far. When the patient has finished, store them as an assessment."""
     with database.write() as session:
         return service.answer(session, actor, given, auth.now())

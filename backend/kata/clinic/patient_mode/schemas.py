@@ -9,7 +9,9 @@ from kata.types import Schema
 
 Answers = Annotated[
     list[Annotated[int, Field(ge=0, le=100)] | None],
-    Field(max_length=200, description="One for each item in order; null if unanswered.", examples=[[7, 8, None]]),
+    Field(
+        max_length=200, description="One answer for each item in order; null if unanswered.", examples=[[7, 8, None]]
+    ),
 ]
 
 
@@ -21,10 +23,10 @@ class PatientModeStart(Schema):
 
 
 class AnswerOption(Schema):
-    """One answer."""
+    """One possible answer."""
 
     answer: int
-    label: str = Field(description="Its words; empty if the questionnaire names none.")
+    label: str = Field(description="Text of the answer; empty if the questionnaire has none.")
 
 
 class PatientQuestion(Schema):
@@ -42,13 +44,15 @@ class PatientQuestionnaire(Schema):
     copyright: str
     questions: list[PatientQuestion]
     answers: Answers
-    finished: bool = Field(description="True once it is stored. Only the user's password leads further.")
+    finished: bool = Field(
+        description="True once the answers are stored. Only the user's password then unlocks the screen."
+    )
 
 
 class PatientAnswers(Schema):
-    """The answers so far."""
+    """The patient's answers so far."""
 
     answers: Answers
     finished: StrictBool = Field(
-        False, description="True stores them as an assessment; they cannot be changed here afterwards."
+        False, description="True stores the answers as an assessment; the patient cannot change them afterwards."
     )

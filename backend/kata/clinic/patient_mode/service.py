@@ -1,7 +1,7 @@
-"""Hand a browser to a patient, and store the answers. The caller commits.
+"""Give a browser to a patient, and store the answers. The caller commits.
 
-The login session is limited by its locked screen: the service refuses everything except the apparatus without a patient, Stop, unlocking,
-and this one questionnaire.
+The locked screen limits the login session. The service refuses everything except the state of the apparatus without a patient, Stop,
+unlocking, and this questionnaire.
 """
 
 from datetime import datetime
@@ -32,9 +32,9 @@ _Mode = tuple[PatientModeRow, Definition, QuestionnaireTextsRow]
 
 
 def start(session: Session, actor: Actor, episode_id: UUID, wanted: PatientModeStart, now: datetime) -> None:
-    """Hand this browser to the patient: lock its screen, and show the questionnaire.
+    """Give this browser to the patient: lock its screen and show the questionnaire.
 
-    :raises ProblemError: 404; 409 without the texts, for an archived patient, and for a demonstration account.
+    :raises ProblemError: 404; 409 when the texts are missing, for an archived patient, and for a demonstration account.
     """
     assessments.check_not_archived(session, assessments.episode_of(session, episode_id))
     definition = DEFINITIONS.get(wanted.questionnaire)
@@ -55,7 +55,7 @@ def start(session: Session, actor: Actor, episode_id: UUID, wanted: PatientModeS
 
 
 def present(session: Session, actor: Actor) -> PatientQuestionnaire | None:
-    """Return the questionnaire of this browser; None when the patient's mode is off."""
+    """Return the questionnaire of this browser, or None if it is not in the patient's mode."""
     mode = _find(session, actor)
     return _shown(mode) if mode else None
 
@@ -83,9 +83,10 @@ def _shown(mode: _Mode) -> PatientQuestionnaire:
 
 
 def answer(session: Session, actor: Actor, given: PatientAnswers, now: datetime) -> PatientQuestionnaire:
-    """Keep the answers so far; store them as an assessment when the patient has finished. Return the questionnaire.
+    """Store the answers so far; when the patient has finished, store them as an assessment. Return the questionnaire.
 
-    :raises ProblemError: 404 when the patient's mode is off; 409 when it was finished already; 422 for answers that the items do not have.
+    :raises ProblemError: 404 when the browser is not in the patient's mode; 409 when the questionnaire is already finished; 422 for answers
+        that an item does not have.
     """
     mode = _find(session, actor)
     if mode is None:
@@ -98,7 +99,7 @@ def answer(session: Session, actor: Actor, given: PatientAnswers, now: datetime)
     row.answers = list(given.answers)
     if given.finished:
         row.answers, row.finished_at = [], now
-        # Without an answer there is no finding.
+        # Without any answer there is no finding.
         if any(one is not None for one in given.answers):
             _store(session, row.episode_id, definition, list(given.answers), actor.name, now)
     return _shown(mode)
@@ -117,7 +118,7 @@ def _find(session: Session, actor: Actor) -> _Mode | None:
     row = session.get(PatientModeRow, actor.login_session_id, with_for_update=True)
     if row is None or not actor.locked:
         return None
-    # Unlocking proves the user again, and so ends the mode: a later lock must not show an old questionnaire.
+    # Unlocking authenticates the user again and so ends the mode, because a later lock must not show an old questionnaire.
     if session.get_one(LoginSessionRow, actor.login_session_id).proved_at > row.started_at:
         return None
     definition = DEFINITIONS.get(row.questionnaire)

@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class PatientModeRow(Base):
-    """A browser that a patient holds to fill in a questionnaire. Its screen is locked meanwhile; unlocking it ends the mode."""
+    """A browser on which a patient fills in a questionnaire. Its screen is locked; unlocking it ends the patient's mode."""
 
     __tablename__ = "patient_modes"
 
@@ -19,6 +19,6 @@ class PatientModeRow(Base):
     questionnaire: Mapped[str] = mapped_column(String(32))
     language: Mapped[str] = mapped_column(String(8))
     answers: Mapped[list[int | None]] = mapped_column(JSON)
-    """Of every item so far; empty once the questionnaire is finished."""
+    """Answers to all items so far; empty once the questionnaire is finished."""
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     finished_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

@@ -24,8 +24,8 @@ def list_patients(
         Query(
             max_length=100,
             pattern=NO_NUL,
-            description="Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word has "
-            "to be found; case, width, accents and the kind of kana do not matter.",
+            description="Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word must "
+            "be found; case, width, accents and the kind of kana make no difference.",
             examples=["yamada 1968"],
         ),
     ] = "",
@@ -35,7 +35,7 @@ def list_patients(
 ) -> Page[Patient]:
     """Return patients in the order of their names.
 
-    A restricted record that is not open to you is found only by its complete clinic number, and shows only number and name.
+    A restricted record that you may not see is found only by its complete clinic number, and shows only number and name.
     """
     with database.read() as session:
         without = restricted.hidden(actor)

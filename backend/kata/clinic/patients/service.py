@@ -24,13 +24,13 @@ _MAY_BE_EMPTIED: Final = {"kana", "birth_date", "dominant_side"}
 def find(
     session: Session, *, search: str, archived: bool, limit: int, after: str | None, hidden: Select[UUID] | None = None
 ) -> tuple[Sequence[PatientRow], str | None]:
-    """Return a page of patients found by name, kana, number or birth date (in the order of their names), and the next cursor.
+    """Return a page of patients found by name, kana, number or birth date, in the order of their names, and the next cursor.
 
-    Patients in ``hidden``, a query of ids, are found only by their complete number.
+    Patients in ``hidden`` (a query of ids) are found only by their complete number.
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """
-    # Find the ids first, which needs one index only; then load one page of records.
+    # Find the ids first, which needs only one index; then load one page of records.
     query = select(PatientRow.id)
     query = query.where(PatientRow.archived_at.is_not(None) if archived else PatientRow.archived_at.is_(None))
     for forms in words_of(search):
@@ -44,7 +44,7 @@ def find(
         query = query.where(shown)
     found = _BY_NAME.page(query, after, limit).subquery()
     records = select(PatientRow).join(found, found.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)
-    # One query: a second one with the ids of the page takes longer than the join with their few episodes.
+    # One query, because a second one with the ids of the page would take longer than the join with a few episodes.
     rows = session.scalars(records.options(joinedload(PatientRow.episodes).lazyload(EpisodeRow.stages))).unique().all()
     return _BY_NAME.cut(rows, limit, lambda row: (row.name, row.id))
 
@@ -75,9 +75,9 @@ def create(session: Session, patient: PatientCreate) -> PatientRow:
 
 
 def update(session: Session, patient_id: UUID, change: PatientUpdate) -> PatientRow:
-    """Change the given fields only.
+    """Change only the given fields.
 
-    :raises ProblemError: 404; 409 when it was changed meanwhile, the clinic number is taken, or it was erased.
+    :raises ProblemError: 404; 409 when the record was changed meanwhile or was erased, or the clinic number is taken.
     """
     row = get(session, patient_id, to_change=True)
     check_not_erased(row)

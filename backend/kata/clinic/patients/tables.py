@@ -19,13 +19,13 @@ def _found_by(context: DefaultExecutionContext) -> str:
 
 
 class PatientRow(Base):
-    """A patient. Archived, never deleted."""
+    """A patient. Patients are archived, never deleted."""
 
     __tablename__ = "patients"
     __table_args__ = (
-        # A search needs only this index, in the order of the list.
+        # A search needs only this index, which has the order of the list.
         Index("ix_patients_name_id", "name", "id", "archived_at", "search_text"),
-        # Finds the restricted records without reading the others.
+        # For finding the restricted records without reading the others.
         Index("ix_patients_restricted", "id", sqlite_where=text("restricted = 1"), postgresql_where=text("restricted")),
     )
 
@@ -41,17 +41,17 @@ class PatientRow(Base):
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     restricted: Mapped[bool] = mapped_column(default=False)
-    """Only the care team sees this record. Others need a break-glass access."""
+    """True if only the care team sees this record. Other users need a break-glass access."""
     erased_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """When the identifying data were erased at the patient's request."""
+    """Time at which the identifying data were erased at the patient's request."""
     search_text: Mapped[str] = mapped_column(String(search.LONGEST), default=_found_by)
-    """:func:`kata.clinic.patients.search.text_of`; updated with every change of its fields."""
+    """Result of :func:`kata.clinic.patients.search.text_of`; updated with every change of the searched fields."""
 
     episodes: Mapped[list[EpisodeRow]] = relationship(order_by=EpisodeRow.opened_at, lazy="selectin")
 
     @property
     def episode(self) -> EpisodeRow | None:
-        """The newest open episode, else the last one."""
+        """The newest open episode, or the last one if none is open."""
         going_on = [episode for episode in self.episodes if episode.closed_at is None]
         newest = going_on or self.episodes
         return newest[-1] if newest else None
@@ -63,7 +63,7 @@ class PatientRow(Base):
 
     @property
     def affected_side(self) -> str | None:
-        """The shoulder that is treated, or was treated last."""
+        """The shoulder that is treated now, or was treated last."""
         return self.episode.side if self.episode else None
 
 

@@ -36,7 +36,9 @@ def get_clinic_profile(request: Request, database: TheDatabase) -> ClinicProfile
 def update_clinic_profile(
     request: Request, database: TheDatabase, actor: TheActor, wanted: ClinicProfileUpdate
 ) -> ClinicProfile:
-    """Replace the head of printed reports and the clinic's time zone. Reports use them at once. The logo is a setting of the service."""
+    """Replace the head of printed reports and the clinic's time zone. Reports use the new values at once. The logo is a setting of the
+    service.
+    """
     with database.write() as session:
         service.change(session, actor, wanted)
         session.flush()

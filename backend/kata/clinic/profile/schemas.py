@@ -15,13 +15,13 @@ class ClinicProfileUpdate(Schema):
 
     name: _Line = Field(examples=["Sakura Clinic"])
     address: Annotated[str, StringConstraints(strip_whitespace=True, max_length=1000, pattern=NO_NUL)] = Field(
-        description="Lines.", examples=["1-2-3 Honcho\nTokyo"]
+        description="Lines of the address.", examples=["1-2-3 Honcho\nTokyo"]
     )
     phone: Annotated[str, StringConstraints(strip_whitespace=True, max_length=50, pattern=_LINE)] = Field(
         examples=["03-0000-0000"]
     )
     time_zone: Annotated[str, StringConstraints(max_length=64, pattern=_LINE)] = Field(
-        description="IANA name; empty: that of the service's computer.", examples=["Asia/Tokyo"]
+        description="IANA name; empty: time zone of the service's computer.", examples=["Asia/Tokyo"]
     )
 
 
@@ -29,11 +29,13 @@ class ClinicProfile(Schema):
     """The clinic's data as reports use them."""
 
     name: str
-    address: str = Field(description="Lines.")
+    address: str = Field(description="Lines of the address.")
     phone: str
-    time_zone: str = Field(description="IANA name; empty: that of the service's computer.")
-    has_logo: bool = Field(description="Reports have the logo of KATA_CLINIC_LOGO.")
-    updated_at: Moment | None = Field(description="Null: the values are those of the service's settings.")
+    time_zone: str = Field(description="IANA name; empty: time zone of the service's computer.")
+    has_logo: bool = Field(description="True if reports have the logo of KATA_CLINIC_LOGO.")
+    updated_at: Moment | None = Field(
+        description="Time of the last change; null: the values are those of the service's settings."
+    )
     updated_by: str = Field(
         description="Name of the administrator who made the last change; empty before the first change."
     )

@@ -14,7 +14,7 @@ from kata.settings import Settings, address_lines
 
 
 def read(session: Session, settings: Settings) -> ClinicProfile:
-    """Return what an administrator has set on the page; without that, the service's settings."""
+    """Return the values that an administrator has set on the page, or else those of the service's settings."""
     row = session.get(ClinicProfileRow, THE_CLINIC)
     has_logo = settings.clinic_logo is not None
     if row is None:
@@ -39,7 +39,7 @@ def read(session: Session, settings: Settings) -> ClinicProfile:
 
 
 def time_zone(session: Session, settings: Settings) -> ZoneInfo | None:
-    """Return the clinic's time zone; None: that of this computer."""
+    """Return the clinic's time zone, or None for that of this computer."""
     name = read(session, settings).time_zone
     return ZoneInfo(name) if name else None
 

@@ -13,16 +13,16 @@ THE_CLINIC: Final = 1
 
 
 class ClinicProfileRow(Base):
-    """What an administrator has set on the page. Without the row, the service's settings count."""
+    """The values that an administrator has set on the page. Without this row, the service's settings apply."""
 
     __tablename__ = "clinic_profile"
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     name: Mapped[str] = mapped_column(String(200))
     address: Mapped[str] = mapped_column(Text)
-    """One line each."""
+    """Address, one line of text per line."""
     phone: Mapped[str] = mapped_column(String(50))
     time_zone: Mapped[str] = mapped_column(String(64))
-    """IANA name; empty: that of the service's computer."""
+    """IANA name; empty: time zone of the service's computer."""
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_by: Mapped[str] = mapped_column(String(100))

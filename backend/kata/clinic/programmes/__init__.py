@@ -1,1 +1,1 @@
-"""Programmes: prescribed recordings in their order, with their settings. Every change is a new version."""
+"""Programmes: recordings that are prescribed in an order and with settings. Every change makes a new version."""

@@ -1,4 +1,4 @@
-"""Adherence to an episode's programmes, week by week. The database counts; no samples and no single run are loaded."""
+"""Adherence to an episode's programmes, week by week. The database counts, so that neither samples nor single runs are loaded."""
 
 from collections import defaultdict
 from collections.abc import Iterable
@@ -24,14 +24,16 @@ _WEEK: Final = timedelta(days=7)
 
 
 class AdherenceWeek(Schema):
-    """One week, from Monday."""
+    """One week, beginning on Monday."""
 
     begins_on: date = Field(description="The Monday, in the clinic's time zone.", examples=["2026-11-16"])
-    sessions: int = Field(ge=0, description="Number of sessions in which something was played.", examples=[2])
+    sessions: int = Field(ge=0, description="Number of sessions in which a recording was played.", examples=[2])
     sessions_wished: Wish = Field(
-        description="Prescribed sessions at the end of the week; null if none are prescribed."
+        description="Sessions per week as prescribed at the end of the week; null if no number is prescribed."
     )
-    repetitions_planned: int = Field(ge=0, description="According to the programmes of these sessions.", examples=[60])
+    repetitions_planned: int = Field(
+        ge=0, description="Planned repetitions according to the programmes of these sessions.", examples=[60]
+    )
     repetitions_done: int = Field(
         ge=0,
         description="Planned repetitions that were played. Repetitions beyond the plan do not count.",
@@ -42,12 +44,12 @@ class AdherenceWeek(Schema):
 class Adherence(Schema):
     """The weeks from the first session or programme to the present week, or to the week in which the episode was closed."""
 
-    weeks: list[AdherenceWeek] = Field(description="Oldest first, with the weeks without a session.")
+    weeks: list[AdherenceWeek] = Field(description="Oldest first, including weeks without a session.")
 
 
 @dataclass(frozen=True)
 class Visit:
-    """A session in which something was played, with its planned and completed repetitions."""
+    """A session in which a recording was played, with its planned and completed repetitions."""
 
     started_at: datetime
     planned: int = 0
@@ -56,7 +58,7 @@ class Visit:
 
 @dataclass(frozen=True)
 class VersionWish:
-    """The sessions per week that a programme's version prescribes from its date on. None: no prescription."""
+    """The number of sessions per week that a version of a programme prescribes from its date on. None: no number is prescribed."""
 
     programme_id: UUID
     made_at: datetime
@@ -67,9 +69,9 @@ class VersionWish:
 def by_week(
     visits: Iterable[Visit], wishes: Iterable[VersionWish], until: datetime, offset: timedelta
 ) -> list[AdherenceWeek]:
-    """Return the weeks. ``offset``: the clinic's time zone from UTC.
+    """Return the weeks. ``offset``: offset of the clinic's time zone from UTC.
 
-    Weeks after ``until`` are included only if something was played in them.
+    Weeks after ``until`` are included only if a recording was played in them.
     """
     visits, wishes = list(visits), sorted(wishes, key=lambda wish: wish.made_at)
     moments = [visit.started_at for visit in visits] + [wish.made_at for wish in wishes]
@@ -167,7 +169,9 @@ def _week(monday: date, visits: list[Visit], wish: int | None) -> AdherenceWeek:
 
 
 def _wish(wishes: list[VersionWish], begins: datetime) -> int | None:
-    """Return the prescribed sessions per week at the end of a week. If several programmes prescribe a number, the newest counts."""
+    """Return the number of sessions per week that is prescribed at the end of a week. If several programmes prescribe one, the newest
+    counts.
+    """
     newest: dict[UUID, VersionWish] = {}
     for wish in wishes:
         if wish.made_at < begins + _WEEK and not (wish.archived_at and wish.archived_at < begins):

@@ -1,7 +1,7 @@
-"""Check whether recordings can be played as a programme prescribes, and how long that takes.
+"""Check whether recordings can be played with the settings of a programme, and how long that takes.
 
-The database is read first. Samples are then examined outside any transaction, in the worker process that builds figures: an hour of motion
-would block the service's heartbeats.
+The database is read first. The samples are then examined outside any transaction, in the worker process that builds figures, because an
+hour of motion would block the service's heartbeats.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ from kata.plotting.figures import FigureWorker
 
 @dataclass(frozen=True)
 class CheckData:
-    """The records that the check needs: problems by place, samples of the other items, and the doctor's limits."""
+    """The records that the check needs: problems by position, samples of the other items, and the doctor's limits."""
 
     problems: dict[int, ProblemError]
     samples: dict[UUID, Series]
@@ -41,7 +41,7 @@ class CheckData:
 
 @dataclass(frozen=True)
 class ItemProblem:
-    """Why an item cannot be played."""
+    """The reason why an item cannot be played."""
 
     why: Text
     code: str = "unplayable"
@@ -58,7 +58,7 @@ class ItemPlayback:
 
 
 def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
-    """Return the settings that an item's duration depends on."""
+    """Return the settings on which an item's duration depends."""
     asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
     return ItemPlayback(item.recording_id, asked, item.method)
 
@@ -66,7 +66,7 @@ def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
 def item_problems(
     session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItemRequest]
 ) -> dict[int, ProblemError]:
-    """Return the items that cannot be in this episode's programme, by place from 1, with the reason."""
+    """Return the items that cannot be in this episode's programme, by position from 1, with the reason."""
     found = {}
     for place, item in enumerate(items, start=1):
         problem = _item_problem(session.get(RecordingRow, item.recording_id), item, episode, place)
@@ -76,7 +76,7 @@ def item_problems(
 
 
 def look_up(session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItemRequest]) -> CheckData:
-    """Return the records that the check needs."""
+    """Read the records that the check needs from the database."""
     problems = item_problems(session, episode, items)
     fitting = {item.recording_id for place, item in enumerate(items, start=1) if place not in problems}
     samples = {key: recordings.stored_samples(session, key) for key in fitting}
@@ -86,7 +86,9 @@ def look_up(session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItem
 def check(
     worker: FigureWorker, found: CheckData, items: Sequence[ProgrammeItemRequest], config: StationConfig
 ) -> list[float | ProblemError]:
-    """Return each item's duration in seconds, or why it cannot be played. Waits for the worker: call it from a worker thread."""
+    """Return each item's duration in seconds, or why the item cannot be played. This waits for the worker process: call it from a worker
+    thread.
+    """
     playbacks = {playback_of(item) for place, item in enumerate(items, start=1) if place not in found.problems}
     lasting = dict(worker.build(durations, tuple(playbacks), found.samples, config, found.allowed)) if playbacks else {}
     checked: list[float | ProblemError] = []
@@ -99,7 +101,7 @@ def check(
 def durations(
     playbacks: Sequence[ItemPlayback], samples: dict[UUID, Series], config: StationConfig, allowed: DoctorLimits
 ) -> list[tuple[ItemPlayback, float | ItemProblem]]:
-    """Return each duration in seconds, or why this station cannot play it or the doctor forbids it. Runs in the worker process."""
+    """Return each duration in seconds, or why the station cannot play the item or the doctor forbids it. The worker process runs this."""
     return [(playback, _duration(playback, samples[playback.recording_id], config, allowed)) for playback in playbacks]
 
 
@@ -110,7 +112,7 @@ def _duration(
         columns = unpack(series)
         motion = Motion(columns["time_s"], columns["angle_deg"])
         found = repetition_times(motion, playback.asked)
-        # Two repetitions contain all that many repetitions contain.
+        # Two repetitions contain every transition that many repetitions contain.
         few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
         config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg), allowed.side)
         allowed.check_path(few, playback.method)

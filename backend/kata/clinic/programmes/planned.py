@@ -1,4 +1,4 @@
-"""Compare plan and result of a session: runs of each item, skipped items and extra runs."""
+"""Compare plan and result of a session: the runs of each item, the skipped items and the extra runs."""
 
 from collections.abc import Sequence
 from typing import Final, Literal
@@ -28,7 +28,7 @@ _Count = Field(ge=0, description="Repetitions.", examples=[10])
 
 
 class PlannedRun(PlaybackSettings):
-    """One playback, compared with its plan."""
+    """One playback, compared with the plan."""
 
     run_id: UUID
     recording_id: UUID
@@ -42,7 +42,7 @@ class PlannedRun(PlaybackSettings):
     )
     repetitions_done: int | None = Field(
         ge=0,
-        description="Completed repetitions; null while the run continues, and for runs from before they were counted.",
+        description="Completed repetitions; null while the run continues, and for runs of versions that did not count them.",
     )
     changed: list[Setting] = Field(description="The settings that differ from the plan.")
 
@@ -50,9 +50,11 @@ class PlannedRun(PlaybackSettings):
 class ItemDone(ProgrammeItem):
     """One item of the programme and its result."""
 
-    runs: list[PlannedRun] = Field(description="In their order.")
+    runs: list[PlannedRun] = Field(description="Runs of this item, in the order of playback.")
     repetitions_done: int = _Count
-    done: Share = Field(description="none: skipped or not due yet. some: fewer repetitions than planned.")
+    done: Share = Field(
+        description="none: the item was skipped or is not due yet. some: fewer repetitions than planned."
+    )
 
 
 class PlanTimer(Schema):
@@ -60,7 +62,7 @@ class PlanTimer(Schema):
 
     minutes: float = Field(ge=0, description="Minutes of playing after which no further item is started.")
     played_s: Duration
-    left_s: float = Field(ge=0, description="Seconds; 0: no further item may be started.")
+    left_s: float = Field(ge=0, description="Remaining seconds; 0: no further item may be started.")
 
 
 class Plan(Schema):
@@ -75,7 +77,7 @@ class Plan(Schema):
 
 
 class PlannedProgramme(Schema):
-    """The programme, in the version that the session began with."""
+    """The programme, in the version with which the session began."""
 
     id: UUID
     name: str
@@ -95,7 +97,7 @@ class SessionPlan(Plan):
 
 
 def left_s(timer_minutes: float, played_s: float) -> float:
-    """Return the remaining playing time. At 0 no further item is started; a started item is played to its end."""
+    """Return the remaining playing time in seconds. At 0 no further item is started; an item that has started is played to its end."""
     return max(0.0, 60.0 * timer_minutes - played_s)
 
 
@@ -120,7 +122,7 @@ def timer_over(minutes: float) -> ProblemError:
 
 
 def compare(items: Sequence[ProgrammeItem], runs: Sequence[RunRow]) -> Plan:
-    """Compare item by item. A run of another recording does not belong to the item."""
+    """Compare plan and runs item by item. A run of another recording does not belong to the item."""
     recordings = {item.position: item.recording_id for item in items}
     of_items: dict[int, list[RunRow]] = {item.position: [] for item in items}
     besides = []
@@ -178,7 +180,7 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
 
 
 def _runs(session: Session, session_id: UUID) -> list[RunRow]:
-    """Return the runs without their tracking."""
+    """Return the runs without their tracking data."""
     query = (
         select(RunRow)
         .where(RunRow.session_id == session_id)
@@ -219,6 +221,6 @@ def _as_run(run: RunRow, item: ProgrammeItem | None) -> PlannedRun:
 
 def _differs(name: Setting, run: RunRow, item: ProgrammeItem) -> bool:
     if name == "pause_s" and run.repetitions == item.repetitions == 1:
-        # A single repetition has no pause.
+        # A single repetition has no pause, so its setting does not differ.
         return False
     return bool(getattr(run, name) != getattr(item, name))

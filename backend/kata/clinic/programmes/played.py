@@ -1,4 +1,4 @@
-"""Count the repetitions of a run once, at the import of its journal, so that no later request loads samples for it."""
+"""Count the repetitions of a run once, when its journal is imported, so that no later request loads samples to count them."""
 
 from collections.abc import Callable
 from typing import Final
@@ -11,14 +11,14 @@ from kata.motion.edit import Motion, PlaybackSettings
 from kata.motion.repetitions import repetition_times_of
 
 _FORWARD: Final = (PHASE_PLAYING, PHASE_REDUCED_RANGE)
-"""A repetition with reduced range counts too."""
+"""Phases in which a repetition advances. A repetition with reduced range also counts."""
 _ON_THE_PATH: Final = (*_FORWARD, PHASE_REVERSING)
 
 
 def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Motion, Motion]]) -> None:
-    """Store the completed repetitions and the seconds on the path of a finished run.
+    """Store how many repetitions a finished run completed and how many seconds it spent on the path.
 
-    ``made`` returns the recording and the run's motion; it is called only if they are needed.
+    ``made`` returns the motion of the recording and that of the run. It is called only if they are needed.
     """
     row.played_s = float(np.isin(journal.phase, _ON_THE_PATH).sum()) / journal.rate_hz
     reached_s = journal.path_s[np.isin(journal.phase, _FORWARD)]
@@ -29,5 +29,5 @@ def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Mo
     else:
         asked = PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
         found = repetition_times_of(*made(), asked)
-        # The last sample of a repetition lies up to one sample before its end, with some jitter.
+        # The last sample of a repetition can be one sample before its end, with some jitter.
         row.repetitions_done = found.done(float(reached_s.max()) + 1.5 / journal.rate_hz)

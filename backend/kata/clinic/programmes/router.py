@@ -35,9 +35,9 @@ router = APIRouter(tags=["programmes"])
     "/api/patients/{patient_id}/programmes", summary="List a patient's programmes", responses=PROBLEMS.of(404, 422)
 )
 def list_programmes(database: TheDatabase, patient_id: UUID) -> Page[Programme]:
-    """Return a patient's programmes in their newest versions: the last changed first, archived ones last.
+    """Return a patient's programmes in their newest versions, the last changed first and archived ones last.
 
-    A treatment has few, so the list has no pages.
+    A patient has few, so the list has no pages.
     """
     with database.read() as session:
         return Page[Programme].complete([service.as_programme(row) for row in service.of_patient(session, patient_id)])
@@ -52,7 +52,7 @@ def list_programmes(database: TheDatabase, patient_id: UUID) -> Page[Programme]:
 def create_programme(
     database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: ProgrammeCreate
 ) -> ProgrammeDetail:
-    """Create a programme. Each item is checked as at loading; an item that this station cannot play is refused."""
+    """Create a programme. Each item is checked as it is when it is loaded; an item that this station cannot play is refused."""
     with database.read() as session:
         episode = service.open_episode(session, patient_id, wanted.episode_id)
         found = checks.look_up(session, episode, wanted.items)
@@ -98,7 +98,7 @@ def get_programme(database: TheDatabase, programme_id: UUID) -> ProgrammeDetail:
     responses=PROBLEMS.of(404, 409, 422),
 )
 def update_programme(database: TheDatabase, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeDetail:
-    """Rename, archive or restore a programme. A change of its items needs a new version."""
+    """Rename, archive or restore a programme. Changing its items needs a new version."""
     with database.write() as session:
         return service.as_detail(session, service.update(session, programme_id, change))
 
@@ -112,7 +112,7 @@ def update_programme(database: TheDatabase, programme_id: UUID, change: Programm
 def create_programme_version(
     database: TheDatabase, worker: TheFigures, station: TheStation, programme_id: UUID, wanted: VersionCreate
 ) -> ProgrammeDetail:
-    """Add a version to a programme, checked like a new programme. Older versions stay readable."""
+    """Add a version to a programme. It is checked like a new programme. Older versions stay readable."""
     with database.read() as session:
         row = service.changeable(session, programme_id)
         found = checks.look_up(session, row.episode, wanted.items)
@@ -125,7 +125,7 @@ def create_programme_version(
     "/api/sessions/{session_id}/plan", summary="Compare plan and result of a session", responses=PROBLEMS.of(404, 422)
 )
 def get_session_plan(database: TheDatabase, session_id: UUID) -> SessionPlan:
-    """Return the session's programme item by item with its result, and the runs that were not planned."""
+    """Return each item of the session's programme with its result, and the runs that were not planned."""
     with database.read() as session:
         return planned.of_session(session, session_id)
 
@@ -140,7 +140,7 @@ def get_adherence(
         int, Query(ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone.")
     ] = 0,
 ) -> Adherence:
-    """Return per week: sessions held and prescribed, repetitions completed and planned."""
+    """Return, for each week, the sessions held and prescribed and the repetitions completed and planned."""
     with database.read() as session:
         return adherence.of_episode(session, episode_id, utc_offset_minutes)
 

@@ -12,7 +12,7 @@ from kata.types import By, Moment, Name, Note, Schema, Side
 
 MOST_ITEMS = 50
 
-Position = Annotated[int, Field(ge=1, le=MOST_ITEMS, description="Place in the programme, from 1.", examples=[1])]
+Position = Annotated[int, Field(ge=1, le=MOST_ITEMS, description="Position in the programme, from 1.", examples=[1])]
 Number = Annotated[int, Field(ge=1, description="Number of the version, from 1.", examples=[2])]
 Duration = Annotated[
     float, Field(ge=0, description="Playing time with repetitions and pauses, seconds.", examples=[180.0])
@@ -22,7 +22,7 @@ Timer = Annotated[
     Field(
         ge=1,
         le=240,
-        description="Minutes of playing in a session after which no further item is started. Null: no timer.",
+        description="Minutes of playing after which no further item is started in a session. Null: no timer.",
         examples=[20.0],
     ),
 ]
@@ -30,7 +30,7 @@ Wish = Annotated[int | None, Field(ge=1, le=21, description="Prescribed sessions
 
 
 class ProgrammeItemRequest(PlaybackSettings):
-    """One recording and its settings. By default as taught, once."""
+    """One recording and its settings. By default the recording is played once, as taught."""
 
     recording_id: UUID
     load_level: LoadLevel
@@ -44,16 +44,18 @@ class ProgrammeItemsRequest(Schema):
 
 
 class ProgrammePreviewRequest(ProgrammeItemsRequest):
-    """The programme to be checked."""
+    """The programme to check."""
 
-    episode_id: UUID | None = Field(None, description="By default the open episode.")
+    episode_id: UUID | None = Field(None, description="Episode of the programme; by default the open episode.")
 
 
 class VersionWanted(ProgrammeItemsRequest):
     """The content of a version."""
 
-    made_by: By = Field("", description="Prescribing person: you unless another name is given.", examples=["Aoki Rin"])
-    note: Note = Field("", description="Reason.", examples=["Less range: pain after the last session."])
+    made_by: By = Field("", description="Name of the person who prescribes; empty: your name.", examples=["Aoki Rin"])
+    note: Note = Field(
+        "", description="Reason for this version.", examples=["Less range: pain after the last session."]
+    )
     timer_minutes: Timer = None
     sessions_per_week: Wish = None
 
@@ -62,23 +64,25 @@ class ProgrammeCreate(VersionWanted):
     """A new programme, with its first version."""
 
     name: Name = Field(examples=["Morning"])
-    episode_id: UUID | None = Field(None, description="By default the open episode.")
+    episode_id: UUID | None = Field(None, description="Episode of the programme; by default the open episode.")
 
 
 class VersionCreate(VersionWanted):
     """A new version of a programme."""
 
-    based_on: Number = Field(description="The version that the editor saw. If there is a newer one, nothing is saved.")
+    based_on: Number = Field(
+        description="Number of the version that the editor saw. If there is a newer version, nothing is saved."
+    )
 
 
 class ProgrammeUpdate(Schema):
-    """A change of name or archiving.
+    """A change of a programme's name, or its archiving or restoring.
 
     ``updated_at`` is the version that the editor saw. If the programme has changed since, nothing is saved.
     """
 
     name: Name | None = None
-    archived: StrictBool | None = Field(None, description="True archives, false restores.")
+    archived: StrictBool | None = Field(None, description="True archives the programme, false restores it.")
     updated_at: Moment | None = None
 
 
@@ -87,12 +91,12 @@ class ProgrammeItem(ProgrammeItemRequest):
 
     position: Position
     recording_name: str = Field(examples=["Flexion, take 1"])
-    recording_archived: bool = Field(description="True: the recording must be restored before it can be played.")
+    recording_archived: bool = Field(description="True if the recording must be restored before it can be played.")
     duration_s: Duration
 
 
 class ProgrammeVersion(Schema):
-    """A prescription from a date on. It never changes."""
+    """A prescription that is valid from a date on. It never changes."""
 
     id: UUID
     number: Number
@@ -128,20 +132,20 @@ class ProgrammeDetail(Programme):
     """A programme with all its versions."""
 
     patient: ProgrammePatient
-    closed: bool = Field(description="True if its episode is closed: no new version is accepted.")
+    closed: bool = Field(description="True if the programme's episode is closed, so that no new version is accepted.")
     versions: list[ProgrammeVersion] = Field(description="Newest first.")
 
 
 class ItemPreview(Schema):
-    """Duration of one item, or why it cannot be played."""
+    """Duration of one item, or the reason why it cannot be played."""
 
-    duration_s: float | None = Field(ge=0, description="Playing time, seconds; null if it cannot be played.")
-    problem: str | None = Field(description="Reason, as a sentence.")
+    duration_s: float | None = Field(ge=0, description="Playing time, seconds; null if the item cannot be played.")
+    problem: str | None = Field(description="Reason why the item cannot be played, as a sentence.")
     problem_key: OptionalKey = None
 
 
 class Preview(Schema):
     """The result of the check, item by item."""
 
-    duration_s: Duration = Field(description="Of all playable items together, seconds.")
+    duration_s: Duration = Field(description="Playing time of all playable items together, seconds.")
     items: list[ItemPreview]

@@ -28,7 +28,7 @@ from kata.errors import ProblemError, check_version, edited_meanwhile, not_found
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:
-    """Return the newest version of each of a patient's programmes: the last changed first, archived ones last.
+    """Return the newest version of each of a patient's programmes, the last changed first and archived ones last.
 
     :raises ProblemError: 404.
     """
@@ -63,9 +63,9 @@ def get(session: Session, programme_id: UUID) -> ProgrammeRow:
 
 
 def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = None) -> EpisodeRow:
-    """Return the episode for a new programme: the named one, else the open one.
+    """Return the episode for a new programme: the one with the given id, else the open one.
 
-    :raises ProblemError: 404; 409 when the patient is archived, there is no episode, or it is closed.
+    :raises ProblemError: 404; 409 when the patient is archived, or the episode does not exist or is closed.
     """
     patient = patients.get(session, patient_id)
     if patient.archived_at:
@@ -84,7 +84,7 @@ def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = N
 def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
     """Return a programme that accepts a new version.
 
-    :raises ProblemError: 404; 409 when it is archived, its patient is archived, or its episode is closed.
+    :raises ProblemError: 404; 409 when the programme or its patient is archived, or the episode is closed.
     """
     row = get(session, programme_id)
     if row.archived_at:
@@ -96,7 +96,7 @@ def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
 def create(session: Session, patient_id: UUID, wanted: ProgrammeCreate, durations_s: Sequence[float]) -> ProgrammeRow:
     """Store a programme with its first version. ``durations_s``: the checked durations of its items.
 
-    :raises ProblemError: as :func:`open_episode`, and when a recording does not fit.
+    :raises ProblemError: as in :func:`open_episode`, and when a recording does not fit the episode.
     """
     episode = open_episode(session, patient_id, wanted.episode_id)
     now = utc_now()
@@ -112,9 +112,9 @@ def create(session: Session, patient_id: UUID, wanted: ProgrammeCreate, duration
 def add_version(
     session: Session, programme_id: UUID, wanted: VersionCreate, durations_s: Sequence[float]
 ) -> ProgrammeRow:
-    """Store a new version. Older versions stay.
+    """Store a new version. Older versions are kept.
 
-    :raises ProblemError: as :func:`changeable`, when a recording does not fit, and 409 when a newer version exists.
+    :raises ProblemError: as in :func:`changeable`, when a recording does not fit the episode, and 409 when a newer version exists.
     """
     row = changeable(session, programme_id)
     if newest_number(session, row.id) != wanted.based_on:
@@ -125,16 +125,16 @@ def add_version(
 
 
 def newest_number(session: Session, programme_id: UUID) -> int | None:
-    """Return the newest version's number, None if there is no such programme."""
+    """Return the number of the newest version, or None if there is no such programme."""
     return session.scalar(
         select(func.max(ProgrammeVersionRow.number)).where(ProgrammeVersionRow.programme_id == programme_id)
     )
 
 
 def update(session: Session, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeRow:
-    """Rename, archive or restore.
+    """Rename, archive or restore a programme.
 
-    :raises ProblemError: 404; 409 when it was changed meanwhile.
+    :raises ProblemError: 404; 409 when the programme was changed meanwhile.
     """
     row = get(session, programme_id)
     patients.check_not_erased(patients.get(session, row.episode.patient_id))
@@ -173,7 +173,7 @@ def _add_version(
     try:
         session.flush()
     except IntegrityError as error:
-        # Two requests at the same moment used the same number.
+        # Another request has used the same number at the same moment.
         raise edited_meanwhile() from error
     session.add_all(
         ProgrammeItemRow(version_id=version.id, position=position, duration_s=duration_s, **item.model_dump())

@@ -12,7 +12,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class ProgrammeRow(Base):
-    """A prescription within an episode. Its versions have the content."""
+    """A prescription within an episode. Its versions contain the recordings and settings."""
 
     __tablename__ = "programmes"
 
@@ -27,11 +27,11 @@ class ProgrammeRow(Base):
     versions: Mapped[list["ProgrammeVersionRow"]] = relationship(
         order_by="ProgrammeVersionRow.number", back_populates="programme"
     )
-    """Loaded on access: a list shows only the newest version."""
+    """The versions are loaded when they are accessed, because a list shows only the newest one."""
 
 
 class ProgrammeVersionRow(Base):
-    """A prescription from a date on. Immutable."""
+    """A prescription that is valid from a date on. Rows are never changed."""
 
     __tablename__ = "programme_versions"
     __table_args__ = (UniqueConstraint("programme_id", "number"),)
@@ -39,14 +39,14 @@ class ProgrammeVersionRow(Base):
     id: Mapped[UUID] = mapped_column(primary_key=True)
     programme_id: Mapped[UUID] = mapped_column(ForeignKey("programmes.id"))
     number: Mapped[int]
-    """From 1."""
+    """Number of the version, from 1."""
     made_at: Mapped[datetime] = mapped_column(UtcDateTime)
     made_by: Mapped[str] = mapped_column(String(100))
     note: Mapped[str] = mapped_column(Text)
     timer_minutes: Mapped[float | None]
     """Minutes of playing in a session after which no further item is started."""
     sessions_per_week: Mapped[int | None]
-    """Prescribed sessions per week; None if not prescribed."""
+    """Prescribed number of sessions per week; None if no number is prescribed."""
 
     programme: Mapped[ProgrammeRow] = relationship(back_populates="versions")
     items: Mapped[list["ProgrammeItemRow"]] = relationship(order_by="ProgrammeItemRow.position", lazy="selectin")
@@ -59,7 +59,7 @@ class ProgrammeItemRow(Base):
 
     version_id: Mapped[UUID] = mapped_column(ForeignKey("programme_versions.id"), primary_key=True)
     position: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    """From 1."""
+    """Position in the version, from 1."""
     recording_id: Mapped[UUID] = mapped_column(ForeignKey("recordings.id"))
     speed_percent: Mapped[float]
     repetitions: Mapped[int]
@@ -68,6 +68,6 @@ class ProgrammeItemRow(Base):
     load_level: Mapped[int]
     method: Mapped[str] = mapped_column(String(16))
     duration_s: Mapped[float] = mapped_column(default=0.0)
-    """Duration of all repetitions with pauses, computed when the version was made. Neither recording nor version changes."""
+    """Duration of all repetitions with pauses. It is computed when the version is made, because neither recording nor version changes."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)

@@ -1,7 +1,8 @@
 """Progress charts as Plotly JSON.
 
-Building a chart of a hundred traces with Plotly's classes takes longer than the rest of the request, and passing its numbers to the figure
-worker takes longer than writing the JSON here: a few milliseconds. A test checks that Plotly's classes accept the JSON. No red, yellow or
+Building a chart of a hundred traces with Plotly's classes takes longer than the rest of the request. Passing its numbers to the figure
+worker takes longer than writing the JSON here, which takes a few milliseconds. A test checks that Plotly's classes accept the JSON. No red,
+yellow or
 cyan is used. Each line has its own dash and marker, because colour alone does not distinguish lines for everyone.
 """
 
@@ -56,7 +57,9 @@ _NAMED_BY_METHOD: Final = {
 
 
 def rom(panels: Sequence[RomPanel]) -> Figure:
-    """One panel per motion: active and passive angles over the weeks, with baseline, other side and reference as horizontal lines."""
+    """Return one panel per motion with active and passive angles over the weeks. Baseline, other side and reference are horizontal
+    lines.
+    """
     rows = max(1, -(-len(panels) // _COLUMNS))
     height = _MARGINS + rows * _PANEL_HEIGHT
     last = _last_week(point for panel in panels for line in panel.lines for point in line.points)
@@ -79,7 +82,7 @@ def rom(panels: Sequence[RomPanel]) -> Figure:
 
 
 def pain(lines: Sequence[LineSeries]) -> Figure:
-    """Pain 0 to 10 over the weeks: solid lines for assessments, broken lines for sessions."""
+    """Return pain scores (0 to 10) over the weeks. Lines of assessments are solid, lines of sessions broken."""
     looks: dict[str, tuple[int, str]] = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
     broken = zip(PAIN_IN_SESSIONS, ("dash", "dot", "dashdot"), strict=True)
     looks |= {name: (len(PAIN_CONTEXTS) + place, dash) for place, (name, dash) in enumerate(broken)}
@@ -92,7 +95,7 @@ def pain(lines: Sequence[LineSeries]) -> Figure:
 
 
 def spadi(points: Sequence[SpadiPoint]) -> Figure:
-    """Total and both subscales over the weeks, with the change of the total that matters."""
+    """Return total and both subscales over the weeks, with the change of the total that is important."""
     halves = (("SPADI", "total"), (texts.FIGURE_PAIN(), "pain"), (texts.FIGURE_DISABILITY(), "disability"))
     lines = [
         LineSeries(
@@ -140,7 +143,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
 
 
 def tracking(tracked: Sequence[Tracked]) -> Figure:
-    """Error of each recording by method, session by session: mean RMSE above, largest error below."""
+    """Return the error of each recording by method and session. The upper panel has the mean RMSE, the lower one the largest error."""
     by_recording: dict[str, list[Tracked]] = defaultdict(list)
     for playbacks in tracked:
         by_recording[_NAMED_BY_METHOD[playbacks.method](recording=playbacks.recording)].append(playbacks)
@@ -165,7 +168,7 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
 
 
 def correction(lines: Sequence[LineSeries]) -> Figure:
-    """Size of the learned correction at the end of each session, one line per recording."""
+    """Return the size of the learned correction at the end of each session, with one line per recording."""
     highest = max((point.value for line in lines for point in line.points), default=0.5)
     last = _last_week(point for line in lines for point in line.points)
     return _figure(
@@ -175,7 +178,7 @@ def correction(lines: Sequence[LineSeries]) -> Figure:
 
 
 def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
-    """Sessions per week as bars, prescribed sessions as a line."""
+    """Return the sessions per week as bars and the prescribed sessions as a line."""
     mondays = [week.begins_on for week in weeks]
     hover = texts.FIGURE_WEEK_HOVER()
     came = {
@@ -233,7 +236,7 @@ class _Panel:
         """Return the panel's title."""
         return {
             "text": text,
-            # No bold markup: Plotly turns it into a style attribute, which the page's security policy refuses.
+            # No bold markup, because Plotly would turn it into a style attribute, which the page's security policy refuses.
             "font": {"weight": "bold"},
             "xref": "paper",
             "yref": "paper",
@@ -269,7 +272,7 @@ def _values(line: RomLine) -> list[float]:
 
 
 def _nth_line(line: LineSeries, place: int, hover: str) -> _Trace:
-    """Return the n-th line of a chart. The first thirty lines look different from each other, in grey too."""
+    """Return line number ``place`` of a chart. The first thirty lines differ from each other, even in grey."""
     colour = _COLOURS[place % len(_COLOURS)]
     return _line(line, colour, _DASHES[place % len(_DASHES)], _MARKERS[place % len(_MARKERS)], hover)
 
@@ -306,7 +309,7 @@ def _last_week(points: Iterable[Point | SpadiPoint | Tracked]) -> float:
 
 
 def _show_each_name_once(traces: list[_Trace]) -> None:
-    """Show each name once in the legend: a panel may lack a line."""
+    """Show each name only once in the legend. The first panel may lack a line, so any panel may show the name."""
     shown: set[str] = set()
     for trace in traces:
         trace["showlegend"] = trace["name"] not in shown
@@ -314,13 +317,13 @@ def _show_each_name_once(traces: list[_Trace]) -> None:
 
 
 def _layout(height: int) -> dict[str, Any]:
-    """Place the legend above the titles of the panels."""
+    """Return the layout with the legend above the titles of the panels."""
     legend = {"orientation": "h", "y": 1 + 26 / (height - _MARGINS), "yanchor": "bottom", "x": 0}
     return _LAYOUT | {"height": height, "legend": legend}
 
 
 def _week_axis(last: float, *, named: bool = True) -> dict[str, Any]:
-    """Label about a dozen whole weeks."""
+    """Return a time axis with labels at about a dozen whole weeks."""
     title = {"text": texts.FIGURE_WEEK() if named else ""}
     return _GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
 

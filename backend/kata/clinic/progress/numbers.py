@@ -1,4 +1,4 @@
-"""The numbers of the charts, as accessible tables."""
+"""The numbers of the charts as accessible tables."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -26,14 +26,14 @@ class NumberColumn:
 
 @dataclass(frozen=True)
 class NumberTable:
-    """A table as it is sent (:class:`kata.clinic.progress.schemas.ProgressTable`)."""
+    """A table in the form that is sent (:class:`kata.clinic.progress.schemas.ProgressTable`)."""
 
     columns: list[NumberColumn]
     rows: list[list[Cell]]
 
 
 def rom(panels: Sequence[RomPanel]) -> NumberTable:
-    """One row per measurement of the affected shoulder."""
+    """Return a table with one row per measurement of the affected shoulder."""
     rows: list[list[Cell]] = [
         [
             panel.measure.english,
@@ -64,7 +64,7 @@ def rom(panels: Sequence[RomPanel]) -> NumberTable:
 
 
 def pain(lines: Sequence[LineSeries]) -> NumberTable:
-    """One row per time, one column per context."""
+    """Return a table with one row per time and one column per context."""
     values_at: dict[datetime, dict[str, float]] = defaultdict(dict)
     for line in lines:
         for point in line.points:
@@ -77,7 +77,7 @@ def pain(lines: Sequence[LineSeries]) -> NumberTable:
 
 
 def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
-    """One row per assessment with a SPADI."""
+    """Return a table with one row per assessment that has a SPADI."""
     baseline = next((point.total for point in points if point.total is not None), None)
     rows: list[list[Cell]] = []
     for point in points:
@@ -106,7 +106,7 @@ def verdict(change: float | None) -> str:
 
 
 def tracking(tracked: Sequence[Tracked]) -> NumberTable:
-    """One row per recording, method and session."""
+    """Return a table with one row per recording, method and session."""
     rows: list[list[Cell]] = [
         [row.at, row.recording, METHODS[row.method], row.playbacks, row.rmse_deg, row.peak_deg] for row in tracked
     ]
@@ -122,7 +122,7 @@ def tracking(tracked: Sequence[Tracked]) -> NumberTable:
 
 
 def correction(lines: Sequence[LineSeries]) -> NumberTable:
-    """One row per recording and session in which a correction was learned."""
+    """Return a table with one row per recording and session in which a correction was learned."""
     learned = sorted((point.at, line.name, point.value) for line in lines for point in line.points)
     rows: list[list[Cell]] = [[at, name, value] for at, name, value in learned]
     columns = [
@@ -134,7 +134,7 @@ def correction(lines: Sequence[LineSeries]) -> NumberTable:
 
 
 def adherence(weeks: Sequence[AdherenceWeek]) -> NumberTable:
-    """One row per week."""
+    """Return a table with one row per week."""
     rows: list[list[Cell]] = [
         [
             week.begins_on.isoformat(),

@@ -26,7 +26,7 @@ _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callabl
     "correction": (service.correction_lines, figures.correction, numbers.correction),
     "adherence": (service.weeks, figures.adherence, numbers.adherence),
 }
-"""Functions that read, draw and tabulate each chart. The result of the first is the input of the other two."""
+"""For each chart, the functions that read, draw and tabulate it. The other two get the result of the first."""
 
 
 @router.get(
@@ -38,9 +38,9 @@ _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callabl
 def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart) -> Response:
     """Return one chart of an episode over its weeks, with its numbers as a table.
 
-    rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its minimal
-    important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week, held and
-    prescribed; weeks begin on Monday, UTC.
+    rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with its
+    minimal important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
+    held and prescribed; weeks begin on Monday, UTC.
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:

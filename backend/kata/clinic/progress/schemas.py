@@ -9,7 +9,7 @@ from kata.types import Schema
 
 
 class ProgressColumn(Schema):
-    """One column."""
+    """One column of a table."""
 
     name: str = Field(examples=["Angle, deg"])
     kind: Literal["text", "moment", "number"] = Field(description="moment: UTC, to be shown in local time.")
@@ -20,8 +20,8 @@ class ProgressTable(Schema):
     """The numbers of a figure."""
 
     columns: list[ProgressColumn]
-    rows: list[list[str | float | None]] = Field(description="One value per column; null if there is none.")
-    texts: list[PlacedText] = Field([], description="Codes of its English texts, for translation.")
+    rows: list[list[str | float | None]] = Field(description="One value per column; null if there is no value.")
+    texts: list[PlacedText] = Field([], description="Codes of the table's English texts, for translation.")
 
 
 class Progress(Schema):
@@ -29,4 +29,4 @@ class Progress(Schema):
 
     figure: Figure
     table: ProgressTable
-    simulated: bool = Field(False, description="True if some of its sessions were on a simulated apparatus.")
+    simulated: bool = Field(False, description="True if some of the sessions were on a simulated apparatus.")

@@ -1,4 +1,4 @@
-"""Data of the charts. Time is counted in weeks from the episode's first visit, which is the same in every time zone."""
+"""Data of the charts. Time is counted in weeks from the episode's first visit, so that it is the same in every time zone."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -21,7 +21,7 @@ class Point:
 
 @dataclass(frozen=True)
 class LineSeries:
-    """One value over the weeks, oldest first."""
+    """Values over the weeks, oldest first."""
 
     name: str
     """A Text, or the name of a recording."""
@@ -35,12 +35,12 @@ class RomLine:
     kind: Kind
     points: tuple[Point, ...]
     other_side_deg: float | None
-    """The newest angle of the other shoulder."""
+    """Newest angle of the other shoulder."""
 
 
 @dataclass(frozen=True)
 class RomPanel:
-    """One motion."""
+    """The angles of one motion."""
 
     measure: Measure
     lines: tuple[RomLine, ...]
@@ -48,7 +48,7 @@ class RomPanel:
 
 @dataclass(frozen=True)
 class SpadiPoint:
-    """One day's scores, 0 to 100; None if too many items are unanswered."""
+    """The scores of one day, 0 to 100; None if too many items are unanswered."""
 
     at: datetime
     week: float
@@ -59,7 +59,7 @@ class SpadiPoint:
 
 @dataclass(frozen=True)
 class Tracked:
-    """Error of all playbacks of one recording in one session by one method, of the worst motor."""
+    """Error of the worst motor in all playbacks of one recording in one session by one method."""
 
     recording: str
     method: str
@@ -82,5 +82,5 @@ PAIN_CONTEXTS: Final = (
     texts.FIGURE_PAIN_MOVED(),
     texts.FIGURE_PAIN_AVERAGE(),
 )
-"""In assessments."""
+"""Names of the pain scores in assessments."""
 PAIN_IN_SESSIONS: Final = (texts.FIGURE_PAIN_BEFORE(), texts.FIGURE_PAIN_DURING(), texts.FIGURE_PAIN_AFTER())

@@ -1,4 +1,4 @@
-"""Read the data of the charts: columns only, never samples."""
+"""Read the data of the charts. Only columns are read, never samples."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -35,14 +35,14 @@ _WEEK: Final = timedelta(weeks=1)
 
 @dataclass(frozen=True)
 class EpisodeTimeline:
-    """An episode and the moment from which its weeks are counted."""
+    """An episode and the time from which its weeks are counted."""
 
     episode_id: UUID
     side: str
     begins_at: datetime
 
     def week(self, at: datetime) -> float:
-        """Return the number of weeks since the beginning."""
+        """Return the number of weeks since the beginning of the timeline."""
         return round((at - self.begins_at) / _WEEK, 3)
 
 
@@ -66,7 +66,7 @@ def timeline_of(session: Session, episode_id: UUID) -> EpisodeTimeline:
 
 
 def rom_panels(session: Session, timeline: EpisodeTimeline) -> list[RomPanel]:
-    """Return the measured motions of the affected shoulder, in their order."""
+    """Return a panel for each measured motion of the affected shoulder, in the order of the form."""
     query = (
         select(AssessmentRow.assessed_at, RomRow.side, RomRow.motion, RomRow.position, RomRow.kind, RomRow.angle_deg)
         .join(RomRow, RomRow.assessment_id == AssessmentRow.id)
@@ -111,7 +111,7 @@ def pain_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:
 
 
 def spadi_points(session: Session, timeline: EpisodeTimeline) -> list[SpadiPoint]:
-    """Return the scores with both subscales."""
+    """Return the total scores and both subscales."""
     query = select(AssessmentRow.assessed_at, AssessmentRow.spadi)
     query = query.where(*_counted(timeline.episode_id), AssessmentRow.spadi.is_not(None)).order_by(
         AssessmentRow.assessed_at
@@ -166,23 +166,23 @@ def correction_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSe
 
 
 def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:
-    """Return every week from the first session or programme on, with the weeks without a session."""
+    """Return every week from the first session or programme on, including weeks without a session."""
     return adherence.of_episode(session, timeline.episode_id, utc_offset_minutes=0).weeks
 
 
 def any_simulated(session: Session, episode_id: UUID) -> bool:
-    """True if a session of the episode was on a simulated apparatus."""
+    """Return True if a session of the episode was on a simulated apparatus."""
     simulated = select(SessionRow.id).where(SessionRow.episode_id == episode_id, SessionRow.simulated)
     return session.scalar(simulated.limit(1)) is not None
 
 
 def _counted(episode_id: UUID) -> tuple[ColumnElement[bool], ...]:
-    """Select assessments that were not withdrawn."""
+    """Return conditions that select the episode's assessments, except withdrawn ones."""
     return AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None)
 
 
 def _lines(timeline: EpisodeTimeline, names: Sequence[str], rows: Sequence[Row[*tuple[Any, ...]]]) -> list[LineSeries]:
-    """Return one line per column after the time in the first column. A missing value is no point."""
+    """Return one line for each column after the first, which contains the time. A missing value makes no point."""
     return [
         LineSeries(
             name, tuple(Point(row[0], timeline.week(row[0]), row[column]) for row in rows if row[column] is not None)
@@ -192,7 +192,7 @@ def _lines(timeline: EpisodeTimeline, names: Sequence[str], rows: Sequence[Row[*
 
 
 def _names(session: Session, timeline: EpisodeTimeline) -> dict[UUID, str]:
-    """Return the names of the patient's recordings. A repeated name gets a number, in the order of creation."""
+    """Return the names of the patient's recordings. Recordings with the same name get numbers, in the order of creation."""
     patient = select(EpisodeRow.patient_id).where(EpisodeRow.id == timeline.episode_id).scalar_subquery()
     query = select(RecordingRow.id, RecordingRow.name).where(RecordingRow.patient_id == patient)
     used: Counter[str] = Counter()

@@ -23,7 +23,7 @@ _FOLDER: Final = Path(__file__).parent / "definitions"
 
 
 class ItemScale(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A group of items in a row. Its score is ``factor`` times the mean of its answers plus ``constant``."""
+    """A group of consecutive items. Its score is ``factor`` times the mean of its answers plus ``constant``."""
 
     code: str
     items: int
@@ -34,12 +34,12 @@ class ItemScale(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Threshold(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A change of the total, in points."""
+    """A change of the total in points."""
 
     points: float
     source: str
     up_to: float | None = None
-    """The upper end where a source gives a range."""
+    """Upper end of the range, if the source gives a range."""
 
 
 class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -52,12 +52,12 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     highest_total: float
     better: Literal["lower", "higher"]
     most_unanswered: int
-    """With more unanswered items there is no score."""
+    """Maximum number of unanswered items. With more there is no score."""
     scoring_source: str
     copyright: str
     scales: tuple[ItemScale, ...]
     important: Threshold
-    """The smallest change that patients call important."""
+    """Smallest change that patients call important."""
     detectable: Threshold
     """A change of one patient up to this may be chance."""
     conversion: tuple[float, ...] = ()
@@ -91,7 +91,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return [scale for scale in self.scales for _ in range(scale.items)]
 
     def fits(self, answers: Sequence[int | None]) -> bool:
-        """True if there is an answer or None for every item, and every answer is one that the item has."""
+        """Return True if the answers match the items in number, and each answer is None or one that its item has."""
         scales = self.item_scales
         return len(answers) == len(scales) and all(
             answer is None or scale.lowest <= answer <= scale.highest
@@ -107,7 +107,7 @@ class Scores(msgspec.Struct, frozen=True):
 
 
 def score(definition: Definition, answers: Sequence[int | None]) -> Scores:
-    """Return the scores. ``answers``: one for each item, None if unanswered. An unanswered item is left out of its scale's mean."""
+    """Return the scores. ``answers``: one per item, None if unanswered. The mean of a scale leaves out unanswered items."""
     found: dict[str, float | None] = {}
     first = 0
     complete = sum(answer is None for answer in answers) <= definition.most_unanswered

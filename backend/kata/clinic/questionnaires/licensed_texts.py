@@ -1,7 +1,8 @@
-"""The texts of a questionnaire in one language, as a clinic imports them: a FHIR R4 Questionnaire.
+"""The texts of a questionnaire in one language. A clinic imports them as a FHIR R4 Questionnaire.
 
-It needs ``language``, ``title``, ``copyright`` and one item for each item of the definition, with ``linkId`` "1", "2", ... and ``text``.
-``answerOption`` may name answers: ``valueCoding`` with the answer as ``code`` and its words as ``display``. Groups are ignored.
+The resource needs ``language``, ``title``, ``copyright`` and one item for each item of the definition, with ``linkId`` "1", "2", ... and
+``text``. ``answerOption`` may contain texts of answers: ``valueCoding`` with the answer as ``code`` and its text as ``display``. Groups are
+ignored.
 """
 
 import json
@@ -14,15 +15,15 @@ from kata.clinic.questionnaires.definitions import Definition
 
 LANGUAGES: Final = ("en", "ja")
 _LONGEST: Final = 1000
-"""Characters of one text."""
+"""Maximum number of characters of one text."""
 
 
 class ItemText(msgspec.Struct, frozen=True):
-    """One question and the words of its answers."""
+    """One question and the texts of its answers."""
 
     text: str
     options: dict[str, str] = {}
-    """By answer."""
+    """Text of an answer, by answer."""
 
 
 class LicensedTexts(msgspec.Struct, frozen=True):
@@ -35,9 +36,9 @@ class LicensedTexts(msgspec.Struct, frozen=True):
 
 
 def read_texts(data: bytes, definition: Definition) -> LicensedTexts:
-    """Read a file.
+    """Return the texts in a file.
 
-    :raises ValueError: with the part of the file that is wrong.
+    :raises ValueError: when a part of the file is wrong. The message names the part.
     """
     try:
         resource = json.loads(data)
@@ -72,7 +73,7 @@ def read_texts(data: bytes, definition: Definition) -> LicensedTexts:
 
 
 def _items(items: Any) -> Iterator[dict[str, Any]]:
-    """Yield the items that are answered, at any depth."""
+    """Yield the items that have an answer, at any depth."""
     for item in items if isinstance(items, list) else []:
         if not isinstance(item, dict):
             continue

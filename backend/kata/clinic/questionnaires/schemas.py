@@ -7,10 +7,10 @@ from kata.types import Schema
 
 
 class ChangeThreshold(Schema):
-    """A change of the total and where it comes from."""
+    """A change of the total, and its source."""
 
     points: float
-    up_to_points: float | None = Field(description="The upper end if the source gives a range.")
+    up_to_points: float | None = Field(description="Upper end of the range, if the source gives a range.")
     source: str
 
 
@@ -22,9 +22,9 @@ class Questionnaire(Schema):
     highest_points: float = Field(description="The highest total. The lowest is 0, except of a T-score.")
     better: str = Field(description="lower or higher: which total is better.", examples=["lower"])
     items: int = Field(ge=1)
-    most_unanswered: int = Field(ge=0, description="With more unanswered items there is no score.")
+    most_unanswered: int = Field(ge=0, description="Maximum number of unanswered items; with more there is no score.")
     scoring_source: str
     copyright: str
-    important: ChangeThreshold = Field(description="The smallest change that patients call important.")
-    detectable: ChangeThreshold = Field(description="A change of one patient up to this may be chance.")
+    important: ChangeThreshold = Field(description="Smallest change that patients call important.")
+    detectable: ChangeThreshold = Field(description="Largest change of one patient that may be due to chance.")
     languages: list[Language] = Field(description="Languages whose licensed texts the clinic has imported.")

@@ -15,7 +15,7 @@ from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 def store_texts(
     session: Session, code: str, given: LicensedTexts, now: datetime, *, may_be_exported: bool
 ) -> QuestionnaireTextsRow:
-    """Store the texts of a questionnaire in one language, in place of earlier ones."""
+    """Store the texts of a questionnaire in one language. They replace earlier ones."""
     return session.merge(
         QuestionnaireTextsRow(
             questionnaire=code,

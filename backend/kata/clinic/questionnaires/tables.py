@@ -21,5 +21,5 @@ class QuestionnaireTextsRow(Base):
     copyright: Mapped[str] = mapped_column(Text)
     items: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
     may_be_exported: Mapped[bool] = mapped_column(default=False)
-    """True if the licence allows to pass the texts on, with a patient's answers."""
+    """True if the licence allows passing the texts on together with a patient's answers."""
     imported_at: Mapped[datetime] = mapped_column(UtcDateTime)

@@ -1,1 +1,1 @@
-"""Recordings: taught motions, one per take, and motions derived from them. Immutable."""
+"""Recordings: motions that were taught (one per take) and motions derived from them. Their samples never change."""

@@ -1,6 +1,6 @@
-"""Derive a recording from another, checked as the device checks a load.
+"""Derive a recording from another, and check it as the device checks a load.
 
-Run it in the worker process that builds figures: an hour of motion would block the service's heartbeats.
+Run it in the worker process that builds figures, because an hour of motion would block the service's heartbeats.
 """
 
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from kata.plotting import downsampling
 
 @dataclass(frozen=True)
 class Source:
-    """The source: stored samples, side and earlier edits."""
+    """The recording to be edited: stored samples, side and earlier edits."""
 
     series: Series
     side: Side
@@ -31,7 +31,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Derived:
-    """The result: samples to be stored, side and all edits as texts."""
+    """The new recording: samples to store, side, and all edits as texts."""
 
     series: Series
     downsampled: bytes | None
@@ -45,8 +45,8 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     """Apply an edit and check the result.
 
     :raises UnreadableError: when the samples are damaged.
-    :raises EditError: when it cannot be done to this motion.
-    :raises TrajectoryError: when the station could not play what comes of it; it names motor and time.
+    :raises EditError: when this motion cannot be edited in this way.
+    :raises TrajectoryError: when the station could not play the result. The message names motor and time.
     """
     columns = unpack(source.series)
     motion = Motion(columns["time_s"], columns["angle_deg"], source.done)
@@ -55,7 +55,7 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     if made.duration_s > LONGEST_S:
         raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=made.duration_s / 60))
     series = pack({"time_s": made.times_s, "angle_deg": made.angles_deg}, SAMPLE_COLUMNS)
-    # Check the stored samples: they are what will be played.
+    # Check the stored samples, because these will be played.
     stored = unpack(series)
     config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]), side)
     downsampled = downsampling.of_recording(stored["time_s"], stored["angle_deg"])

@@ -1,4 +1,4 @@
-"""Edits of a recording as requested. :mod:`kata.motion.edit` applies them."""
+"""Edits of a recording as a request contains them. :mod:`kata.motion.edit` applies them."""
 
 from typing import Annotated, Literal
 
@@ -13,7 +13,7 @@ _Pause = Annotated[float, Field(ge=0, le=120, description="Pause at each end, se
 
 class _Edit(Schema):
     name: Name | None = Field(
-        None, description="Name of the new recording; by default the old name with the edit.", examples=["Warm-up"]
+        None, description="Name of the new recording; by default the old name and the edit.", examples=["Warm-up"]
     )
 
 
@@ -21,20 +21,22 @@ class Trim(_Edit):
     """Keep the part between two times."""
 
     do: Literal["trim"]
-    start_s: float = Field(ge=0, le=edit.LONGEST_S, description="Seconds.", examples=[1.0])
-    end_s: float = Field(ge=0, le=edit.LONGEST_S, description="Seconds.", examples=[6.5])
+    start_s: float = Field(ge=0, le=edit.LONGEST_S, description="Start of the part, seconds.", examples=[1.0])
+    end_s: float = Field(ge=0, le=edit.LONGEST_S, description="End of the part, seconds.", examples=[6.5])
 
 
 class Hold(_Edit):
-    """Stop at one point for a while."""
+    """Hold the arm at one point for some time."""
 
     do: Literal["hold"]
-    at_s: float = Field(ge=0, le=edit.LONGEST_S, description="Place on the motion, seconds.", examples=[4.0])
+    at_s: float = Field(
+        ge=0, le=edit.LONGEST_S, description="Time of the point on the motion, seconds.", examples=[4.0]
+    )
     hold_s: float = Field(gt=0, le=600, description="Duration, seconds.", examples=[10.0])
 
 
 class Scale(_Edit):
-    """Reduce the range of some motors towards the posture in which the motion starts."""
+    """Reduce the range of some motors towards the pose in which the motion starts."""
 
     do: Literal["scale"]
     percent: float = Field(
@@ -44,20 +46,20 @@ class Scale(_Edit):
 
 
 class Isolate(_Edit):
-    """Move some motors only. The others stay where they started."""
+    """Move only some motors. The others keep the angle at which they started."""
 
     do: Literal["isolate"]
     motors: _Motors
 
 
 class WarmUp(_Edit):
-    """Repetitions that begin with a reduced range and widen it up to the full range."""
+    """Repetitions that begin with a reduced range, which widens up to the full range."""
 
     do: Literal["warm_up"]
     less_deg: float = Field(
         gt=0,
         le=180,
-        description="Reduction of the first repetition, of the motor with the largest range, degrees.",
+        description="Range by which the first repetition is reduced, for the motor with the largest range, degrees.",
         examples=[15.0],
     )
     step_deg: float = Field(ge=0.5, le=30, description="Increase per repetition, degrees.", examples=[3.0])
@@ -65,12 +67,20 @@ class WarmUp(_Edit):
 
 
 class Stretch(_Edit):
-    """Stretch at the end of range of the motor with the largest range: move back, slowly to the end and beyond it, and hold."""
+    """Stretch at the end of range of the motor with the largest range: move back, then slowly to the end and beyond it, and hold."""
 
     do: Literal["stretch"]
-    further_deg: float = Field(ge=0, le=15, description="Beyond the end of range, degrees.", examples=[3.0])
-    back_deg: float = Field(5.0, ge=1, le=30, description="Start below the end of range, degrees.", examples=[5.0])
-    hold_s: float = Field(0.0, ge=0, le=120, description="Hold at the far end, seconds.", examples=[10.0])
+    further_deg: float = Field(ge=0, le=15, description="Distance beyond the end of range, degrees.", examples=[3.0])
+    back_deg: float = Field(
+        5.0,
+        ge=1,
+        le=30,
+        description="Distance from the end of range at which the stretch starts, degrees.",
+        examples=[5.0],
+    )
+    hold_s: float = Field(
+        0.0, ge=0, le=120, description="Duration of the hold beyond the end of range, seconds.", examples=[10.0]
+    )
 
 
 class Mirror(_Edit):

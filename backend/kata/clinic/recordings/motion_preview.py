@@ -1,4 +1,4 @@
-"""Motion data for the page's 3-D apparatus: few samples, in real time."""
+"""Motion data for the page's 3-D apparatus: few samples in real time."""
 
 from typing import Final
 
@@ -14,21 +14,21 @@ _MOST: Final = 3000
 
 
 class MotionPreview(Schema):
-    """Motor angles over time, linear between two samples."""
+    """Motor angles over time. They are linear between two samples."""
 
     side: Side
-    times_s: list[float] = Field(description="Seconds, ascending; the first is 0, the last the motion's duration.")
+    times_s: list[float] = Field(description="Seconds, ascending; the first is 0, the last is the motion's duration.")
     angles_deg: list[list[float]] = Field(description="One row per time: motor angles in axis order 1-5, degrees.")
 
 
 def motion_preview(motion: Motion, side: Side) -> MotionPreview:
-    """Return a motion at 20 samples a second; fewer for a motion longer than two and a half minutes."""
+    """Return a motion with 20 samples a second, or fewer for a motion longer than two and a half minutes."""
     times_s, angles_deg = thinned(motion.times_s, motion.angles_deg)
     return MotionPreview(side=side, times_s=times_s, angles_deg=angles_deg)
 
 
 def thinned(times_s: Floats, angles_deg: Floats) -> tuple[list[float], list[list[float]]]:
-    """Return angles ``(n, 5)`` at times ``(n,)``, which begin at 0, with 20 samples a second and at most 3000 in all."""
+    """Return angles ``(n, 5)`` at times ``(n,)`` that begin at 0, with 20 samples a second and at most 3000 samples."""
     duration_s = float(times_s[-1])
     count = int(np.clip(np.ceil(duration_s / _STEP_S) + 1, 2, _MOST))
     shown_s = np.linspace(0.0, duration_s, count)

@@ -74,7 +74,7 @@ def derive_recording(
 ) -> RecordingDetail:
     """Apply an edit and store the result as a new recording of the same patient. The original stays unchanged.
 
-    The result is checked against the station's limits as at loading. A refusal names motor and time.
+    The result is checked against the station's limits as it is when it is loaded. A refusal names motor and time.
     """
     _, made = _derived(database, worker, station, recording_id, wanted)
     with database.write() as session:
@@ -91,7 +91,7 @@ def derive_recording(
 def preview_derived_recording(
     database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
 ) -> StreamingResponse:
-    """Return a figure of the edited motion over the original. It is checked in the same way and not stored."""
+    """Return a figure of the edited motion over the original. The edit is checked in the same way as for storing, but not stored."""
     source, made = _derived(database, worker, station, recording_id, wanted)
     figure = worker.build(figures.derived, source.series, made.series)
     return StreamingResponse(figures.pieces(figure), media_type="application/json")
@@ -108,7 +108,7 @@ def get_recording_figure(
 ) -> StreamingResponse:
     """Return a figure of the five motor angles over time. Peaks are preserved.
 
-    A short recording or window contains every sample. The window is given in seconds of the figure's clock.
+    For a short recording or window the figure contains every sample. The window is given in seconds of the figure's clock.
     """
     with database.read() as session:
         parts = service.figure_samples(session, recording_id, window)

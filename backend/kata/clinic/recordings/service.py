@@ -32,7 +32,7 @@ from kata.station.schemas import TextKey
 from kata.types import LONGEST_NAME, side_of
 
 SHORTEST_TAKE_S: Final = 0.5
-"""A shorter press of the pedal is ignored."""
+"""Shortest press of the pedal in seconds that makes a recording. A shorter press is ignored."""
 _SPEED_WINDOW_S: Final = 0.1
 _NEWEST_FIRST: Final = Keyset(
     tuple[bool, datetime, int, UUID],
@@ -42,7 +42,7 @@ _NEWEST_FIRST: Final = Keyset(
     RecordingRow.id,
     descending=True,
 )
-"""Archived recordings come last."""
+"""The order of a list of recordings: newest first, archived ones last."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def samples(session: Session, recording_id: UUID) -> Samples:
 
 
 def stored_samples(session: Session, recording_id: UUID) -> Series:
-    """Return a recording's samples as stored; empty if they are missing.
+    """Return a recording's samples as they are stored; empty if they are missing.
 
     :raises ProblemError: 404.
     """
@@ -116,7 +116,7 @@ def figure_samples(session: Session, recording_id: UUID, window: Window | None) 
 
 def ranges(taught: Samples) -> list[MotorRange]:
     """Return the range and speed of each motor."""
-    # A motion that was joined from parts has irregular sample times.
+    # The samples of a motion that was joined from parts have irregular times.
     begins_s = taught.times_s[taught.times_s <= taught.times_s[-1] - _SPEED_WINDOW_S]
     found = []
     for axis, angles in enumerate(taught.angles_deg.T):
@@ -134,7 +134,7 @@ def ranges(taught: Samples) -> list[MotorRange]:
 
 
 def margin(taught: Samples, side: Side) -> ReachMargin:
-    """Return where the motion is nearest to the edge of the reachable set. Takes 1.4 s for an hour of motion."""
+    """Return the point at which the motion is nearest to the edge of the reachable set. Takes 1.4 s for an hour of motion."""
     found = nearest(taught.angles_deg, lambda motors_deg: reachable_set(motors_deg, side))
     return ReachMargin(
         margin_deg=round(found.margin_deg, 1),
@@ -147,7 +147,7 @@ def margin(taught: Samples, side: Side) -> ReachMargin:
 
 
 def source(session: Session, recording_id: UUID) -> Source:
-    """Return the source for an edit.
+    """Return the recording as the source of an edit.
 
     :raises ProblemError: 404.
     """
@@ -156,7 +156,7 @@ def source(session: Session, recording_id: UUID) -> Source:
 
 
 def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:
-    """Store a derived recording. Its default name is the parent's name with the edit.
+    """Store a derived recording. Its default name is the parent's name and the edit.
 
     :raises ProblemError: 404.
     """
@@ -190,9 +190,9 @@ def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | 
 
 
 def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> RecordingRow:
-    """Rename, annotate, archive or restore.
+    """Rename, annotate, archive or restore a recording.
 
-    :raises ProblemError: 404; 409 when it was changed meanwhile.
+    :raises ProblemError: 404; 409 when the recording was changed meanwhile.
     """
     row = get(session, recording_id, to_change=True)
     patients.check_not_erased(patients.get(session, row.patient_id))
@@ -208,9 +208,9 @@ def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> Rec
 
 
 def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | None:
-    """Store a teaching's journal as recordings, one per take. Existing recordings are not touched.
+    """Store a teaching's journal as recordings, one per take. Existing recordings are not changed.
 
-    :returns: the new recordings; None if this teaching is unknown.
+    :returns: the new recordings, or None if this teaching is unknown.
     """
     teaching = session.get(TeachingRow, UUID(journal.id))
     if teaching is None:
@@ -251,10 +251,10 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
 
 
 def _wall_time(journal: Journal, t_ns: int) -> datetime:
-    """Return a sample's time in UTC. The journal's start time is known on both clocks."""
+    """Return a sample's time in UTC. The journal contains its start time on both clocks."""
     return journal.started_at + timedelta(seconds=(t_ns - journal.started_ns) / 1e9)
 
 
 def _known_keys(row: RecordingRow) -> list[dict[str, Any] | None]:
-    """Return the codes of a recording's edits; None for each edit of a recording from before they were stored."""
+    """Return the codes of a recording's edits. An edit of a version that did not store codes has None."""
     return list(row.done_keys) if row.done_keys is not None else [None] * len(row.done)

@@ -12,11 +12,11 @@ from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 
 SAMPLE_COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, counted=True))
-"""``time_s`` (n,) from 0 at the first sample; ``angle_deg`` (n, 5) motor angles, axis order."""
+"""``time_s`` (n,) from 0 at the first sample; ``angle_deg`` (n, 5) motor angles in axis order."""
 
 
 class TeachingRow(Base):
-    """A teaching. Its row is written before the device starts, so that the journal always finds its patient."""
+    """A teaching. Its row is written before the device starts, so that the import of the journal always finds the patient."""
 
     __tablename__ = "teachings"
 
@@ -30,9 +30,9 @@ class TeachingRow(Base):
 
 
 class RecordingRow(Base):
-    """A taught take, a derived or an imported recording. Name and note may change, samples never.
+    """A recording that was taught, derived or imported. Name and note may change, samples never do.
 
-    A take has ``teaching_id`` and ``take``, a derived recording has ``parent_id``, an imported one has neither.
+    A taught take has ``teaching_id`` and ``take``, a derived recording has ``parent_id``, and an imported recording has neither.
     """
 
     __tablename__ = "recordings"
@@ -44,9 +44,11 @@ class RecordingRow(Base):
     take: Mapped[int | None]
     parent_id: Mapped[UUID | None] = mapped_column(ForeignKey("recordings.id"))
     done: Mapped[list[str]] = mapped_column(JSON, default=list)
-    """All edits in order, as texts; the last one was applied to the parent."""
+    """Texts of all edits in order. The last edit was applied to the parent."""
     done_keys: Mapped[list[dict[str, Any] | None] | None] = mapped_column(JSON(none_as_null=True))
-    """Code and parameters of each of ``done``; None for an edit from before 0009, None if all are."""
+    """Code and parameters of each text in ``done``. An edit from before migration 0009 has None; the whole value is None if all edits
+    are older.
+    """
     name: Mapped[str] = mapped_column(String(100))
     side: Mapped[str] = mapped_column(String(8))
     station: Mapped[str] = mapped_column(String(100))
@@ -58,14 +60,14 @@ class RecordingRow(Base):
     rate_hz: Mapped[int]
     samples: Mapped[int]
     simulated: Mapped[bool] = mapped_column(default=False)
-    """True if its angles were taught on a simulated apparatus, also of a recording that was derived from one."""
+    """True if the angles were taught on a simulated apparatus, even if the recording was derived later."""
     note: Mapped[str] = mapped_column(Text)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime, default=utc_now)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class RecordingSamplesRow(SamplesColumns, Base):
-    """The samples, in a table of their own so that a list never loads them."""
+    """The samples, in a separate table so that a list never loads them."""
 
     __tablename__ = "recording_samples"
 

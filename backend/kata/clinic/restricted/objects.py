@@ -1,4 +1,4 @@
-"""Find the patient who owns a record, for every id that a request can name."""
+"""Find the patient to whom a record belongs, for every id that a request can name."""
 
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
@@ -52,7 +52,7 @@ OF_NOBODY: Final = frozenset(
 
 
 def patients_of(session: Session, named: Iterable[tuple[str, UUID]]) -> list[UUID]:
-    """Return the patients who own these records, in order, each once. Unknown ids are ignored."""
+    """Return the patients to whom these records belong, in order, each once. Unknown ids are ignored."""
     found: dict[UUID, None] = {}
     for name, id_ in named:
         owner = session.scalars(OF_A_PATIENT[name](id_)).first()

@@ -19,7 +19,7 @@ router = APIRouter(tags=["restricted records"])
 
 @router.get("/api/patients/{patient_id}/access", summary="Get who may see a record", responses=PROBLEMS.of(404, 422))
 def get_record_access(database: TheDatabase, actor: TheActor, patient_id: UUID) -> RecordAccess:
-    """Return who may see a patient's record, and whether you may."""
+    """Return who may see a patient's record, and whether you may see it."""
     with database.read() as session:
         return service.access(session, actor, patient_id)
 
@@ -40,7 +40,7 @@ def change_record_access(
     responses=PROBLEMS.of(404, 409, 422),
 )
 def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: BreakGlass) -> RecordAccess:
-    """Open a restricted record in an emergency for four hours. Administrators see the access and its reason."""
+    """Open a restricted record for four hours in an emergency. Administrators see the access and its reason."""
     with database.write() as session:
         service.break_glass(session, actor, patient_id, wanted.reason)
         return service.access(session, actor, patient_id)
@@ -48,7 +48,7 @@ def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted
 
 @router.get("/api/break-glass-accesses", summary="List break-glass accesses", responses=PROBLEMS.of(422))
 def list_break_glass_accesses(database: TheDatabase, limit: Limit = 50, after: After = None) -> Page[BreakGlassAccess]:
-    """Return the break-glass accesses: unreviewed ones first, then the newest."""
+    """Return the break-glass accesses, unreviewed ones first, then newest first."""
     with database.read() as session:
         items, further = service.break_glass_accesses(session, limit, after)
         return Page[BreakGlassAccess](items=items, next=further)
@@ -60,6 +60,6 @@ def list_break_glass_accesses(database: TheDatabase, limit: Limit = 50, after: A
     responses=PROBLEMS.of(404, 409, 422),
 )
 def review_break_glass_access(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BreakGlassAccess:
-    """Mark a break-glass access as reviewed. You cannot review your own."""
+    """Mark a break-glass access as reviewed. You cannot review your own access."""
     with database.write() as session:
         return service.review(session, actor, glass_id)

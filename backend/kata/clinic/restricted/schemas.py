@@ -20,10 +20,12 @@ class TeamMember(Schema):
 class RecordAccess(Schema):
     """Access to a patient's record."""
 
-    restricted: bool = Field(description="Only the care team sees the record. Others need a break-glass access.")
+    restricted: bool = Field(
+        description="True if only the care team sees the record. Other users need a break-glass access."
+    )
     team: list[TeamMember] = Field(description="The care team of a restricted record.")
     open_to_you: bool = Field(
-        description="True if you may see it: it is not restricted, you are in the team, or you have a break-glass access."
+        description="True if you may see the record: it is not restricted, you are in the team, or you have a break-glass access."
     )
     glass_until: Moment | None = Field(description="End of your break-glass access. UTC.")
 
@@ -39,7 +41,8 @@ class BreakGlass(Schema):
     """Reason for a break-glass access."""
 
     reason: Reason = Field(
-        description="Purpose; an administrator reads it.", examples=["Came in with acute pain, her therapist is away."]
+        description="Reason for the access. An administrator reads it.",
+        examples=["Came in with acute pain, her therapist is away."],
     )
 
 
@@ -53,5 +56,7 @@ class BreakGlassAccess(Schema):
     reason: str
     at: Moment
     until: Moment
-    reviewed_at: Moment | None = Field(description="Null until an administrator has reviewed it.")
+    reviewed_at: Moment | None = Field(
+        description="Time of the review; null until an administrator has reviewed the access."
+    )
     reviewed_by: str

@@ -23,7 +23,7 @@ from kata.pagination import Keyset
 log = logging.getLogger(__name__)
 
 GLASS_LASTS: Final = timedelta(hours=4)
-"""Longer than a visit, shorter than a working day."""
+"""Duration of an access: longer than a visit, shorter than a working day."""
 _UNREVIEWED_FIRST: Final = Keyset(
     tuple[bool, datetime, UUID],
     BreakGlassAccessRow.reviewed_at.is_(None),
@@ -44,18 +44,18 @@ def hidden(actor: Actor) -> Select[UUID]:
 
 
 def hidden_among(session: Session, actor: Actor, patient_ids: Iterable[UUID]) -> set[UUID]:
-    """Return which of these patients' records this actor may not see."""
+    """Return those of the given patients whose records this actor may not see."""
     wanted = set(patient_ids)
     return set(session.scalars(hidden(actor).where(PatientRow.id.in_(wanted)))) if wanted else set()
 
 
 def may_see(session: Session, actor: Actor | None, patient_ids: Iterable[UUID]) -> bool:
-    """True if this actor may see the records of all these patients. Unknown ids count as visible; the route answers 404."""
+    """Return True if this actor may see the records of all these patients. Unknown ids count as visible, because the route answers 404."""
     return actor is None or not hidden_among(session, actor, patient_ids)
 
 
 def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
-    """Return who may see a record, and whether the actor may.
+    """Return who may see a record, and whether the actor may see it.
 
     :raises ProblemError: 404.
     """
@@ -101,9 +101,9 @@ def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> No
 
 
 def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -> datetime:
-    """Open a restricted record to the actor and return the end of the access.
+    """Open a restricted record to the actor and return the time at which the access ends.
 
-    :raises ProblemError: 404; 409 when the record is already open to the actor.
+    :raises ProblemError: 404; 409 when the actor may already see the record.
     """
     patients.get(session, patient_id)
     if may_see(session, actor, [patient_id]):
@@ -114,13 +114,13 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
     )
     session.add(row)
     session.flush()
-    # The patient is not logged: other people read the log.
+    # The log does not name the patient, because other people read it.
     log.warning("%s opened a restricted record in an emergency (%s)", actor.name, row.id)
     return row.until
 
 
 def break_glass_accesses(session: Session, limit: int, after: str | None) -> tuple[list[BreakGlassAccess], str | None]:
-    """Return a page of the break-glass accesses (unreviewed ones first, then the newest) and the next cursor.
+    """Return a page of the break-glass accesses, unreviewed ones first, then newest first, and the next cursor.
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """

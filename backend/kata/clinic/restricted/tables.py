@@ -1,4 +1,4 @@
-"""Tables of restricted records: care teams and emergency access."""
+"""Tables of restricted records: care teams and break-glass accesses."""
 
 from datetime import datetime
 from uuid import UUID
@@ -20,7 +20,7 @@ class CareTeamRow(Base):
 
 
 class BreakGlassAccessRow(Base):
-    """Break-glass access of an account to a restricted record, limited in time."""
+    """Break-glass access of an account to a restricted record, for a limited time."""
 
     __tablename__ = "broken_glass"
 

@@ -1,1 +1,1 @@
-"""Scapulohumeral rhythm of recordings and runs, in angles of the apparatus' links."""
+"""Scapulohumeral rhythm of recordings and runs, in angles of the apparatus's links."""

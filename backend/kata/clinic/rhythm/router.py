@@ -18,9 +18,9 @@ router = APIRouter()
     responses=PROBLEMS.of(404, 410, 422),
 )
 def get_recording_rhythm(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> ApparatusRhythm:
-    """Return the scapula's upward rotation over the elevation of the upper arm, and the ratio of both parts by phase.
+    """Return the upward rotation of the scapula over the elevation of the upper arm, and the ratio of joint to scapula by phase.
 
-    The angles are those of the apparatus' links. The newest recording of the same motion on the sound side is compared.
+    The angles are those of the apparatus's links. The rhythm is compared with the newest recording of the same motion on the sound side.
     """
     with database.read() as session:
         stored = service.of_recording(session, recording_id)
@@ -34,7 +34,7 @@ def get_recording_rhythm(database: TheDatabase, worker: TheFigures, recording_id
     responses=PROBLEMS.of(404, 409, 410, 422),
 )
 def get_run_rhythm(database: TheDatabase, worker: TheFigures, run_id: UUID) -> ApparatusRhythm:
-    """Return the rhythm as it was played and as it was taught. Parts in which resistance took the arm back are not in it."""
+    """Return the rhythm as it was played and as it was taught. Parts in which resistance took the arm back are left out."""
     with database.read() as session:
         stored = service.of_run(session, run_id)
     return service.rhythm(worker, stored)

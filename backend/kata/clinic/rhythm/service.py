@@ -36,12 +36,12 @@ from kata.plotting.figures import FigureWorker
 from kata.types import Side, side_of
 
 _MOST_SOUND: Final = 5
-"""Recordings of the sound side that are looked through, newest first."""
+"""Maximum number of the sound side's recordings that are compared, newest first."""
 
 
 @dataclass(frozen=True)
 class _Sound:
-    """The sound side's recordings with their samples, newest first, or why there are none."""
+    """The recordings of the sound side with their samples, newest first, or the reason why there are none."""
 
     rows: list[tuple[SoundRecording, Series]]
     reason: NoSound | None
@@ -54,7 +54,7 @@ class _NoPose:
 
 @dataclass(frozen=True)
 class StoredMotion:
-    """What is stored of a recording, or of a run and its recording."""
+    """The stored data of a recording, or of a run and its recording."""
 
     recording_id: UUID
     run_id: UUID | None
@@ -66,7 +66,7 @@ class StoredMotion:
 
 
 def of_recording(session: Session, recording_id: UUID) -> StoredMotion:
-    """Return what is stored of a recording.
+    """Return the stored data of a recording.
 
     :raises ProblemError: 404.
     """
@@ -76,7 +76,7 @@ def of_recording(session: Session, recording_id: UUID) -> StoredMotion:
 
 
 def of_run(session: Session, run_id: UUID) -> StoredMotion:
-    """Return what is stored of a run.
+    """Return the stored data of a run.
 
     :raises ProblemError: 404; 409 when nothing was played.
     """
@@ -92,7 +92,7 @@ def of_run(session: Session, run_id: UUID) -> StoredMotion:
 def rhythm(worker: FigureWorker, stored: StoredMotion) -> ApparatusRhythm:
     """Return the rhythm of a motion.
 
-    :raises ProblemError: 409 when nothing was played; 410 when samples are damaged; 422 when the angles are of no pose.
+    :raises ProblemError: 409 when nothing was played; 410 when samples are damaged; 422 when no scapula can have a pose with these angles.
     """
     found = worker.build(_rhythm, stored)
     if found is None:
@@ -103,7 +103,7 @@ def rhythm(worker: FigureWorker, stored: StoredMotion) -> ApparatusRhythm:
 
 
 def _sound(session: Session, row: RecordingRow) -> _Sound:
-    """Return the newest recordings that were taught on the sound side: the side that never had an episode."""
+    """Return the newest recordings that were taught on the sound side, which is the side that never had an episode."""
     treated = set(session.scalars(select(EpisodeRow.side).where(EpisodeRow.patient_id == row.patient_id)))
     if len(treated) != 1:
         return _Sound([], "sides_unknown")
@@ -114,7 +114,7 @@ def _sound(session: Session, row: RecordingRow) -> _Sound:
         .where(
             RecordingRow.patient_id == row.patient_id,
             RecordingRow.side != row.side,
-            # A derived recording may be this side's, mirrored.
+            # A derived recording may be a mirrored recording of the treated side.
             RecordingRow.parent_id.is_(None),
             RecordingRow.archived_at.is_(None),
             RecordingRow.simulated == row.simulated,
@@ -188,7 +188,7 @@ def _taught(series: Series, side: Side) -> MotionRhythm:
 def _like(
     own: MotionRhythm, sound: Sequence[tuple[SoundRecording, Series]]
 ) -> tuple[SoundRecording | None, MotionRhythm | None]:
-    """Return the first recording with a pass in the direction and plane of one of ``own``."""
+    """Return the first recording that has a pass in the same direction and plane as a pass of ``own``."""
     for row, series in sound:
         found = _taught(series, row.side)
         if any(found.like(one.widest) for one in own.rhythms):

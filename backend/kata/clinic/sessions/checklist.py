@@ -1,8 +1,8 @@
-"""The checklist before a patient's arm is taught or played a motion. Pure functions.
+"""The checklist before a patient's arm is taught or a motion is played. Pure functions.
 
-An answer is valid for the side and the fixtures that it was given for. If the next motion needs others, only that check is asked again,
-also when it returns to the first ones, because the apparatus was changed in between. Side, pin and belt are the same in teaching and
-playback, and so is arm fixer 1. The elbow's fixture differs.
+An answer is valid for the side and the fixtures for which it was given. If the next motion needs others, only the checks that differ are
+asked again. They are also asked again when a motion returns to the first fixtures, because the apparatus was changed in between. Side, pin,
+belt and arm fixer 1 are the same in teaching and playback. The fixture of the elbow differs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,10 +30,10 @@ class Need:
 
     check: CheckName
     subject: str
-    """The side or fixtures that an answer is valid for; empty if every answer is valid."""
+    """Side or fixtures for which an answer is valid; empty if every answer is valid."""
     sentence: Text
     detected: bool
-    """True if the apparatus answers the check itself. A user cannot confirm it."""
+    """True if the apparatus itself answers the check. A user cannot confirm such a check."""
 
 
 @dataclass(frozen=True)
@@ -42,24 +42,24 @@ class Answer:
 
     check: CheckName
     subject: str
-    """The side or fixtures that it was given for; of ``identity``, the compared identifiers."""
+    """Side or fixtures for which the answer was given; for ``identity``, the compared identifiers."""
     at: datetime
     by: str
-    """Empty if the apparatus answered."""
+    """Name of the person; empty if the apparatus answered."""
 
 
 @dataclass(frozen=True)
 class CheckState:
-    """A required check and its answer, None while it is open."""
+    """A required check and its answer, which is None while the check is open."""
 
     need: Need
     answer: Answer | None
 
 
 def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fixture, ...]:
-    """Return the fixtures for playback: the arm fixer of the teaching, or the one for the motion if it is unknown.
+    """Return the fixtures for playback: the arm fixer of the teaching, or the one that the motion needs if it is unknown.
 
-    In teaching the therapist holds the elbow (elbow fixer 1), in playback elbow fixer 2 does.
+    In teaching the therapist holds the elbow with elbow fixer 1. In playback elbow fixer 2 holds it.
     """
     said = {fixer for fixer in taught_with if fixer.startswith("arm_fixer")}
     second = "arm_fixer_2" in said if said else rotates
@@ -91,9 +91,9 @@ def _fixtures_text(fixtures: Sequence[Fixture]) -> Text:
 def match_answers(
     needs: Sequence[Need], answers: Sequence[Answer], detected: Mapping[CheckName, datetime | None]
 ) -> tuple[CheckState, ...]:
-    """Return each required check with its newest answer, if that was given for the same side or fixtures.
+    """Return each required check with its newest answer, provided that it was given for the same side or fixtures.
 
-    ``detected``: when the apparatus answered its own checks, None if it has not.
+    ``detected``: time at which the apparatus answered each of its own checks, None if it has not.
     """
 
     def of(need: Need) -> Answer | None:

@@ -1,6 +1,7 @@
 """The checklist of a recording or a teaching and its answers. The caller commits.
 
-A session stores its answers. If a motion is taught without a session, the answers come with the request and are valid for that teaching.
+A session stores its answers. If a motion is taught without a session, the request contains the answers, which are valid only for that
+teaching.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -39,17 +40,17 @@ from kata.station.schemas import Live, TextKey
 from kata.types import Fixture, Side, side_of
 
 _ROTATES_DEG: Final = 15.0
-"""Every motion turns the arm a little. Only motion 6 turns it by more than this."""
+"""Degrees. Every motion turns the arm a little, but only motion 6 turns it by more than this."""
 
 
 @dataclass(frozen=True)
 class ApparatusState:
-    """The state of the apparatus, as far as the checklist needs it."""
+    """The part of the apparatus's state that the checklist needs."""
 
     station: str
     pedal_answers: bool
     verified_since: datetime | None
-    """Since when it has been connected with configured drives without interruption; None if it is not."""
+    """Time since which the apparatus has been connected with configured drives without interruption; None if it is not."""
 
 
 def apparatus_state(station: str, live: Live) -> ApparatusState:
@@ -60,7 +61,7 @@ def apparatus_state(station: str, live: Live) -> ApparatusState:
 def checklist(
     session: DatabaseSession, session_id: UUID, recording_id: UUID | None, apparatus: ApparatusState
 ) -> tuple[CheckState, ...]:
-    """Return the checklist of a recording; without a recording, the checks that all of them have in common.
+    """Return the checklist of a recording. Without a recording, return the checks that all recordings have in common.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
@@ -74,21 +75,21 @@ def check_states(
 ) -> tuple[CheckState, ...]:
     """Return the required checks with the given answers and the present answers of the apparatus.
 
-    ``estop_tested_at``: the last test of the emergency stop; :func:`estop_test` decides if it counts.
+    ``estop_tested_at``: time of the last test of the emergency stop. :func:`estop_test` decides whether the test counts.
     """
     detected: dict[CheckName, datetime | None] = {
         "pedal": utc_now() if apparatus.pedal_answers else None,
         "estop": estop_test(estop_tested_at, apparatus),
     }
-    # A session that was left open may be continued with another patient in the chair.
+    # Identity must be confirmed again today, because a session that was left open may be continued with another patient in the chair.
     of_today = [answer for answer in given if answer.check != "identity" or answer.at >= today()]
     return match_answers(asked, of_today, detected)
 
 
 def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetime | None:
-    """Return the time of the last emergency stop test if it counts, else None.
+    """Return the time of the last emergency stop test if the test counts, else None.
 
-    It must be of today, and later than the connection of the apparatus and the configuration of its drives: the switch is read through a
+    A test counts if it was made today, and after the apparatus was connected and its drives were configured. The switch is read through a
     drive, and a drive that was reset or replaced since may read it wrongly.
     """
     if tested_at is None or apparatus.verified_since is None:
@@ -103,7 +104,7 @@ def today() -> datetime:
 
 @dataclass(frozen=True)
 class TeachingRequest:
-    """A motion to be taught, as far as its checklist depends on it."""
+    """A motion to teach, with the data on which its checklist depends."""
 
     patient_id: UUID
     side: Side
@@ -112,7 +113,7 @@ class TeachingRequest:
 
 @dataclass(frozen=True)
 class ConfirmedNow:
-    """The checks that the teaching person has just made."""
+    """The checks that the person who teaches has just made."""
 
     looked_at: Collection[CheckName]
     identifiers: Collection[Identifier]
@@ -122,7 +123,7 @@ class ConfirmedNow:
 def teaching_checklist(
     session: DatabaseSession, teaching: TeachingRequest, apparatus: ApparatusState, confirmed: Sequence[Answer] = ()
 ) -> tuple[CheckState, ...]:
-    """Return the checklist of a teaching: the answers of the patient's open session, if there is one, and those ``confirmed`` now."""
+    """Return the checklist of a teaching. Its answers are those of the patient's open session, if there is one, and ``confirmed``."""
     visit = service.open_of(session, teaching.patient_id)
     given = [*(answers(visit) if visit else ()), *confirmed]
     return check_states(
@@ -136,9 +137,9 @@ def require_teaching(
     confirmed_now: ConfirmedNow,
     apparatus: ApparatusState,
 ) -> None:
-    """Check that the motion may be taught. The answers are stored with the patient's open session, if there is one.
+    """Check that the motion may be taught. Store the answers with the patient's open session, if there is one.
 
-    :raises ProblemError: 409 naming the open checks; 422 as :func:`kata.clinic.sessions.identity.subject`.
+    :raises ProblemError: 409 with the open checks; 422 as in :func:`kata.clinic.sessions.identity.subject`.
     """
     now = utc_now()
     compared = confirmed_now.identifiers
@@ -154,7 +155,7 @@ def require_teaching(
     require_all(checks)
     visit = service.open_of(session, teaching.patient_id)
     if visit:
-        # Lock the session: no other request may add answers meanwhile.
+        # Lock the session, so that no other request adds answers meanwhile.
         visit = service.to_change(session, visit.id)
         for answer in confirmed:
             store_answer(visit, answer)
@@ -162,7 +163,7 @@ def require_teaching(
 
 
 def teaching_side(patient: PatientRow, side: Side | None) -> Side:
-    """Return the shoulder to be taught: the given one, or the patient's treated one.
+    """Return the shoulder to teach: the given one, or the patient's treated one.
 
     :raises ProblemError: 409 for a patient without an episode of care.
     """
@@ -177,8 +178,8 @@ def confirm(
 ) -> tuple[CheckState, ...]:
     """Store a user's confirmation of a check.
 
-    :raises ProblemError: 404; 409 for what only the apparatus tells, for fixtures of no recording, and when the session has
-        ended; 422 as :func:`kata.clinic.sessions.identity.subject`.
+    :raises ProblemError: 404; 409 for a check that only the apparatus answers, for fixtures without a recording, and when the session has
+        ended; 422 as in :func:`kata.clinic.sessions.identity.subject`.
     """
     visit = service.to_change(session, session_id)
     ending.check_goes_on(visit.ended_at)
@@ -192,9 +193,9 @@ def confirm(
 
 
 def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
-    """Return the check that a user can confirm.
+    """Return a check that a user may confirm.
 
-    :raises ProblemError: 409 for what only the apparatus tells, and for fixtures of no recording.
+    :raises ProblemError: 409 for a check that only the apparatus answers, and for fixtures without a recording.
     """
     need = next((need for need in asked if need.check == check), None)
     if need is None:
@@ -205,9 +206,9 @@ def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
 
 
 def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, apparatus: ApparatusState) -> None:
-    """Check that the recording may be played. The answers of the apparatus are stored with the session.
+    """Check that the recording may be played. Store the answers of the apparatus with the session.
 
-    :raises ProblemError: 409 naming the open checks.
+    :raises ProblemError: 409 with the open checks.
     """
     checks = checklist(session, session_id, recording_id, apparatus)
     require_all(checks)
@@ -217,7 +218,7 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, appa
 def require_all(checks: Sequence[CheckState]) -> None:
     """Check that every check is answered.
 
-    :raises ProblemError: 409 naming the open checks; ``identity_not_confirmed`` before any other.
+    :raises ProblemError: 409 with the open checks; first ``identity_not_confirmed`` if the identity is not confirmed.
     """
     if any(check.need.check == "identity" and check.answer is None for check in checks):
         raise ProblemError(
@@ -259,7 +260,7 @@ def _teaching_needs(teaching: TeachingRequest) -> tuple[Need, ...]:
 
 
 def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
-    """Return the required checks; without a recording, those that all recordings have in common.
+    """Return the required checks. Without a recording, return those that all recordings have in common.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
@@ -270,7 +271,7 @@ def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None
 
 
 def needs_of(recording: RecordingRow, angles_deg: Floats) -> tuple[Need, ...]:
-    """Return the required checks of a recording. Its angles ``(n, 5)`` determine whether it rotates the arm."""
+    """Return the required checks of a recording. Its angles ``(n, 5)`` show whether it rotates the arm."""
     rotates = bool(np.ptp(angles_deg[:, 4]) >= _ROTATES_DEG)
     return required_checks(side_of(recording.side), playback_fixtures(recording.fixtures, rotates=rotates))
 
@@ -283,7 +284,7 @@ def answers(visit: SessionRow) -> list[Answer]:
 def store_answer(visit: SessionRow, answer: Answer) -> None:
     """Add an answer to the session."""
     stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
-    # Answers are only added, so no edit of the session is overwritten; ``updated_at`` stays.
+    # Answers are only added, so no change of the session is overwritten and ``updated_at`` stays the same.
     visit.checks = [*visit.checks, stored]
 
 
@@ -293,6 +294,6 @@ def _store_detected(visit: SessionRow, checks: Sequence[CheckState]) -> None:
 
 
 def newly_detected(checks: Iterable[CheckState], stored: Iterable[Answer]) -> list[Answer]:
-    """Return the answers of the apparatus that are not stored yet, one per check and session."""
+    """Return the answers of the apparatus that are not stored yet. Only one answer per check and session is stored."""
     before = {answer.check for answer in stored}
     return [check.answer for check in checks if check.answer and check.need.detected and check.need.check not in before]

@@ -1,9 +1,9 @@
-"""Compare a run's journal with its motion: the errors that are stored with the run.
+"""Compare a run's journal with its motion, and store the errors with the run.
 
-Three motions take part. The *taught* samples are those of the recording. The *requested* motion is the taught samples with the
-run's range, speed and repetitions; the approximation that the drives get is not used. The *played* motion was measured. Following is played
-minus requested. The change by settings is requested minus taught; where the range was reduced while playing, the momentary range is not in
-the journal, and the change is played minus taught there.
+Three motions are compared. The *taught* motion is the samples of the recording. The *requested* motion is the taught samples with the run's
+range, speed and repetitions, before they are approximated for the drives. The *played* motion was measured. The following error is played
+minus requested. The change by settings is requested minus taught. While the range was reduced during playback, the change is played minus
+taught, because the journal does not contain the momentary range.
 """
 
 import logging
@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class _Places:
-    """Where the arm was. ``path_s`` and ``wall_s``: ``(m,)`` of compared samples; ``reduced_s``: ``(r,)`` with reduced range."""
+    """Positions of the arm. ``path_s`` and ``wall_s``: ``(m,)`` of compared samples; ``reduced_s``: ``(r,)`` with reduced range."""
 
     path_s: Floats
     wall_s: Floats
@@ -45,7 +45,7 @@ class _Places:
 
 @dataclass(frozen=True)
 class _Angles:
-    """Five angles, motors or poses: ``(n, 5)`` of the requested motion, ``(m, 5)`` and ``(r, 5)`` at :class:`_Places`."""
+    """Five angles of motors or poses: ``(n, 5)`` of the requested motion, and ``(m, 5)`` and ``(r, 5)`` at :class:`_Places`."""
 
     requested: Floats
     taught: Floats
@@ -53,7 +53,7 @@ class _Angles:
     reduced: Floats
 
     def poses(self, side: Side) -> "_Angles":
-        """Return poses instead of motor angles.
+        """Return the poses of these motor angles.
 
         :raises OutOfReachError: when no scapula can have such a pose.
         """
@@ -68,7 +68,7 @@ def compare_run(row: RunRow, journal: Journal, requested: Motion, taught: Motion
     """Compare a run and store its errors in the row.
 
     :param taught: the taught samples on the clock of ``requested`` (:func:`kata.motion.edit.without_range`).
-    :returns: the comparison of the motors, None if nothing was played with the requested range.
+    :returns: the comparison of the motors, or None if nothing was played with the requested range.
     """
     playing, reduced = journal.phase == PHASE_PLAYING, journal.phase == PHASE_REDUCED_RANGE
     moving = playing | reduced
@@ -105,7 +105,7 @@ def _wall_clock_s(journal: Journal, moving: NDArray[np.bool_]) -> Floats:
 
 
 def _motions(row: RunRow, times_s: Floats, places: _Places, motors: _Angles) -> list[MotionTrackingRow]:
-    """Compare the basic motions. Empty if the motors had a pose that no scapula can have; the motors are compared all the same."""
+    """Compare the basic motions. Return none if the motors had a pose that no scapula can have; the motors are still compared."""
     side = side_of(row.recording.side)
     try:
         poses = motors.poses(side)
@@ -140,7 +140,7 @@ def _columns(tracking: Tracking) -> dict[str, Any]:
 
 
 def _beside(times_s: Floats, places: _Places, angles: _Angles, axis: int) -> dict[str, Any]:
-    """Return the columns of one angle that are shown beside its errors: on the wall clock, and the change by settings."""
+    """Return the columns of one angle that are shown beside its errors: errors on the wall clock, and the change by settings."""
     requested, taught = angles.requested[:, axis], angles.taught[:, axis]
     wall = error_figures(places.wall_s, angles.played[:, axis] - angles_at(times_s, requested, places.wall_s))
     change = angles_at(times_s, requested - taught, places.path_s)

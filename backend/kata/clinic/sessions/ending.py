@@ -1,4 +1,4 @@
-"""Rules of a session's end: when it may end, which changes are refused afterwards, and the suggested reason. Pure functions."""
+"""Rules for the end of a session: when it may end, which changes are then refused, and which reason is suggested. Pure functions."""
 
 from collections.abc import Iterable, Sequence
 from datetime import datetime
@@ -10,7 +10,7 @@ from kata.errors import ProblemError
 
 
 class Played(Protocol):
-    """A run, as far as the end of its session depends on it."""
+    """The properties of a run on which the end of its session depends."""
 
     @property
     def outcome(self) -> str:
@@ -18,7 +18,7 @@ class Played(Protocol):
 
     @property
     def programme_position(self) -> int | None:
-        """Position of its item in the programme."""
+        """Position of the run's item in the programme; None if the run was not planned."""
 
 
 def check_goes_on(ended_at: datetime | None) -> None:
@@ -42,7 +42,7 @@ def check_played(played: Iterable[Played]) -> None:
 def check_results(played: Iterable[Played]) -> None:
     """Check that the result of every playback of an ended session is in the record.
 
-    A run's end comes from its journal, which may be imported after the session has been ended elsewhere.
+    The end of a run comes from its journal, which may be imported after the session was ended at another station.
 
     :raises ProblemError: 409.
     """
@@ -56,7 +56,7 @@ def check_results(played: Iterable[Played]) -> None:
 
 
 def _has_unfinished(played: Iterable[Played]) -> bool:
-    """True if a run was loaded and its end is not in the record."""
+    """Return True if a run was loaded and its end is not in the record."""
     return any(run.outcome == "loaded" for run in played)
 
 
@@ -66,7 +66,7 @@ def run_not_ended() -> ProblemError:
 
 
 def suggested_reason(planned: Sequence[SessionItem], runs: Sequence[Played]) -> EndReason:
-    """Return the suggested end reason, derived from the runs."""
+    """Return the end reason that the runs suggest."""
     played = [run for run in runs if run.outcome not in ("unloaded", "loaded")]
     whole = {run.programme_position for run in played if run.outcome == "completed"}
     if planned and all(item.position in whole for item in planned):

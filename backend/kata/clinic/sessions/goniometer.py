@@ -15,9 +15,9 @@ from kata.station.schemas import Live
 
 
 def measured_deg(live: Live, motion: int) -> float | None:
-    """Return the apparatus angle that a basic motion of the shoulder joint has now; None while its motor does not answer.
+    """Return the present apparatus angle of a basic motion of the shoulder joint, or None if its motor does not answer.
 
-    Motors 3 to 5 turn with the body, so their angles are those of the motions.
+    Motors 3 to 5 turn with the body, so their angles are the angles of the motions.
     """
     if live.device != "running":
         return None
@@ -33,9 +33,9 @@ def add(
     station: str,
     measured_deg: float | None,
 ) -> SessionRow:
-    """Store a reading. A session that has ended has its time at the session's end.
+    """Store a reading. In a session that has ended, its time is the end of the session.
 
-    :param station: the station of ``measured_deg``, the present apparatus angle of the motion.
+    :param station: station at which ``measured_deg``, the present apparatus angle of the motion, was measured.
     :raises ProblemError: 404; 409 when the session is signed, or no apparatus angle is given or measured in this session.
     """
     row = service.to_change(session, session_id)

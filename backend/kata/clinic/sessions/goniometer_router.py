@@ -14,7 +14,7 @@ router = APIRouter(tags=["sessions"])
 
 
 async def _live(station: TheStation) -> tuple[str, Live]:
-    # Runs in the event loop, because the station's state belongs to it.
+    # This runs in the event loop, because the station's state belongs to the event loop.
     return station.info.name, station.live()
 
 
@@ -30,9 +30,9 @@ def add_goniometer_reading(
     session_id: UUID,
     given: GoniometerReadingCreate,
 ) -> Session:
-    """Store what a goniometer shows at the present pose, or at a given apparatus angle.
+    """Store a goniometer reading at the present pose, or at a given apparatus angle.
 
-    From readings of a motion at two poses or more, the patient's angles of the session's runs are estimated.
+    From readings of a motion at two or more poses, the patient's angles during the session's runs are estimated.
     """
     station, live = now
     measured_deg = goniometer.measured_deg(live, given.motion)

@@ -1,8 +1,8 @@
 """The check of a patient's identity by two identifiers, before the first motion of a session. Pure functions.
 
 Source: The Joint Commission, National Patient Safety Goal NPSG.01.01.01: use at least two patient identifiers when providing treatment;
-a room number is none. The patient states them; the user compares them with the record. An answer is valid for one day: a session that was
-left open is not continued with another patient in the chair.
+a room number is not an identifier. The patient states the identifiers, and the user compares them with the record. An answer is valid for
+one day, so that a session that was left open is not continued with another patient in the chair.
 """
 
 from collections.abc import Collection
@@ -28,18 +28,18 @@ Identifiers = Annotated[
 
 
 class PatientIdentity(Schema):
-    """The identifiers in the record; the patient states theirs, and the user compares."""
+    """The identifiers in the record. The user compares them with those that the patient states."""
 
     name: str = Field(examples=["Yamada Hanako"])
     kana: str | None = Field(examples=["ヤマダ ハナコ"])
-    birth_date: date | None = Field(description="Null: not recorded; it is no identifier then.")
+    birth_date: date | None = Field(description="Null if it is not recorded; it then cannot be compared.")
     clinic_number: str = Field(examples=["K-0042"])
 
 
 def subject(compared: Collection[Identifier], birth_date: date | None) -> str:
-    """Return the identifiers as stored with the answer, such as ``birth_date+name``.
+    """Return the identifiers in the form stored with the answer, such as ``birth_date+name``.
 
-    :param birth_date: of the record.
+    :param birth_date: birth date in the record.
     :raises ProblemError: 422 for fewer than two identifiers, and for a birth date that the record lacks.
     """
     if "birth_date" in compared and birth_date is None:

@@ -1,7 +1,7 @@
-"""Corrections learned from repeated playback, stored with the run that taught them and used by the next similar run.
+"""Corrections that are learned from repeated playback. They are stored with the run that taught them and used by the next similar run.
 
-A correction belongs to one recording on one station with one speed, range and number of repetitions: with other settings it is another
-motion. The caller commits.
+A correction belongs to one recording, station, speed, range and number of repetitions, because other settings make another motion. The
+caller commits.
 """
 
 import logging
@@ -37,15 +37,15 @@ COLUMNS: Final = (
     arrays.SampleColumn("gain", "1", 1e-6),
     arrays.SampleColumn("fell_back", "1", 1e-6),
 )
-"""The last three have the same value in each row. Corrections of former versions have the first two or five columns only."""
+"""The last three columns have the same value in each row. Corrections of earlier versions have only the first two or five columns."""
 
 
 def newest(
     session: DatabaseSession, recording_id: UUID, asked: PlaybackSettings, station: str, at: datetime
 ) -> UUID | None:
-    """Return the newest run with the same settings that has a correction for a run at this time, None if there is none.
+    """Return the newest run with the same settings that has a correction for a run at this time, or None.
 
-    What was learned on a simulated apparatus is never played on a real one, and the other way round.
+    A correction that was learned on a simulated apparatus is never played on a real one, nor one of a real apparatus on a simulated one.
     """
     simulated = stations.is_simulated(session, station, at)
     query = (
@@ -67,7 +67,7 @@ def newest(
 
 
 def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | None:
-    """Return a run's correction. None without a run or if the correction is damaged; it is then learned again."""
+    """Return a run's correction, or None if there is no run or its correction is damaged. A damaged correction is learned again."""
     row = session.get(RunCorrectionRow, run_id) if run_id else None
     if row is None:
         return None
@@ -87,7 +87,7 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
 def learn_from_run(
     session: DatabaseSession, row: RunRow, journal: Journal, motion: Motion, config: StationConfig
 ) -> None:
-    """Learn from a run of the learned method that was played to its end on this station, and store how with the run."""
+    """Learn from a run of the learned method that was played to its end on this station, and store with the run what was learned."""
     if row.method != "learned":
         return
     if row.outcome != "completed":
@@ -131,12 +131,12 @@ def learn_from_run(
 
 
 def fall_back(lesson: Lesson) -> list[Text]:
-    """Return why motors use an earlier correction. Empty if none does."""
+    """Return why motors use an earlier correction; empty if none does."""
     return [texts.LEARNING_FELL_BACK(motors=_numbers(lesson.fell_back))] if lesson.fell_back else []
 
 
 def _not_compared(lesson: Lesson, motion: Motion) -> list[Text]:
-    """Return which motors could not be compared with the playback before. A motor that hardly moves has nothing to learn."""
+    """Return which motors could not be compared with the previous playback. A motor that hardly moves has nothing to learn."""
     moves = np.ptp(motion.angles_deg, axis=0) >= MOVES_DEG
     motors = tuple(int(axis) + 1 for axis in np.flatnonzero(np.isnan(lesson.error_deg) & moves))
     return [texts.LEARNING_DISTURBED(motors=_numbers(motors))] if motors else []

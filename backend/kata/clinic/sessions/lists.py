@@ -1,7 +1,7 @@
 """Lists of sessions, newest first, filtered by patient, time, therapist, station and cause of a stop.
 
-A list shows the session's own row and loads no run. A page is read from an index in constant time: of stop causes, of patient, therapist or
-station, or of time.
+A list contains the columns of the session's own row and loads no runs. A page is read in constant time from an index: of stop causes, of
+patient, therapist or station, or of time.
 """
 
 from collections.abc import Sequence
@@ -31,16 +31,18 @@ class SessionSummary(Schema):
     patient: SessionPatient
     started_at: Moment
     ended_at: Moment | None
-    therapist: str = Field(description="Empty if unknown.")
-    station: str = Field(description="Empty if nothing was played, and for sessions from before it was stored.")
+    therapist: str = Field(description="Name of the therapist; empty if unknown.")
+    station: str = Field(description="Empty if nothing was played, and for sessions of versions that did not store it.")
     runs: int = Field(ge=0, description="Number of runs.")
-    simulated: bool = Field(False, description="True if the apparatus was simulated: its measured values are invented.")
+    simulated: bool = Field(
+        False, description="True if the apparatus was simulated, so that its measured values are invented."
+    )
     stops: int = Field(ge=0, description="Number of stopped runs.")
     signed_at: Moment | None = Field(description="Null until the note is signed.")
 
 
 class SessionFilterOptions(Schema):
-    """Values that sessions can be filtered by."""
+    """Values by which sessions can be filtered."""
 
     therapists: list[str]
     stations: list[str]
@@ -49,18 +51,18 @@ class SessionFilterOptions(Schema):
 
 @dataclass(frozen=True)
 class SessionFilter:
-    """Filter of sessions. None: no filter."""
+    """A filter of sessions. None: do not filter by this field."""
 
     patient_id: UUID | None = None
     since: datetime | None = None
-    """Started at this time or later."""
+    """Only sessions that started at this time or later."""
     until: datetime | None = None
-    """Started before this time."""
+    """Only sessions that started before this time."""
     therapist: str | None = None
     station: str | None = None
     stop: str | None = None
     hidden: Select[UUID] | None = None
-    """A query of the patients whose sessions are excluded."""
+    """Query of the ids of patients whose sessions are excluded."""
 
 
 _BY_TIME: Final = Keyset(tuple[datetime, UUID], SessionRow.started_at, SessionRow.id, descending=True)
@@ -74,7 +76,7 @@ def find(
 
     :raises ProblemError: 422 when ``after`` is damaged.
     """
-    # Find the ids first, which needs an index only; then load one page of rows.
+    # Find the ids first, which needs only an index; then load one page of rows.
     order = _BY_TIME if wanted.stop is None else _BY_STOP
     found = order.page(_ids(wanted), after, limit).subquery()
     rows = _rows(session, found, SessionRow.started_at.desc(), SessionRow.id.desc())
@@ -108,7 +110,7 @@ def _rows(session: DatabaseSession, found: Subquery, *order: ColumnElement[Any])
 
 
 def _ids(wanted: SessionFilter) -> Select[Any]:
-    """Return the query of the ids, without order and limit. The page adds them."""
+    """Return the query of the ids without order and limit. The page adds both."""
     query: Select[Any]
     table: type[SessionRow] | type[SessionStopRow]
     if wanted.stop is None:
@@ -151,7 +153,9 @@ def _summary(row: Any) -> SessionSummary:
 
 
 def _distinct_values(session: DatabaseSession, column: InstrumentedAttribute[str]) -> list[str]:
-    """Return the distinct non-empty values of an indexed column. The query jumps from value to value and does not read every row."""
+    """Return the distinct non-empty values of an indexed column. The query jumps from value to value, so that it need not read every
+    row.
+    """
     values = select(func.min(column).label("value")).where(column > "").cte(recursive=True)
     following = select(func.min(column)).where(column > values.c.value).scalar_subquery()
     values = values.union_all(select(following).where(values.c.value.is_not(None)))

@@ -1,4 +1,4 @@
-"""REST routes of session lists. Include them before the other session routes, which would take their paths for ids."""
+"""REST routes of session lists. Include them before the other session routes, which would interpret these paths as ids."""
 
 from typing import Annotated
 from uuid import UUID
@@ -25,18 +25,22 @@ def list_sessions(
     database: TheDatabase,
     actor: TheActor,
     since: Annotated[
-        GivenMoment | None, Query(description="Started at this time or later.", examples=["2026-11-01T00:00:00Z"])
+        GivenMoment | None,
+        Query(description="Only sessions that started at this time or later.", examples=["2026-11-01T00:00:00Z"]),
     ] = None,
     until: Annotated[
-        GivenMoment | None, Query(description="Started before this time.", examples=["2026-12-01T00:00:00Z"])
+        GivenMoment | None,
+        Query(description="Only sessions that started before this time.", examples=["2026-12-01T00:00:00Z"]),
     ] = None,
-    therapist: Annotated[str | None, _name("Led by this therapist.", "Sato")] = None,
-    station: Annotated[str | None, _name("At this station.", "Station 1")] = None,
-    stop: Annotated[str | None, _name("A playback was stopped by this cause: its code.", "estop_pressed")] = None,
+    therapist: Annotated[str | None, _name("Only sessions that this therapist led.", "Sato")] = None,
+    station: Annotated[str | None, _name("Only sessions at this station.", "Station 1")] = None,
+    stop: Annotated[
+        str | None, _name("Only sessions in which this cause stopped a playback; code of the cause.", "estop_pressed")
+    ] = None,
     limit: Limit = 50,
     after: After = None,
 ) -> Page[SessionSummary]:
-    """Return sessions of all patients whose records are open to you, newest first. All given filters must match."""
+    """Return sessions of all patients whose records you may see, newest first. All given filters must match."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
         wanted = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
@@ -46,7 +50,7 @@ def list_sessions(
 
 @router.get("/api/sessions/filter-options", summary="List filter options of sessions", responses=PROBLEMS.of(422))
 def get_session_filter_options(database: TheDatabase) -> SessionFilterOptions:
-    """Return the therapists, stations and stop causes that sessions can be filtered by."""
+    """Return the therapists, stations and stop causes by which sessions can be filtered."""
     with database.read() as session:
         return lists.filter_options(session)
 

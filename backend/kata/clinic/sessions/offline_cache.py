@@ -1,8 +1,8 @@
-"""Cache the records that a session at this station needs, so that it can run while the database is unavailable.
+"""Cache of the records that a session at this station needs, so that the session can run while the database is unavailable.
 
-The cache holds today's patients: those who had a session at this station and those whose record was opened here, at most
-``_MAX_PATIENTS`` of them. It is refreshed every ``_REFRESH_S``, so a run is checked against a recent record. Conflicts with changes made
-elsewhere are detected at replay (:mod:`kata.clinic.sessions.replay`). Restricted patients are never cached.
+The cache contains today's patients: those who had a session at this station and those whose record was opened here, at most
+``_MAX_PATIENTS`` of them. It is refreshed every ``_REFRESH_S``, so that a run is checked against a recent record. Conflicts with changes
+made elsewhere are detected at replay (:mod:`kata.clinic.sessions.replay`). Restricted patients are never cached.
 """
 
 import threading
@@ -26,23 +26,25 @@ from kata.database.engine import Database
 _REFRESH_S: Final = 10.0
 _MAX_PATIENTS: Final = 20
 _MAX_AGE: Final = timedelta(seconds=60)
-"""Records that were older than this when the database was lost are not used."""
+"""Records that were older than this when the database became unavailable are not used."""
 
 
 class OfflineCache:
     """The records of today's patients. Thread-safe."""
 
     def __init__(self, database: Database, station: str, has_undelivered: Callable[[], bool] = lambda: False) -> None:
-        """``has_undelivered``: whether the spool holds events that are not in the database yet. Call :meth:`refresh` to fill the cache."""
+        """``has_undelivered`` returns True if the spool contains events that are not in the database yet. Call :meth:`refresh` to fill
+        the cache.
+        """
         self._database, self._station, self._has_undelivered = database, station, has_undelivered
         self.lock = threading.RLock()
         """Held while an entry is read, changed and stored."""
         self._opened: dict[UUID, datetime] = {}
-        """Each patient's last activity at this station."""
+        """Last activity of each patient at this station."""
         self._attended: UUID | None = None
         self._known: dict[UUID, CachedPatient] = {}
         self._unsent: dict[UUID, UUID] = {}
-        """Session to patient, for sessions that changed while the database was unavailable."""
+        """Patient by session, for sessions that changed while the database was unavailable."""
         self._changes = 0
         """Number of changes made while the database was unavailable."""
         self.estop_tested_at: datetime | None = None
@@ -54,7 +56,9 @@ class OfflineCache:
             self._touch(patient_id, utc_now())
 
     def attend(self, patient_id: UUID, session_id: UUID | None) -> None:
-        """Give a patient priority: a user works in this session of theirs. None: the session has ended. Drops any other cached session."""
+        """Give a patient priority because a user works in this session. None: the session has ended. Any other cached session of the
+        patient is removed.
+        """
         with self.lock:
             self._attended = patient_id
             self._touch(patient_id, utc_now())
@@ -64,16 +68,16 @@ class OfflineCache:
             self._due_s = 0.0
 
     def refresh_soon(self) -> None:
-        """Refresh at the next call: a session was changed in the database."""
+        """Refresh at the next call of :meth:`refresh`, because a session was changed in the database."""
         self._due_s = 0.0
 
     def on_event(self, item: NewDeviceEvent | AlarmsEnded) -> None:
-        """Take note of a successful emergency-stop test."""
+        """Note the time of a successful emergency-stop test."""
         if isinstance(item, NewDeviceEvent) and item.code == ESTOP_TESTED:
             self.estop_tested_at = item.at
 
     def refresh(self) -> None:
-        """Read the records again if they are due. Blocks for seconds on recordings of an hour; call it from a worker thread."""
+        """Read the records again if they are due. This takes seconds for recordings of an hour, so call it from a worker thread."""
         with self.lock:
             now_s = time.monotonic()
             if now_s < self._due_s or (self._unsent and self._has_undelivered()):
@@ -91,7 +95,7 @@ class OfflineCache:
             return
         with self.lock:
             if changes != self._changes or self._due_s < now_s:
-                # A change was made during the read: the result is outdated.
+                # A change was made during the read, so the result is outdated.
                 self._due_s = 0.0
                 return
             self._known, self._unsent = known, {}
@@ -104,7 +108,7 @@ class OfflineCache:
 
     @property
     def may_load(self) -> bool:
-        """True if a recording can be loaded in an open session."""
+        """True if a recording can be loaded in one of the open sessions."""
         return any(known.visit and not known.visit.ended_at for known in self._usable())
 
     def ready(self) -> list[ReadyPatient]:
@@ -116,25 +120,25 @@ class OfflineCache:
 
     @property
     def ready_patients(self) -> int:
-        """The number of patients whose session could begin or continue without the database."""
+        """Number of patients whose session could begin or continue without the database."""
         return len(self._ready())
 
     def holds(self, patient_id: UUID) -> bool:
-        """True if the patient is in the cache."""
+        """Return True if the patient is in the cache."""
         return self.find_patient(patient_id) is not None
 
     def owner_of(self, named: Iterable[tuple[str, UUID]]) -> UUID | None:
-        """Return the patient who owns every named record, else None."""
+        """Return the patient who owns every named record, or None if there is no such patient."""
         wanted = set(named)
         return next((known.patient.id for known in self._usable() if wanted <= _named_by(known)), None)
 
     def is_pending(self, named: Iterable[tuple[str, UUID]]) -> bool:
-        """True if a change to one of the named records may not be in the database yet."""
+        """Return True if a change to one of the named records may not be in the database yet."""
         with self.lock:
             return any(id_ in self._unsent or id_ in self._unsent.values() for _, id_ in named)
 
     def _wanted(self, seen: Mapping[UUID, datetime], today: datetime) -> list[UUID]:
-        """Return today's patients, the most recent first. The attended patient comes first, also after midnight."""
+        """Return today's patients, the most recent first. The attended patient always comes first, even after midnight."""
         with self.lock:
             for patient_id, at in seen.items():
                 self._touch(patient_id, max(at, self._opened.get(patient_id, at)))
@@ -154,7 +158,7 @@ class OfflineCache:
             ]
 
     def _usable(self) -> list[CachedPatient]:
-        """Return the entries that are recent enough to be used."""
+        """Return the entries that are recent enough to use."""
         since = (self._database.unavailable_since or utc_now()) - _MAX_AGE
         with self.lock:
             return [known for known in self._known.values() if known.at >= since]
@@ -163,20 +167,20 @@ class OfflineCache:
         return [known for known in self._usable() if known.visit or self.may_begin(known)]
 
     def may_begin(self, known: CachedPatient) -> bool:
-        """True if a session of this patient may begin: there is a programme, and the patient was seen here today."""
+        """Return True if a session of this patient may begin: there is a programme, and the patient was seen here today."""
         day = self._opened.get(known.patient.id)
         return known.programme is not None and day is not None and day >= checks.today()
 
     def find_patient(self, patient_id: UUID) -> CachedPatient | None:
-        """Return the patient's entry, None if there is no recent one."""
+        """Return the patient's entry, or None if there is no recent one."""
         return next((known for known in self._usable() if known.patient.id == patient_id), None)
 
     def find_session(self, session_id: UUID) -> CachedPatient | None:
-        """Return the entry of the patient with this session, None if there is no recent one."""
+        """Return the entry of the patient with this session, or None if there is no recent one."""
         return next((known for known in self._usable() if known.visit and known.visit.id == session_id), None)
 
     def with_loaded_run(self, run_id: UUID) -> list[CachedPatient]:
-        """Return the entries, old ones included, whose session has this run and no outcome of it."""
+        """Return the entries, including old ones, whose session contains this run without an outcome."""
         return [
             known
             for known in self._known.values()
@@ -184,7 +188,7 @@ class OfflineCache:
         ]
 
     def store(self, known: CachedPatient) -> None:
-        """Store an entry that was changed without the database."""
+        """Store an entry that a user changed without the database."""
         self._known[known.patient.id] = known
         if known.visit:
             self._unsent[known.visit.id] = known.patient.id

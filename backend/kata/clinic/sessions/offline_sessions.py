@@ -1,6 +1,6 @@
-"""Run a session while the database is unavailable, from the records in :mod:`kata.clinic.sessions.offline_cache`.
+"""Run a session while the database is unavailable, with the records in :mod:`kata.clinic.sessions.offline_cache`.
 
-The same rules apply as with the database. A method that changes a session returns the events that the caller spools.
+The rules are the same as with the database. A method that changes a session returns the events that the caller must spool.
 """
 
 import time
@@ -44,7 +44,7 @@ class CheckedRun:
 
     begun: RunStarted
     new_answers: tuple[CheckAnswered, ...]
-    """Checks that the apparatus answered and that are not stored yet."""
+    """Checks that the apparatus has answered and that are not stored yet."""
     run: Run
     recording: CachedRecording
     motion: edit.Motion
@@ -61,14 +61,14 @@ class OfflineSessions:
         self.cache, self._station = cache, station
 
     def session(self, session_id: UUID) -> Session | None:
-        """Return the cached session, None if it is unknown."""
+        """Return the cached session, or None if it is unknown."""
         known = self.cache.find_session(session_id)
         return known.visit if known else None
 
     def open_session(
         self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
     ) -> tuple[Session, SessionOpened | None] | None:
-        """Return this patient's open session, or begin one with the given id. None if no session may begin.
+        """Return this patient's open session, or begin one with the given id. Return None if no session may begin.
 
         The caller spools the returned event.
         """
@@ -101,7 +101,7 @@ class OfflineSessions:
                 self.cache.store(replace(known, visit=None, timer=None))
 
     def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
-        """Store pain scores. None if the session is unknown or the update has other fields.
+        """Store pain scores. Return None if the session is unknown or the update contains other fields.
 
         :raises ProblemError: 409 when the session was changed meanwhile.
         """
@@ -125,7 +125,7 @@ class OfflineSessions:
     def end_session(
         self, session_id: UUID, reason: EndReason | None, on_apparatus: UUID | None
     ) -> tuple[Session, SessionClosed | None] | None:
-        """End a session. None if it is unknown. ``on_apparatus``: the session that is loaded on the apparatus now.
+        """End a session. Return None if it is unknown. ``on_apparatus``: the session that is now loaded on the apparatus.
 
         :raises ProblemError: 409 while a run in it has not ended.
         """
@@ -147,14 +147,16 @@ class OfflineSessions:
     def checklist(
         self, session_id: UUID, recording_id: UUID | None, apparatus: checks.ApparatusState
     ) -> tuple[tuple[CheckState, ...], PatientIdentity] | None:
-        """As :func:`kata.clinic.sessions.checks.checklist`, and the record's identifiers. None if session or recording is unknown."""
+        """Return the result of :func:`kata.clinic.sessions.checks.checklist`, and the identifiers in the record. Return None if session
+        or recording is unknown.
+        """
         found = self._find_playable(session_id, recording_id)
         return (self._checked(*found, apparatus), found[0].identity) if found else None
 
     def answer_check(self, session_id: UUID, check: CheckName, given: CheckConfirmation) -> CheckAnswered | None:
-        """Store a user's answer to a check. None if session or recording is unknown. The caller spools the returned event.
+        """Store a user's answer to a check. Return None if session or recording is unknown. The caller spools the returned event.
 
-        :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end; 422 as
+        :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end; 422 as in
             :func:`kata.clinic.sessions.identity.subject`.
         """
         with self.cache.lock:
@@ -171,9 +173,10 @@ class OfflineSessions:
             return ticked
 
     def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
-        """Check and start a run by the same rules as with the database. None if session or recording is unknown.
+        """Check and start a run by the same rules as with the database. Return None if session or recording is unknown.
 
-        :raises ProblemError: as :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
+        :raises ProblemError: as in :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.to_begin`,
+            :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """
         found = self._find_playable(request.session_id, request.recording_id)
@@ -185,7 +188,7 @@ class OfflineSessions:
             items = visit.programme.items if visit.programme else ()
             places = [(item.position, item.recording_id) for item in items]
             plans.check_place(places, request.programme_position, request.recording_id)
-            # The time played since the refresh is unknown; it is at most the time that has passed.
+            # The time played since the refresh is unknown. It cannot be longer than the time that has passed.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
         contraindications.check(known.banner.contraindications_of(recording.side))
@@ -222,7 +225,7 @@ class OfflineSessions:
         return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient)
 
     def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
-        """Store a run's outcome. None: the device refused the run; it is removed."""
+        """Store a run's outcome. If it is None, the device has refused the run, which is then removed."""
         ended = {"outcome": outcome, "ended_at": ended_at}
         with self.cache.lock:
             for known in self.cache.with_loaded_run(run_id):

@@ -1,4 +1,4 @@
-"""The patient's angles of a session's runs, estimated from its goniometer readings (:mod:`kata.motion.patient_angle`)."""
+"""The patient's angles during a session's runs, estimated from the session's goniometer readings (:mod:`kata.motion.patient_angle`)."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -8,10 +8,10 @@ from kata.motion.patient_angle import PatientAngle, PatientAngleEstimator, PoseR
 
 
 class PatientAngles:
-    """Estimates the patient's angles of one session."""
+    """Estimates the patient's angles in one session."""
 
     def __init__(self, readings: Sequence[GoniometerReadingRow], started_at: datetime) -> None:
-        """``readings``: of the session that began at ``started_at``."""
+        """``readings``: readings of the session, which began at ``started_at``."""
         self._started_at = started_at
         by_motion: dict[int, list[PoseReading]] = {}
         for row in readings:
@@ -24,14 +24,14 @@ class PatientAngles:
         }
 
     def at(self, motion: int, apparatus_deg: float | None, moment: datetime) -> PatientAngle | None:
-        """Return the patient's angle where the apparatus had this angle; None without readings of the motion at two poses."""
+        """Return the patient's angle when the apparatus had this angle. Return None without readings of the motion at two poses."""
         estimator = self._estimators.get(motion)
         return estimator.at(apparatus_deg, self._minutes(moment)) if estimator and apparatus_deg is not None else None
 
     def of_run(self, run: RunRow, row: MotionTrackingRow) -> tuple[PatientAngle, PatientAngle] | None:
-        """Return the patient's angles at the lowest and the highest apparatus angle of a run; None if unknown.
+        """Return the patient's angles at the lowest and the highest apparatus angle of a run, or None if they are unknown.
 
-        They are those at the run's end, when the arm may have slipped most.
+        The estimate is for the end of the run, when the arm may have slipped most.
         """
         moment = run.ended_at or run.started_at
         low, high = self.at(row.motion, row.played_min_deg, moment), self.at(row.motion, row.played_max_deg, moment)

@@ -1,4 +1,4 @@
-"""Evaluate the phases of a run's journal: resistance, reduced range and the angles reached with it."""
+"""Evaluate the phases of a run's journal: resistance, reduced range, and the angles reached with reduced range."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -15,7 +15,7 @@ from kata.motion.shoulder import rest_posture_deg
 from kata.types import side_of
 
 _FAR: Final = 0.7
-"""Share of the way from rest to the far end. Nearer to rest, reduced and full range hardly differ."""
+"""Share of the way from rest to the far end beyond which ranges are compared. Nearer to rest, reduced and full range hardly differ."""
 
 
 def reversals(phase: NDArray[np.uint8]) -> int:
@@ -24,7 +24,9 @@ def reversals(phase: NDArray[np.uint8]) -> int:
 
 
 def reversal_starts(phase: NDArray[np.generic]) -> NDArray[np.intp]:
-    """Return the indices ``(r,)`` of the samples at which resistance began to take the arm back. A pause on the way does not count twice."""
+    """Return the indices ``(r,)`` of the samples at which resistance began to take the arm back. A pause during the way back does not
+    count as a new beginning.
+    """
     counted = np.flatnonzero(phase != PHASE_PAUSED)
     back = phase[counted] == PHASE_REVERSING
     starts: NDArray[np.intp] = counted[np.diff(back.astype(np.int8), prepend=0) == 1]
@@ -32,9 +34,9 @@ def reversal_starts(phase: NDArray[np.generic]) -> NDArray[np.intp]:
 
 
 def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats, measured_deg: Floats) -> float | None:
-    """Return the smallest share of the requested range that was reached, in percent. None if the range was not reduced.
+    """Return the smallest share of the requested range that was reached, in percent, or None if the range was not reduced.
 
-    ``measured_deg`` ``(n, 5)`` is projected on the motion at the places ``path_s`` ``(n,)``, relative to its rest posture.
+    ``measured_deg`` ``(n, 5)`` is projected on the motion at the path positions ``path_s`` ``(n,)``, relative to the motion's rest posture.
     """
     lessened = phase == PHASE_REDUCED_RANGE
     if not np.any(lessened):
@@ -51,7 +53,7 @@ def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats
 def widen(
     motors: Sequence[MotorTrackingRow], motions: Sequence[MotionTrackingRow], lessened_deg: Floats, side: str
 ) -> None:
-    """Extend the reached angles by those reached with reduced range, ``lessened_deg`` ``(n, 5)``. They are not compared."""
+    """Extend the reached angles by those that were reached with reduced range, ``lessened_deg`` ``(n, 5)``. The latter are not compared."""
     if len(lessened_deg) == 0:
         return
     for motor in motors:

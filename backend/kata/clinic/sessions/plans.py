@@ -13,9 +13,9 @@ from kata.errors import ProblemError, not_found
 
 
 def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:
-    """Set a version as the session's plan.
+    """Set a version of a programme as the session's plan.
 
-    :raises ProblemError: 404; 409 when it is not of the patient's open episode.
+    :raises ProblemError: 404; 409 when the version does not belong to the patient's open episode.
     """
     version = session.get(ProgrammeVersionRow, version_id)
     if version is None:
@@ -32,7 +32,7 @@ def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:
 
 
 def require(row: SessionRow, position: int, recording_id: UUID) -> None:
-    """Check that the plan has the recording at this position.
+    """Check that the plan contains the recording at this position.
 
     :raises ProblemError: 409.
     """
@@ -40,7 +40,7 @@ def require(row: SessionRow, position: int, recording_id: UUID) -> None:
 
 
 def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id: UUID) -> None:
-    """Check that the recording is at this position.
+    """Check that ``places`` contains the recording at this position.
 
     :raises ProblemError: 409.
     """
@@ -54,7 +54,7 @@ def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id:
 
 
 def items(row: SessionRow) -> list[SessionItem]:
-    """Return the planned items in order. Empty if recordings are chosen one by one."""
+    """Return the planned items in order; empty if recordings are chosen one by one."""
     return of_version(row.programme_version) if row.programme_version else []
 
 
@@ -77,7 +77,7 @@ def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
 
 
 def as_programme(row: SessionRow) -> SessionProgramme | None:
-    """Return the response model."""
+    """Return the response model of the session's plan, or None without a plan."""
     return programme_of(row.programme_version) if row.programme_version else None
 
 

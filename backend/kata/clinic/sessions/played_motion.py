@@ -1,4 +1,4 @@
-"""The measured motion of a run for the page's 3-D apparatus: few samples, in real time."""
+"""The measured motion of a run for the page's 3-D apparatus: few samples in real time."""
 
 import numpy as np
 from pydantic import Field
@@ -16,16 +16,18 @@ from kata.types import Moment, Schema, Side, side_of
 
 
 class PlayedMotion(Schema):
-    """A run as it was measured. Between two samples the angles are linear."""
+    """A run as it was measured. The angles are linear between two samples."""
 
     side: Side
-    started_at: Moment = Field(description="When the run was loaded.")
+    started_at: Moment = Field(description="Time at which the run was loaded.")
     times_s: list[float] = Field(description="Seconds since the run's first sample, ascending; the first is 0.")
     measured_deg: list[list[float]] = Field(
         description="One row per time: measured motor angles in axis order 1-5, degrees."
     )
-    setpoint_deg: list[list[float]] = Field(description="As measured_deg: the setpoints sent to the motors.")
-    reversals_s: list[float] = Field(description="When resistance began to take the arm back, seconds as in times_s.")
+    setpoint_deg: list[list[float]] = Field(description="Setpoints sent to the motors, in the form of measured_deg.")
+    reversals_s: list[float] = Field(
+        description="Times at which resistance began to take the arm back, seconds as in times_s."
+    )
 
 
 def of_run(session: Session, row: RunRow) -> PlayedMotion:

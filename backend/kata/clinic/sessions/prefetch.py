@@ -1,4 +1,4 @@
-"""Load what sessions of some patients need: a dozen queries for all patients, and samples only if they are new."""
+"""Load the records that sessions of some patients need. A dozen queries serve all patients, and only new samples are loaded."""
 
 import logging
 import time
@@ -35,7 +35,7 @@ from kata.types import Side, side_of
 log = logging.getLogger(__name__)
 
 _MOST_SAMPLES: Final = 2_000_000
-"""Of all recordings together, 48 bytes each: more than five hours at 100 Hz."""
+"""Maximum number of samples of all recordings together. At 48 bytes each, this is more than five hours at 100 Hz."""
 
 
 @dataclass(frozen=True)
@@ -48,36 +48,36 @@ class CachedRecording:
     needs: tuple[Need, ...]
     allowed: DoctorLimits
     learned: Mapping[edit.PlaybackSettings, tuple[UUID, Correction]]
-    """By settings: the run that taught the correction, and the correction."""
+    """Run that taught the correction, and the correction, by settings."""
 
 
 @dataclass(frozen=True)
 class CachedPatient:
-    """A patient in the cache, in the state of the last refresh."""
+    """A patient in the cache, with the records of the last refresh."""
 
     patient: SessionPatient
     identity: PatientIdentity
     banner: PatientBanner
     episode_id: UUID | None
-    """The open episode; None without one."""
+    """Id of the open episode, or None."""
     side: Side | None
     contraindications: str
     programme: SessionProgramme | None
-    """The plan of a new session: the newest programme of that episode."""
+    """Plan of a new session: the newest programme of the open episode."""
     visit: Session | None
-    """The open session, with the changes made since."""
+    """The open session, including changes made since the refresh."""
     timer: planned.PlanTimer | None
-    """The timer of that session's programme."""
+    """Timer of that session's programme."""
     recordings: Mapping[UUID, CachedRecording]
-    """Recordings of both programmes and all others that were played in the session."""
+    """Recordings of both programmes, and all other recordings that were played in the session."""
     unplayable: frozenset[UUID]
-    """Recordings that could not be played with the database either."""
+    """Recordings that could not be played with the database, either."""
     at: datetime
     at_s: float
     """Time of the refresh by the monotonic clock."""
 
     def new_visit(self, session_id: UUID, therapist: str, station: str, at: datetime) -> Session:
-        """Return a new session that is planned by the programme."""
+        """Return a new session that follows the programme."""
         return Session(
             id=session_id,
             patient=self.patient,
@@ -115,9 +115,9 @@ class CachedPatient:
 def fetch(
     session: DatabaseSession, station: str, wanted: Sequence[UUID], before: Mapping[UUID, CachedPatient]
 ) -> dict[UUID, CachedPatient]:
-    """Return the ``wanted`` patients whose session is open or could begin, the first ones if there are too many samples.
+    """Return those ``wanted`` patients whose session is open or could begin. If there are too many samples, return the first patients.
 
-    Patients with a restricted or archived record are left out. ``before``: the result of the last call.
+    Patients with a restricted or archived record are left out. ``before``: result of the last call.
     """
     there = (PatientRow.id.in_(wanted), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
     of_patients = select(PatientRow).where(*there)
@@ -167,7 +167,7 @@ def fetch(
 
 
 def seen_here(session: DatabaseSession, station: str, since: datetime) -> dict[UUID, datetime]:
-    """Return the patients who had a session at this station since then, by its start."""
+    """Return the patients who had a session at this station since then, with the start of the session."""
     query = select(SessionRow.patient_id, SessionRow.started_at)
     query = query.where(SessionRow.station == station, SessionRow.started_at >= since)
     return {row.patient_id: row.started_at for row in session.execute(query.order_by(SessionRow.started_at))}
@@ -214,11 +214,11 @@ def _playable(
     station: str,
     before: CachedRecording | None,
 ) -> CachedRecording | None:
-    """Return a recording, None if it is archived or its shoulder has no open episode.
+    """Return a recording, or None if it is archived or its shoulder has no open episode.
 
-    Samples and corrections never change: they are loaded once.
+    Samples and corrections never change, so they are loaded only once.
 
-    ``learning_asked``: the settings for which a correction is needed.
+    ``learning_asked``: settings for which a correction is needed.
 
     :raises ProblemError: when the recording's samples are damaged.
     """

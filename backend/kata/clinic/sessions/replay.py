@@ -1,6 +1,6 @@
 """Store the events of a session that was held while the database was unavailable.
 
-Each event passes through the spool and is stored once, in the order in which it happened. If the record was changed elsewhere in the
+Each event goes through the spool and is stored once, in the order in which it occurred. If the record was changed elsewhere in the
 meantime, an alarm of the session says what differs.
 """
 
@@ -40,13 +40,13 @@ Change = Literal[
     "another", "programme", "care_closed", "patient_archived", "restricted", "ended_already",
 ]  # fmt: skip
 CHANGED: Final[dict[Change, Text]] = {
-    # Of a run.
+    # Changes that concern a run.
     "ended": texts.PLAYED_IN_ENDED_SESSION(),
     "archived": texts.PLAYED_ARCHIVED_RECORDING(),
     "closed": texts.PLAYED_IN_CLOSED_EPISODE(),
     "limits": texts.PLAYED_UNDER_OLD_LIMITS(),
     "contraindicated": texts.PLAYED_CONTRAINDICATED(),
-    # Of a session.
+    # Changes that concern a session.
     "another": texts.BEGUN_BESIDE_ANOTHER(),
     "programme": texts.BEGUN_WITH_OLD_PROGRAMME(),
     "care_closed": texts.BEGUN_IN_CLOSED_EPISODE(),
@@ -80,7 +80,7 @@ class PainRecorded(msgspec.Struct, frozen=True, tag="pained"):
     when: PainWhen
     pain: int | None
     before: int | None
-    """The score that the cached session had before."""
+    """Score that the cached session had before."""
     at: datetime
     station: str
 
@@ -107,7 +107,7 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
     method: Method
     corrected_by: UUID | None
     allowed: str
-    """The doctor's limits that the run was checked against (:func:`written`)."""
+    """The doctor's limits with which the run was checked (:func:`written`)."""
     station: str
 
     @property
@@ -135,9 +135,9 @@ OfflineEvent = SessionOpened | PainRecorded | SessionClosed | RunStarted | Check
 
 
 def store(session: DatabaseSession, event: OfflineEvent) -> None:
-    """Store an event, with an alarm if the record was changed elsewhere in the meantime.
+    """Store an event. If the record was changed elsewhere in the meantime, also store an alarm.
 
-    :raises ValueError: if the record that it belongs to no longer exists.
+    :raises ValueError: if the record to which the event belongs no longer exists.
     """
     match event:
         case SessionOpened():
@@ -155,19 +155,19 @@ def store(session: DatabaseSession, event: OfflineEvent) -> None:
 
 
 def written(allowed: DoctorLimits) -> str:
-    """Return the doctor's limits as text that can be compared."""
+    """Return the doctor's limits as a text that can be compared."""
     limits: dict[str, Any] = {
         "max_load_level": allowed.max_load_level,
         "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
     }
     if allowed.max_speed_deg_s is not None:
-        # Omitted if there is none, so that events spooled by an older version compare equal.
+        # Omitted if there is no limit, so that events from the spool of an older version compare equal.
         limits["max_speed_deg_s"] = allowed.max_speed_deg_s
     return msgspec.json.encode(limits).decode()
 
 
 def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
-    # The database was tried first: a server that hung may still commit that attempt.
+    # The database was tried first. A server that hung may still commit that attempt.
     chain.wait_for_others(session)
     if session.get(SessionRow, opened.id):
         return

@@ -34,7 +34,7 @@ router = APIRouter(tags=["sessions"])
 
 
 async def _apparatus(station: TheStation) -> checks.ApparatusState:
-    # Runs in the event loop, because the station's state belongs to it.
+    # This runs in the event loop, because the station's state belongs to the event loop.
     return checks.apparatus_state(station.info.name, station.live())
 
 
@@ -86,15 +86,17 @@ OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 def list_ready_patients(offline_cache: TheOfflineCache) -> Page[ReadyPatient]:
     """Return the patients whose session can begin or continue here while the database is unavailable.
 
-    These are patients who had a session at this station today or whose record was opened here, with an open episode and a programme.
-    Patients with a restricted record are left out. The list is empty while the database is available. It has no pages.
+    They had a session at this station today, or their record was opened here today. They have an open episode and a programme. Patients
+    with a restricted record are left out. While the database is available, the list is empty. It has no pages.
     """
     return Page[ReadyPatient].complete(offline_cache.ready())
 
 
 @router.get("/api/patients/{patient_id}/banner", summary="Get a patient's banner", responses=PROBLEMS.of(404, 422))
 def get_patient_banner(database: TheDatabase, offline_cache: TheOfflineCache, patient_id: UUID) -> PatientBanner:
-    """Return who the patient is, and what forbids or limits a motion; while the database is unavailable, of this day's patients."""
+    """Return the patient's identity, and what forbids or limits a motion. While the database is unavailable, this works for today's
+    patients.
+    """
     try:
         with database.read() as session:
             return banner.of_patient(session, patients.get(session, patient_id))
@@ -117,10 +119,10 @@ def create_session(
 ) -> Session:
     """Begin a session at this station, or continue the patient's open session. A patient has at most one open session.
 
-    While the database is unavailable: only for a patient and a programme of /api/station/ready-patients.
+    While the database is unavailable, a session can begin only for a patient and a programme of /api/station/ready-patients.
     """
     what = (wanted.patient_id, wanted.therapist, wanted.programme_version_id)
-    # Generated here: if the database stored the session before it was lost, both are the same session.
+    # The id is generated here, so that a session that the database stored before it was lost is not stored again.
     session_id = uuid4()
     try:
         with database.write() as session:
@@ -141,7 +143,7 @@ def create_session(
 
 @router.get("/api/sessions/{session_id}", summary="Get a session with its runs", responses=PROBLEMS.of(404, 422))
 def get_session(database: TheDatabase, offline_sessions: TheOfflineSessions, session_id: UUID) -> Session:
-    """Return one session with its runs; while the database is unavailable, a session that is open here."""
+    """Return one session with its runs. While the database is unavailable, return only a session that is open here."""
     try:
         with database.read() as session:
             return service.as_session(service.get(session, session_id))
@@ -160,7 +162,7 @@ def update_session(
     session_id: UUID,
     change: SessionUpdate,
 ) -> Session:
-    """Change note, pain, therapist or programme until the session is signed; while the database is unavailable, only pain."""
+    """Change note, pain, therapist or programme until the session is signed. While the database is unavailable, only pain can change."""
     try:
         with database.write() as session:
             changed = service.as_session(service.change(session, session_id, change))
@@ -186,11 +188,9 @@ def get_checklist(
     apparatus: TheApparatus,
     offline_sessions: TheOfflineSessions,
     session_id: UUID,
-    recording_id: Annotated[
-        UUID | None, Query(description="The recording to be played; it determines the fixtures.")
-    ] = None,
+    recording_id: Annotated[UUID | None, Query(description="Recording to play; it determines the fixtures.")] = None,
 ) -> Checklist:
-    """Return the checklist of a recording with its answers. The apparatus answers some checks itself."""
+    """Return the checklist of a recording with its answers. The apparatus itself answers some checks."""
     try:
         with database.read() as session:
             found = checks.checklist(session, session_id, recording_id, apparatus)
@@ -245,7 +245,7 @@ def get_teaching_checklist(
     apparatus: TheApparatus,
     patient_id: UUID,
     fixtures: Annotated[list[Fixture], Query(min_length=1, max_length=3, description="Fixtures that hold the arm.")],
-    side: Annotated[Side | None, Query(description="By default the side of the patient's episode.")] = None,
+    side: Annotated[Side | None, Query(description="Shoulder; by default that of the patient's episode.")] = None,
 ) -> Checklist:
     """Return the checklist of a teaching, with the answers of the patient's open session."""
     with database.read() as session:
@@ -266,7 +266,7 @@ def end_session(
 ) -> Session:
     """End a session. A repeated call changes only the reason, if one is given.
 
-    While the database is unavailable, a session that is open here ends with the given reason, or none.
+    While the database is unavailable, a session that is open here ends with the given reason or without one.
     """
     reason = given.reason if given else None
     try:
@@ -286,7 +286,7 @@ def end_session(
 
 @router.post("/api/sessions/{session_id}/sign", summary="Sign a session's note", responses=PROBLEMS.of(404, 409, 422))
 def sign_session(database: TheDatabase, session_id: UUID, given: SessionSign) -> Session:
-    """Sign the note of an ended session. Afterwards it cannot change; only addenda can be added."""
+    """Sign the note of an ended session. The note cannot change afterwards; only addenda can be added."""
     with database.write() as session:
         return service.as_session(signing.sign(session, session_id, given))
 

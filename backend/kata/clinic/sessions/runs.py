@@ -71,17 +71,17 @@ class RunRequest:
     settings: edit.PlaybackSettings = edit.AS_TAUGHT
     method: Method = "smooth"
     programme_position: int | None = None
-    """None for a run that is not planned."""
+    """Position in the session's programme; None for a run that was not planned."""
 
 
 def begin(
     session: DatabaseSession, request: RunRequest, station: str = "", *, prepared: RunRow | None = None
 ) -> RunRow:
-    """Store a run that is about to be played, with the station's newest correction for the learned method.
+    """Store a run that is about to be played. For the learned method it gets the station's newest correction.
 
-    ``prepared``: the result of :func:`to_begin` for the same run; its correction is used.
+    ``prepared``: result of :func:`to_begin` for the same run. Its correction is used.
 
-    :raises ProblemError: as :func:`to_begin`.
+    :raises ProblemError: as in :func:`to_begin`.
     """
     row = _allowed(session, request)
     row.corrected_by = prepared.corrected_by if prepared else _corrected_by(session, row, station)
@@ -93,10 +93,10 @@ def begin(
 
 
 def to_begin(session: DatabaseSession, request: RunRequest, station: str = "") -> RunRow:
-    """Return the run that :func:`begin` would store now. Nothing is stored.
+    """Return the run that :func:`begin` would store. Nothing is stored.
 
-    :raises ProblemError: 404; 409 when the session has ended, the recording is another patient's or archived, or it is not at
-        that place of the session's programme.
+    :raises ProblemError: 404; 409 when the session has ended, the recording is archived or belongs to another patient, or it is not at that
+        position of the session's programme.
     """
     row = _allowed(session, request)
     row.corrected_by = _corrected_by(session, row, station)
@@ -125,7 +125,7 @@ def _allowed(session: DatabaseSession, request: RunRequest) -> RunRow:
 
 
 def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
-    """Return a new row of a loaded run. It is not added to a database."""
+    """Return a new row of a loaded run. The row is not added to a database."""
     return RunRow(
         id=id_,
         session_id=request.session_id,
@@ -145,7 +145,7 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
 
 
 class RunMotions:
-    """A run's recording and motion, each computed on first access."""
+    """The recording of a run as a motion, and the run's motion. Each is computed on first access."""
 
     def __init__(self, session: DatabaseSession, row: RunRow) -> None:
         self._session = session
@@ -158,18 +158,18 @@ class RunMotions:
 
     @cached_property
     def motion(self) -> edit.Motion:
-        """Return the motion that the run requests of the motors.
+        """Return the motion that the run requests from the motors.
 
-        :raises ProblemError: as ``taught``; 422 when it cannot be played like that.
+        :raises ProblemError: as for ``taught``; 422 when the recording cannot be played with these settings.
         """
         return with_settings(self.taught, settings_of(self._row))
 
 
 def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
-    """Return the motion that a run requests of the motors: its recording with the run's settings.
+    """Return the motion that a run requests from the motors: its recording with the run's settings.
 
-    :param once: only one repetition.
-    :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played like that.
+    :param once: return only one repetition.
+    :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played with these settings.
     """
     settings = settings_of(row)
     return with_settings(taught(session, row.recording_id), replace(settings, repetitions=1) if once else settings)
@@ -185,9 +185,9 @@ def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
 
 
 def with_settings(taught: edit.Motion, settings: edit.PlaybackSettings) -> edit.Motion:
-    """Return a recording with a run's settings. Takes seconds for a recording of an hour.
+    """Return a recording with a run's settings. This takes seconds for a recording of an hour.
 
-    :raises ProblemError: 422 when it cannot be played like that.
+    :raises ProblemError: 422 when it cannot be played with these settings.
     """
     try:
         return edit.with_settings(taught, settings)
@@ -203,9 +203,10 @@ def settings_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
 
 
 def complete(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
-    """Complete a run from its journal, and learn from it. A complete run is not changed; a run that was given up too early is completed.
+    """Complete a run from its journal, and learn from it. A run that is already complete is not changed; one that was given up too early is
+    completed.
 
-    :returns: the run; None if it is unknown.
+    :returns: the run, or None if it is unknown.
     """
     row = session.get(RunRow, UUID(journal.id))
     if row is None or row.rate_hz is not None:
@@ -238,7 +239,7 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
 
 
 def outcome_of(journal: Journal) -> Outcome:
-    """Return the outcome of the run with this journal."""
+    """Return the outcome that the journal shows for its run."""
     reason = journal.end.reason if journal.end else None
     return "interrupted" if reason is None or reason == "finished" else reason
 
@@ -279,10 +280,10 @@ def _store_stop(session: DatabaseSession, row: RunRow) -> None:
 
 
 def give_up_unended(session: DatabaseSession, station: str, before: datetime) -> int:
-    """Close the runs that lost their journal: loaded at this station before ``before`` and not ended.
+    """Close the runs whose journal is lost: those that were loaded at this station before ``before`` and have not ended.
 
-    Call it when every journal of the station's last device process is imported. A session may have continued at another station and play
-    there now: :func:`complete` completes that run all the same.
+    Call it when every journal of the station's last device process has been imported. A session may have continued at another station,
+    where its run is playing now; :func:`complete` still completes that run.
 
     :returns: the number of closed runs.
     """
@@ -304,9 +305,9 @@ def _give_up(session: DatabaseSession, which: ColumnElement[bool]) -> int:
 def figure_samples(
     session: DatabaseSession, run_id: UUID, window: Window | None = None, clock: Clock = "path"
 ) -> RunFigureSamples:
-    """Return the data of the run's figures, or of a window of their clock.
+    """Return the data of the run's figures, or those within a window of the figures' clock.
 
-    :raises ProblemError: 404; 409 when nothing was played; 410 when what says where the samples are is damaged.
+    :raises ProblemError: 404; 409 when nothing was played; 410 when the head of the samples is damaged.
     """
     row = get(session, run_id)
     if row.samples is None:
@@ -319,7 +320,7 @@ def figure_samples(
     if window and clock == "path":
         played = SAMPLES.read_within(session, run_id, "path_s", *window)
     else:
-        # The wall clock is counted from where each part of the playback began, which may be before the window.
+        # The wall clock starts where each part of the playback began, which may be before the window.
         played = SAMPLES.read(session, run_id)
     return RunFigureSamples(taught, played, asked, None, window, clock)
 
@@ -327,7 +328,7 @@ def figure_samples(
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
     """Return the run's samples by name (:data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`).
 
-    :raises UnreadableError: when they are damaged, or there are none.
+    :raises UnreadableError: when the samples are damaged or missing.
     """
     return unpack(SAMPLES.read(session, run_id))
 
@@ -335,8 +336,8 @@ def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
 def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles | None = None) -> Run:
     """Return the response model.
 
-    :param recording_name: for a run that is not in the database yet.
-    :param angles: of the run's session; None: only apparatus angles.
+    :param recording_name: name for a run that is not in the database yet.
+    :param angles: estimates of the run's session. None: return only apparatus angles.
     """
     motors = [MotorTracking.model_validate(motor) for motor in row.tracking]
     motions = [_as_motion(row, motion, angles) for motion in row.motions]

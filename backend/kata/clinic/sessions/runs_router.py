@@ -34,7 +34,7 @@ def get_run(database: TheDatabase, run_id: UUID) -> Run:
 def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionPreview:
     """Return one repetition of a run's motion for the 3-D apparatus, with at most 20 samples a second.
 
-    It has the run's range and speed, so that it can be watched before it moves a patient.
+    The motion has the run's range and speed, so that a therapist can watch it before it moves a patient.
     """
     with database.read() as session:
         row = runs.get(session, run_id)
@@ -47,8 +47,8 @@ def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionPreview:
     responses=PROBLEMS.of(404, 409, 410, 422),
 )
 def get_played_motion(database: TheDatabase, run_id: UUID) -> PlayedMotion:
-    """Return the measured angles and the setpoints of a run on its own clock, with at most 20 samples a second, and when resistance took
-    the arm back.
+    """Return the measured angles and the setpoints of a run on the run's own clock, with at most 20 samples a second. The answer also
+    contains the times at which resistance took the arm back.
     """
     with database.read() as session:
         return played_motion.of_run(session, runs.get(session, run_id))
@@ -66,12 +66,12 @@ def get_run_figures(
     window: TheWindow,
     run_id: UUID,
     clock: Annotated[
-        figures.Clock, Query(description="path: time on the motion. wall: real time since it began.")
+        figures.Clock, Query(description="path: time on the motion. wall: real time since the motion began.")
     ] = "path",
 ) -> StreamingResponse:
-    """Return a figure per motor: teaching and playback on the left axis, error on the right axis, as in the paper.
+    """Return a figure per motor, as in the paper: teaching and playback on the left axis, error on the right axis.
 
-    Peaks are preserved. A short run or window contains every sample.
+    Peaks are preserved. For a short run or window the figures contain every sample.
     """
     with database.read() as session:
         parts = runs.figure_samples(session, run_id, window, clock)

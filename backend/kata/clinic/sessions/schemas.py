@@ -14,13 +14,13 @@ from kata.station.schemas import LoadLevel, OptionalKey
 from kata.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
-"""completed: as planned. shortened: by the therapist. stopped: a stop ended it."""
+"""completed: the session went as planned. shortened: the therapist shortened it. stopped: a stop ended it."""
 PainWhen = Literal["pain_before", "pain_during", "pain_after"]
 Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
 
 class PlaybackSettings(Schema):
-    """How a recording is played. By default as taught, once."""
+    """How a recording is played. By default it is played once, as taught."""
 
     speed_percent: float = Field(
         100.0,
@@ -37,39 +37,42 @@ class PlaybackSettings(Schema):
         100.0,
         ge=edit.RANGE_PERCENT[0],
         le=edit.RANGE_PERCENT[1],
-        description="Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.",
+        description="Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest "
+        "does not move.",
         examples=[80.0],
     )
 
 
 class Tracking(Schema):
-    """Errors of one angle. Following is playback minus the requested motion, which is the taught samples with the run's settings."""
+    """Errors of one angle. The following error is playback minus the requested motion. The requested motion is the taught samples with
+    the run's settings.
+    """
 
     peak_deg: float = Field(
-        description="Following: largest error with its sign, degrees, the start excepted. Runs from before `compared_percent` "
-        "was stored include the start.",
+        description="Largest following error with its sign, without the start, degrees. In runs of versions that did not store "
+        "`compared_percent` it includes the start.",
         examples=[-1.4],
     )
-    peak_at_s: float = Field(description="Place of the peak on the motion, seconds.", examples=[6.2])
+    peak_at_s: float = Field(description="Time of the peak on the motion, seconds.", examples=[6.2])
     rmse_deg: float = Field(
         ge=0,
-        description="Following: root mean square error, degrees, the start excepted as in `peak_deg`.",
+        description="Root mean square of the following error, without the start as in `peak_deg`, degrees.",
         examples=[0.4],
     )
     start_deg: float = Field(
-        description="Following: largest error of the first half second with its sign, degrees; of its first sample for runs "
-        "from before `compared_percent` was stored.",
+        description="Largest following error of the first half second with its sign, degrees. In runs of versions that did not store "
+        "`compared_percent` it is the error of the first sample.",
         examples=[0.1],
     )
     wall_peak_deg: float | None = Field(
-        None, description="As peak_deg, on the wall clock; null for older runs.", examples=[-1.6]
+        None, description="Like `peak_deg`, on the wall clock; null for older runs.", examples=[-1.6]
     )
     wall_rmse_deg: float | None = Field(
-        None, ge=0, description="As rmse_deg, on the wall clock; null for older runs.", examples=[0.5]
+        None, ge=0, description="Like `rmse_deg`, on the wall clock; null for older runs.", examples=[0.5]
     )
     change_deg: float | None = Field(
         None,
-        description="Change by settings: the largest difference, with its sign, of what was requested from what was taught, "
+        description="Largest change by settings, with its sign: requested minus taught angle, "
         "degrees. It includes Reduce range. Null for older runs.",
         examples=[-12.5],
     )
@@ -83,7 +86,7 @@ class Tracking(Schema):
     played_max_deg: float | None = Field(description="Highest reached angle, degrees.", examples=[99.1])
     taught_smoothness: float | None = Field(
         le=0,
-        description="Spectral arc length of the requested motion, over the part that was played: about -1.4 for one "
+        description="Spectral arc length of the requested motion in the part that was played: about -1.4 for one "
         "smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.",
         examples=[-2.1],
     )
@@ -93,7 +96,7 @@ class Tracking(Schema):
 
 
 class MotorTracking(Tracking):
-    """Errors of one motor, in the motor angle."""
+    """Errors of one motor in motor angles."""
 
     motor: Motor
     torque_peak_nm: float | None = Field(
@@ -102,28 +105,31 @@ class MotorTracking(Tracking):
 
 
 class MotionTracking(Tracking):
-    """Errors of one basic motion, in the apparatus angle. The patient's angle differs from it by slip at the cuff."""
+    """Errors of one basic motion in apparatus angles. The patient's angle differs from the apparatus angle by slip at the cuff."""
 
-    motion: int = Field(ge=1, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
+    motion: int = Field(ge=1, le=6, description="Number of the motion in Table 2 of Sun et al. (2025).", examples=[4])
     name: str = Field(examples=["Abduction / adduction of the shoulder"])
     name_key: OptionalKey = None
     patient_min_deg: float | None = Field(
         None,
-        description="Patient's angle where the apparatus reached `played_min_deg`, estimated from goniometer readings, degrees. Null "
-        "without readings of this motion at two poses: then only the apparatus angle is known.",
+        description="Patient's angle when the apparatus reached `played_min_deg`, estimated from goniometer readings, degrees. Null "
+        "without readings of this motion at two poses, because then only the apparatus angle is known.",
         examples=[12.0],
     )
     patient_min_uncertainty_deg: float | None = Field(
-        None, gt=0, description="The angle lies within plus or minus this in 95 of 100 cases, degrees.", examples=[14.0]
+        None,
+        gt=0,
+        description="The angle is within plus or minus this value in 95 of 100 cases, degrees.",
+        examples=[14.0],
     )
     patient_max_deg: float | None = Field(
-        None, description="As `patient_min_deg`, where the apparatus reached `played_max_deg`.", examples=[91.0]
+        None, description="Like `patient_min_deg`, when the apparatus reached `played_max_deg`.", examples=[91.0]
     )
     patient_max_uncertainty_deg: float | None = Field(
-        None, gt=0, description="As `patient_min_uncertainty_deg`.", examples=[13.0]
+        None, gt=0, description="Like `patient_min_uncertainty_deg`, for `patient_max_deg`.", examples=[13.0]
     )
-    apparatus_min_deg: float = Field(description="Lower end of the apparatus' range, degrees.", examples=[0.0])
-    apparatus_max_deg: float = Field(description="Upper end of the apparatus' range, degrees.", examples=[120.0])
+    apparatus_min_deg: float = Field(description="Lower end of the apparatus's range, degrees.", examples=[0.0])
+    apparatus_max_deg: float = Field(description="Upper end of the apparatus's range, degrees.", examples=[120.0])
     reference_min_deg: float = Field(description="Lower end of a healthy shoulder's range, degrees.", examples=[0.0])
     reference_max_deg: float = Field(description="Upper end of a healthy shoulder's range, degrees.", examples=[180.0])
 
@@ -134,7 +140,7 @@ class Comparison(Schema):
     samples: int = Field(ge=1, description="Number of compared samples.")
     motors: list[MotorTracking] = Field(min_length=5, max_length=5)
     motions: list[MotionTracking] = Field(
-        max_length=6, description="The basic motions that the recording moves; empty for older runs."
+        max_length=6, description="Errors of the basic motions in the recording; empty for older runs."
     )
 
 
@@ -147,7 +153,7 @@ class RunStop(Schema):
 
 
 class LearningNote(Schema):
-    """A fall-back of the learned method, or why it learned nothing."""
+    """A message that the learned method used an earlier correction or learned nothing."""
 
     message: str = Field(
         examples=[
@@ -167,31 +173,31 @@ class Run(PlaybackSettings):
     started_at: Moment
     ended_at: Moment | None
     outcome: Outcome = Field(
-        description="loaded: not ended yet. completed: played to its end. returned: ended early by the therapist. "
-        "stopped: by a stop. unloaded: never played. interrupted: the control program ended during it."
+        description="loaded: not ended yet. completed: played to its end. returned: the therapist ended it early. "
+        "stopped: a stop ended it. unloaded: never played. interrupted: the control program ended during it."
     )
     stop: RunStop | None
     rate_hz: int | None = Field(ge=1, description="Samples a second.")
     method: Method | None = Field(
-        description="paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by earlier runs. Null for a run "
-        "from before there were methods."
+        description="paper: 10 Hz, each sample held until the next. smooth: interpolated. learned: smooth, corrected by earlier runs. "
+        "Null for a run of a version without methods."
     )
     learning: list[LearningNote] = Field(
         [],
-        description="What the method `learned` reports of this run. Empty: it learned from every motor, or another method played.",
+        description="Messages of the learned method about this run. Empty: it learned from every motor, or another method was used.",
     )
     load_level: LoadLevel | None = Field(
-        description="Resistance at which the arm is taken back; null for a run from before there were levels."
+        description="Resistance at which the arm is taken back; null for a run of a version without levels."
     )
     programme_position: int | None = Field(
-        ge=1, description="Item of the session's programme; null for a run that was not planned."
+        ge=1, description="Position in the session's programme; null for a run that was not planned."
     )
     repetitions_done: int | None = Field(
         ge=0,
-        description="Completed repetitions; null while the run continues, and for a run from before they were stored.",
+        description="Completed repetitions; null while the run continues, and for a run of a version that did not store them.",
     )
     reversals: int | None = Field(
-        ge=0, description="How often resistance took the arm back; null as for repetitions_done."
+        ge=0, description="Number of times that resistance took the arm back; null as for `repetitions_done`."
     )
     least_range_percent: float | None = Field(
         ge=0,
@@ -202,16 +208,16 @@ class Run(PlaybackSettings):
         None,
         ge=0,
         le=100,
-        description="Share of the playing time that was compared, percent. Null if nothing was played, and for a run from "
-        "before it was stored.",
+        description="Share of the playing time that was compared, percent. Null if nothing was played, and for a run of "
+        "a version that did not store it.",
     )
     partial: bool = Field(
         False,
-        description="True if less than 90 % of the playing time was compared. The errors do not count in progress then.",
+        description="True if less than 90 % of the playing time was compared. Progress charts then ignore the errors.",
     )
     clock_offset_s: float | None = Field(
         None,
-        description="Largest difference of the wall clock from the comparison's clock, seconds. The comparison's clock is "
+        description="Largest difference between the wall clock and the clock of the comparison, seconds. The clock of the comparison is "
         "that of the motion, which starts slowly.",
         examples=[0.094],
     )
@@ -243,8 +249,10 @@ class SessionCreate(Schema):
     """A new session."""
 
     patient_id: UUID
-    therapist: By = Field("", description="Treating person: you unless another name is given.", examples=["Ito Mai"])
-    programme_version_id: UUID | None = Field(None, description="The plan: a version of the patient's open episode.")
+    therapist: By = Field("", description="Name of the therapist; empty: your name.", examples=["Ito Mai"])
+    programme_version_id: UUID | None = Field(
+        None, description="The plan: a programme version of the patient's open episode."
+    )
 
 
 class SessionUpdate(Schema):
@@ -262,13 +270,13 @@ class SessionUpdate(Schema):
 class SessionEnd(Schema):
     """The end of a session."""
 
-    reason: EndReason | None = Field(None, description="By default the reason that the runs suggest.")
+    reason: EndReason | None = Field(None, description="Reason; by default the reason that the runs suggest.")
 
 
 class SessionSign(Schema):
-    """The signature of a note. ``updated_at`` is the version that the signer saw; a session that has changed since is not signed."""
+    """The signature of a note. ``updated_at`` is the version that the signer saw. If the session has changed since, it is not signed."""
 
-    signed_by: By = Field("", description="Your name unless another is given.")
+    signed_by: By = Field("", description="Name of the signer; empty: your name.")
     note: Note = Field(min_length=1, description="The signed note.")
     updated_at: Moment | None = None
 
@@ -276,7 +284,7 @@ class SessionSign(Schema):
 class AddendumCreate(Schema):
     """An addendum to a signed note."""
 
-    written_by: By = Field("", description="Your name unless another is given.")
+    written_by: By = Field("", description="Name of the author; empty: your name.")
     text: Note = Field(min_length=1)
 
 
@@ -292,9 +300,11 @@ class Addendum(Schema):
 class CheckConfirmation(Schema):
     """A user's confirmation of a check."""
 
-    checked_by: By = Field("", description="Your name unless another is given.")
-    identifiers: Identifiers = Field(default_factory=set, description="Of the check `identity` only: two that agree.")
-    recording_id: UUID | None = Field(None, description="The recording to be played; it determines the fixtures.")
+    checked_by: By = Field("", description="Name of the person who checked; empty: your name.")
+    identifiers: Identifiers = Field(
+        default_factory=set, description="Only for the check `identity`: two identifiers that agree."
+    )
+    recording_id: UUID | None = Field(None, description="Recording to play; it determines the fixtures.")
 
 
 class SessionCheck(Schema):
@@ -302,13 +312,18 @@ class SessionCheck(Schema):
 
     check: CheckName
     subject: str = Field(
-        description="The side or fixtures that an answer is valid for; empty: any answer.", examples=["arm_fixer_1"]
+        description="Side or fixtures for which an answer is valid; empty: any answer is valid.",
+        examples=["arm_fixer_1"],
     )
     sentence: str = Field(examples=["The belt holds the patient in the seat."])
     sentence_key: OptionalKey = None
-    detected: bool = Field(description="True if the apparatus answers the check itself. A user cannot confirm it.")
+    detected: bool = Field(
+        description="True if the apparatus itself answers the check. A user cannot confirm such a check."
+    )
     given: bool
-    checked_by: str | None = Field(description="Null if the apparatus answered, and while the check is open.")
+    checked_by: str | None = Field(
+        description="Name of the person; null if the apparatus answered, and while the check is open."
+    )
     checked_at: Moment | None
 
 
@@ -317,45 +332,50 @@ class Checklist(Schema):
 
     patient: PatientIdentity
     checks: list[SessionCheck]
-    complete: bool = Field(description="True if every check is answered: a motion may be taught or loaded.")
+    complete: bool = Field(description="True if every check is answered, so that a motion may be taught or loaded.")
 
 
 class CheckAnswer(Schema):
-    """An answer as stored with the session."""
+    """An answer in the form stored with the session."""
 
     check: CheckName
     subject: str = Field(
-        description="The side or fixtures that it was given for; of `identity`, the compared identifiers.",
+        description="Side or fixtures for which the answer was given; for `identity`, the compared identifiers.",
         examples=["birth_date+name"],
     )
     at: Moment
-    by: str = Field(description="Empty if the apparatus answered.")
+    by: str = Field(description="Name of the person; empty if the apparatus answered.")
 
 
 class GoniometerReadingCreate(Schema):
     """A goniometer reading of one basic motion at the present pose, or at a given apparatus angle."""
 
     motion: int = Field(
-        ge=3, le=6, description="Row of Table 2 of Sun et al. (2025), of the shoulder joint.", examples=[4]
+        ge=3,
+        le=6,
+        description="Number of a motion of the shoulder joint in Table 2 of Sun et al. (2025).",
+        examples=[4],
     )
-    patient_deg: float = Field(ge=-180, le=210, description="What the goniometer shows, degrees.", examples=[82.0])
+    patient_deg: float = Field(
+        ge=-180, le=210, description="Angle that the goniometer shows, degrees.", examples=[82.0]
+    )
     apparatus_deg: float | None = Field(
         None,
         ge=-180,
         le=210,
-        description="Apparatus angle of the motion at that moment, degrees. By default what the apparatus measures now.",
+        description="Apparatus angle of the motion at that moment, degrees. By default the angle that the apparatus measures now.",
         examples=[90.0],
     )
-    read_by: By = Field("", description="Your name unless another is given.")
+    read_by: By = Field("", description="Name of the person who read it; empty: your name.")
 
 
 class GoniometerReading(Schema):
     """A stored goniometer reading."""
 
     id: UUID
-    motion: int = Field(ge=3, le=6, description="Row of Table 2 of Sun et al. (2025).", examples=[4])
+    motion: int = Field(ge=3, le=6, description="Number of the motion in Table 2 of Sun et al. (2025).", examples=[4])
     apparatus_deg: float = Field(description="Apparatus angle at that moment, degrees.", examples=[90.0])
-    patient_deg: float = Field(description="What the goniometer showed, degrees.", examples=[82.0])
+    patient_deg: float = Field(description="Angle that the goniometer showed, degrees.", examples=[82.0])
     read_at: Moment
     read_by: str
 
@@ -377,9 +397,7 @@ class SessionProgramme(Schema):
     name: str = Field(examples=["Weeks 3 to 6"])
     version_id: UUID
     number: int = Field(ge=1, description="Number of the version.")
-    timer_minutes: float | None = Field(
-        gt=0, description="Minutes after which no further repetition or recording is started."
-    )
+    timer_minutes: float | None = Field(gt=0, description="Minutes of playing after which no further item is started.")
     items: list[SessionItem]
 
 
@@ -387,19 +405,21 @@ class ReadyPatient(Schema):
     """A patient whose session can begin or continue without the database."""
 
     patient: SessionPatient
-    side: Side | None = Field(description="The shoulder of the open episode.")
+    side: Side | None = Field(description="Shoulder of the open episode.")
     contraindications: str = Field(
-        description="Of the open episode.", examples=["No external rotation beyond 30 degrees."]
+        description="Contraindications of the open episode.", examples=["No external rotation beyond 30 degrees."]
     )
-    programme: SessionProgramme | None = Field(description="The plan of a new session; null: no session can begin.")
-    session: "Session | None" = Field(description="The open session, or the last one that ended meanwhile.")
+    programme: SessionProgramme | None = Field(description="Plan of a new session; null: no session can begin.")
+    session: "Session | None" = Field(
+        description="The open session, or the last session if it ended during the outage."
+    )
 
 
 class Draft(Schema):
     """A drafted note."""
 
     text: str
-    end_reason: EndReason = Field(description="The suggested reason of the session's end.")
+    end_reason: EndReason = Field(description="Suggested reason why the session ended.")
 
 
 class Session(Schema):
@@ -408,10 +428,12 @@ class Session(Schema):
     id: UUID
     patient: SessionPatient
     episode_id: UUID | None
-    side: Side | None = Field(description="The treated shoulder, from the episode.")
+    side: Side | None = Field(description="Treated shoulder of the session's episode.")
     therapist: str
     station: str
-    simulated: bool = Field(False, description="True if the apparatus was simulated: its measured values are invented.")
+    simulated: bool = Field(
+        False, description="True if the apparatus was simulated, so that its measured values are invented."
+    )
     programme: SessionProgramme | None = Field(description="Null if recordings were chosen one by one.")
     started_at: Moment
     ended_at: Moment | None
@@ -421,11 +443,12 @@ class Session(Schema):
     pain_during: Pain | None
     pain_after: Pain | None
     note: str
-    signed_at: Moment | None = Field(description="Afterwards only addenda can be added.")
+    signed_at: Moment | None = Field(description="Time of the signature; afterwards only addenda can be added.")
     signed_by: str
     addenda: list[Addendum]
     goniometer_readings: list[GoniometerReading] = Field(
-        [], description="Oldest first. With two poses of a motion, its patient's angles are estimated."
+        [],
+        description="Readings, oldest first. From readings of a motion at two poses, the patient's angles are estimated.",
     )
     updated_at: Moment
     runs: list[Run]

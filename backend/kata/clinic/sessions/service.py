@@ -1,4 +1,4 @@
-"""Read and write sessions; for their runs see ``runs``. The caller commits."""
+"""Read and write sessions. Module ``runs`` does the same for their runs. The caller commits."""
 
 from datetime import datetime
 from typing import Final
@@ -45,9 +45,9 @@ def begin(
 ) -> SessionRow:
     """Begin a session, or continue the patient's open session and fill in its missing fields.
 
-    ``session_id``: the id of a new session.
+    ``session_id``: id for a new session.
 
-    :raises ProblemError: 404; 409 for an archived patient, or a programme of another episode.
+    :raises ProblemError: 404; 409 for an archived patient, or when the programme belongs to another episode.
     """
     patient = patients.get(session, patient_id)
     if patient.archived_at:
@@ -69,7 +69,7 @@ def begin(
 
 
 def new(id_: UUID, patient_id: UUID, episode_id: UUID | None, station: str, started_at: datetime) -> SessionRow:
-    """Return a new row of a session. It is not added to a database."""
+    """Return a new row of a session. The row is not added to a database."""
     return SessionRow(
         id=id_,
         patient_id=patient_id,
@@ -83,7 +83,7 @@ def new(id_: UUID, patient_id: UUID, episode_id: UUID | None, station: str, star
 
 
 def remove_unannounced(session: DatabaseSession, session_id: UUID) -> None:
-    """Delete a session that was not reported to its user."""
+    """Delete a session whose beginning was not reported to its user."""
     row = session.get(SessionRow, session_id)
     if row and not row.runs:
         session.delete(row)
@@ -101,17 +101,17 @@ def get(session: DatabaseSession, session_id: UUID) -> SessionRow:
 
 
 def open_of(session: DatabaseSession, patient_id: UUID) -> SessionRow | None:
-    """Return the patient's open session, None without one."""
+    """Return the patient's open session, or None."""
     unended = select(SessionRow).where(SessionRow.patient_id == patient_id, SessionRow.ended_at.is_(None))
     return session.scalars(unended.order_by(SessionRow.started_at.desc())).first()
 
 
 def to_change(session: DatabaseSession, session_id: UUID, seen_at: datetime | None = None) -> SessionRow:
-    """Return a session that may still change, and lock it.
+    """Return a session that may still change, and lock its row.
 
     ``seen_at``: the ``updated_at`` that the editor saw.
 
-    :raises ProblemError: 404; 409 when it is signed, or it was changed meanwhile.
+    :raises ProblemError: 404; 409 when the session is signed or was changed meanwhile.
     """
     row = session.get(SessionRow, session_id, with_for_update=True)
     if row is None:
@@ -124,9 +124,9 @@ def to_change(session: DatabaseSession, session_id: UUID, seen_at: datetime | No
 
 
 def end(session: DatabaseSession, session_id: UUID, reason: EndReason | None = None) -> SessionRow:
-    """End a session. If it has ended, only the reason can change.
+    """End a session. If the session has already ended, only the reason can change.
 
-    :raises ProblemError: 404; 409 while a run in it has not ended, or when it is signed.
+    :raises ProblemError: 404; 409 while a run in it has not ended, or when the session is signed.
     """
     row = to_change(session, session_id)
     ending.check_played(row.runs)
@@ -137,9 +137,9 @@ def end(session: DatabaseSession, session_id: UUID, reason: EndReason | None = N
 
 
 def change(session: DatabaseSession, session_id: UUID, given: SessionUpdate) -> SessionRow:
-    """Change the given fields only.
+    """Change only the given fields.
 
-    :raises ProblemError: 404; 409 when it is signed, it was changed meanwhile, or the programme is another episode's.
+    :raises ProblemError: 404; 409 when the session is signed or was changed meanwhile, or the programme belongs to another episode.
     """
     row = to_change(session, session_id, given.updated_at)
     fields = given.model_dump(exclude_unset=True, exclude={"updated_at", "programme_version_id"})

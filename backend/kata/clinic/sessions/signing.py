@@ -13,9 +13,9 @@ from kata.errors import ProblemError
 
 
 def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> SessionRow:
-    """Sign the note. It cannot change afterwards.
+    """Sign the note of a session. The note cannot change afterwards.
 
-    :raises ProblemError: 404; 409 when it is signed already, the session has not ended, a playback's result has not been
+    :raises ProblemError: 404; 409 when the note is already signed, the session has not ended, a playback's result has not been
         imported, or the note has changed since the signer saw it.
     """
     row = service.to_change(session, session_id, given.updated_at)
@@ -31,7 +31,7 @@ def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> Sess
 def add(session: DatabaseSession, session_id: UUID, given: AddendumCreate) -> SessionRow:
     """Add an addendum to a signed note.
 
-    :raises ProblemError: 404; 409 while it can still be changed.
+    :raises ProblemError: 404; 409 while the note is not signed.
     """
     row = service.get(session, session_id)
     if row.signed_at is None:

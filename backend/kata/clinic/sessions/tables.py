@@ -19,7 +19,9 @@ from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
 COMPARED_PERCENT: Final = 90.0
-"""With less of the playing time compared, a run's errors are partial. The source is issue 22, not a publication."""
+"""If a smaller share of the playing time was compared, a run's errors are partial. The value comes from issue 22, not from a
+publication.
+"""
 
 SAMPLE_COLUMNS = (
     SampleColumn("time_s", "s", 1e-6),
@@ -29,14 +31,14 @@ SAMPLE_COLUMNS = (
     SampleColumn("measured_deg", "deg", 1e-4, counted=True),
     SampleColumn("torque_nm", "Nm", 1e-4, counted=True),
 )
-"""(n,) time since the run's first sample, phase (device.journal), place on the recording; (n, 5) in axis order.
+"""``(n,)``: time since the run's first sample, phase (device.journal), position on the recording. ``(n, 5)``: the others, in axis order.
 
-A setpoint is sent to its drive in counts of 0.088 deg. Its resolution here is a fortieth of a count.
+A setpoint is sent to its drive in counts of 0.088 deg. The resolution here is a fortieth of a count.
 """
 
 
 class SessionRow(Base):
-    """One session. Once it is signed, only addenda are added."""
+    """One session. Once it is signed, only addenda can be added."""
 
     __tablename__ = "sessions"
     __table_args__ = (
@@ -45,7 +47,7 @@ class SessionRow(Base):
         Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
         Index("ix_sessions_station_started_at", "station", "started_at", "id"),
         Index("ix_sessions_therapist_station_started_at", "therapist", "station", "started_at", "id"),
-        # Few rows are open or unsigned, and the work of the day is found without reading the others.
+        # Few rows are open or unsigned. This index finds the work of the day without reading the others.
         Index(
             "ix_sessions_open",
             "started_at",
@@ -75,7 +77,7 @@ class SessionRow(Base):
     pain_before: Mapped[int | None]
     pain_during: Mapped[int | None]
     pain_after: Mapped[int | None]
-    """0 to 10."""
+    """Pain score, 0 to 10."""
     end_reason: Mapped[str | None] = mapped_column(String(16))
     note: Mapped[str] = mapped_column(Text)
     signed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
@@ -83,9 +85,9 @@ class SessionRow(Base):
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime, default=utc_now)
     run_count: Mapped[int] = mapped_column(default=0)
     stop_count: Mapped[int] = mapped_column(default=0)
-    """Updated with every run that begins or ends, so that a list need not count."""
+    """Number of stopped runs. It is updated with every run that begins or ends, so that a list need not count."""
     simulated: Mapped[bool] = column_property(was_simulated(station, started_at))
-    """True if the station was a simulated apparatus when the session began. Not stored here."""
+    """True if the station was a simulated apparatus when the session began. This is computed, not stored."""
 
     addenda: Mapped[list["AddendumRow"]] = relationship(order_by="AddendumRow.written_at", lazy="selectin")
     goniometer_readings: Mapped[list["GoniometerReadingRow"]] = relationship(
@@ -117,17 +119,17 @@ class GoniometerReadingRow(Base):
     id: Mapped[UUID] = mapped_column(primary_key=True)
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), index=True)
     motion: Mapped[int]
-    """Row of Table 2, 3 to 6."""
+    """Number of the motion in Table 2, 3 to 6."""
     apparatus_deg: Mapped[float]
     """Apparatus angle of the motion at that moment."""
     patient_deg: Mapped[float]
-    """What the goniometer showed."""
+    """Angle that the goniometer showed."""
     read_at: Mapped[datetime] = mapped_column(UtcDateTime)
     read_by: Mapped[str] = mapped_column(String(100))
 
 
 class SessionStopRow(Base):
-    """A cause of a stop in a session. It is found by cause, therapist, station and time without reading the runs."""
+    """A cause of a stop in a session. The table is searched by cause, therapist, station and time without reading the runs."""
 
     __tablename__ = "session_stops"
     __table_args__ = (
@@ -142,7 +144,7 @@ class SessionStopRow(Base):
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     therapist: Mapped[str] = mapped_column(String(100), default="")
     station: Mapped[str] = mapped_column(String(100), default="")
-    """All three are copies of the session's columns."""
+    """Station, therapist and time are copies of the session's columns."""
 
 
 class RunRow(Base):
@@ -154,17 +156,17 @@ class RunRow(Base):
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), index=True)
     recording_id: Mapped[UUID] = mapped_column(ForeignKey("recordings.id"), index=True)
     programme_position: Mapped[int | None]
-    """Item of the session's programme; None for a run that was not planned."""
+    """Position in the session's programme; None for a run that was not planned."""
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     outcome: Mapped[str] = mapped_column(String(16))
     stop_code: Mapped[str | None] = mapped_column(String(32))
     stop_message: Mapped[str | None] = mapped_column(Text)
     stop_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
-    """Code and parameters of the message; None in rows from before 0009."""
+    """Code and parameters of the message; None in rows from before migration 0009."""
     rate_hz: Mapped[int | None]
     load_level: Mapped[int | None]
-    """None for a run from before there were levels."""
+    """Resistance level; None for a run of a version without levels."""
     speed_percent: Mapped[float] = mapped_column(default=100.0)
     repetitions: Mapped[int] = mapped_column(default=1)
     pause_s: Mapped[float] = mapped_column(default=0.0)
@@ -174,36 +176,36 @@ class RunRow(Base):
     The requested motion is computed from recording and settings whenever it is needed.
     """
     method: Mapped[str | None] = mapped_column(String(16))
-    """:data:`kata.motion.method.Method`. None for a run from before there were methods."""
+    """Playback method (:data:`kata.motion.method.Method`); None for a run of a version without methods."""
     corrected_by: Mapped[UUID | None]
-    """The run whose correction was used, if any. No foreign key: SQLite could not drop it again."""
+    """Run whose correction was used, if any. This is no foreign key, because SQLite could not drop it again."""
     samples: Mapped[int | None]
-    """Number of compared samples: those of the playback itself."""
+    """Number of compared samples, which are those of the playback itself."""
     compared_percent: Mapped[float | None]
-    """Share of the playing time that was compared; None if nothing was played, and in rows from before 0011.
+    """Share of the playing time that was compared; None if nothing was played, and in rows from before migration 0011.
 
-    The figures of a row from before 0011 include the start.
+    In rows from before 0011, the figures include the start.
     """
     clock_offset_s: Mapped[float | None]
-    """Largest difference of the wall clock from the path's clock (:func:`kata.motion.tracking.wall_clock_s`)."""
+    """Largest difference between the wall clock and the path's clock (:func:`kata.motion.tracking.wall_clock_s`)."""
     worst_rmse_deg: Mapped[float | None]
     worst_peak_deg: Mapped[float | None]
-    """The largest absolute values of the five motors, for lists and charts of many runs. None for a partial run."""
+    """Largest absolute values of the five motors, for lists and charts of many runs. None for a partial run."""
     reversals: Mapped[int | None]
-    """How often resistance took the arm back; None for a run from before it was stored."""
+    """Number of times that resistance took the arm back; None for a run of a version that did not store it."""
     least_range_percent: Mapped[float | None]
     """Smallest share of the range that was played after the range was reduced; None if it was not reduced."""
     learning: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
-    """What the learned method reports of this run: fall-backs and what was not learned, as messages with their keys."""
+    """Messages of the learned method about this run, with their keys: earlier corrections that were used, and what was not learned."""
     learned_rms_deg: Mapped[float | None]
-    """Size of the learned correction: root mean square of the motor with the largest one.
+    """Size of the learned correction in degrees: root mean square of the motor with the largest correction.
 
-    None if nothing was learned, and for a run from before it was stored.
+    None if nothing was learned, and for a run of a version that did not store it.
     """
     repetitions_done: Mapped[int | None]
-    """Completed repetitions. None before the run has ended, and for an interrupted run from before they were counted."""
+    """Completed repetitions. None before the run has ended, and for an interrupted run of a version that did not count them."""
     played_s: Mapped[float | None]
-    """Seconds on the path. None before the run has ended, and if it was not stored."""
+    """Seconds on the path. None before the run has ended, and for a run of a version that did not store it."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)
     tracking: Mapped[list["MotorTrackingRow"]] = relationship(order_by="MotorTrackingRow.motor", lazy="selectin")
@@ -219,7 +221,7 @@ class RunRow(Base):
     def partial(self) -> bool:
         """True if too little of the playing time was compared for a figure of the whole run.
 
-        A row from before 0011 does not say how much: it is partial if its range was reduced.
+        A row from before migration 0011 does not contain the share. Such a run is partial if its range was reduced.
         """
         if self.compared_percent is None:
             return self.least_range_percent is not None
@@ -227,10 +229,10 @@ class RunRow(Base):
 
 
 class _TrackingColumns:
-    """Errors of one angle in one run (:class:`kata.motion.tracking.Tracking`): playback minus the requested motion,
-    which is the taught samples with the run's settings.
+    """Errors of one angle in one run (:class:`kata.motion.tracking.Tracking`): playback minus the requested motion. The requested motion is
+    the taught samples with the run's settings.
 
-    A nullable column is also None for runs from before it was computed.
+    A nullable column is also None for runs of versions that did not compute it.
     """
 
     peak_deg: Mapped[float]
@@ -240,9 +242,9 @@ class _TrackingColumns:
     lag_ms: Mapped[float | None]
     wall_peak_deg: Mapped[float | None]
     wall_rmse_deg: Mapped[float | None]
-    """As ``peak_deg`` and ``rmse_deg``, on the wall clock."""
+    """Like ``peak_deg`` and ``rmse_deg``, on the wall clock."""
     change_deg: Mapped[float | None]
-    """Largest change by settings, with its sign: what was requested minus what was taught."""
+    """Largest change by settings, with its sign: requested minus taught angle."""
     taught_min_deg: Mapped[float | None]
     taught_max_deg: Mapped[float | None]
     played_min_deg: Mapped[float | None]
@@ -262,7 +264,7 @@ class MotorTrackingRow(_TrackingColumns, Base):
 
 
 class MotionTrackingRow(_TrackingColumns, Base):
-    """Errors of one basic motion, in the body's angle. Its number is that of Table 2."""
+    """Errors of one basic motion, in angles of the body. Its number is that of Table 2."""
 
     __tablename__ = "motion_tracking"
 
@@ -271,37 +273,37 @@ class MotionTrackingRow(_TrackingColumns, Base):
 
     @property
     def name(self) -> str:
-        """Name in Table 2."""
+        """Name of the motion in Table 2."""
         return BASIC_MOTIONS[self.motion - 1].name
 
     @property
     def name_key(self) -> dict[str, Any] | None:
-        """Code of the name."""
+        """Code of the motion's name."""
         return sent_key(BASIC_MOTIONS[self.motion - 1].name)
 
     @property
     def apparatus_min_deg(self) -> float:
-        """Lower end of the apparatus' ROM."""
+        """Lower end of the apparatus's range of motion."""
         return BASIC_MOTIONS[self.motion - 1].range_deg[0]
 
     @property
     def apparatus_max_deg(self) -> float:
-        """Upper end of the apparatus' ROM."""
+        """Upper end of the apparatus's range of motion."""
         return BASIC_MOTIONS[self.motion - 1].range_deg[1]
 
     @property
     def reference_min_deg(self) -> float:
-        """Lower end of a healthy shoulder's ROM."""
+        """Lower end of a healthy shoulder's range of motion."""
         return BASIC_MOTIONS[self.motion - 1].reference_deg[0]
 
     @property
     def reference_max_deg(self) -> float:
-        """Upper end of a healthy shoulder's ROM."""
+        """Upper end of a healthy shoulder's range of motion."""
         return BASIC_MOTIONS[self.motion - 1].reference_deg[1]
 
 
 class RunSamplesRow(SamplesColumns, Base):
-    """The samples of the run, in a table of their own so that a list never loads them."""
+    """The samples of a run, in a separate table so that a list never loads them."""
 
     __tablename__ = "run_samples"
 

@@ -17,9 +17,10 @@ from kata.motion.axes import CANONICAL_SIDE
 def register(
     session: Session, config: StationConfig, software: str, now: datetime, *, simulated: bool, changed_by: str = ""
 ) -> None:
-    """Register a station whose service has started, or whose file was imported. A changed configuration becomes a new version.
+    """Register a station whose service has started or whose file was imported. A changed configuration becomes a new version.
 
-    Two values make no version: the port of a simulated apparatus, which differs at every start, and the side that the apparatus is set to.
+    Two values do not make a new version: the port of a simulated apparatus, which differs at every start, and the side to which the
+    apparatus is set.
     """
     steady = msgspec.structs.replace(config, side=CANONICAL_SIDE, port=SIMULATED_PORT if simulated else config.port)
     toml = as_toml(steady)
@@ -47,12 +48,12 @@ def register(
 
 
 def is_simulated(session: Session, station: str, at: datetime) -> bool:
-    """True if the station was a simulated apparatus at this time. False for a station that is not registered."""
+    """Return True if the station was a simulated apparatus at this time. Return False for a station that is not registered."""
     return bool(session.scalar(select(was_simulated(station, at))))
 
 
 def registered(session: Session) -> Sequence[tuple[StationRow, int]]:
-    """Return every station by name with the number of its newest version; 0 for a station that an older Kata registered."""
+    """Return every station by name with the number of its newest version, or 0 for a station that an older Kata registered."""
     newest = select(StationVersionRow.station, func.max(StationVersionRow.number).label("number"))
     newest_of = newest.group_by(StationVersionRow.station).subquery()
     query = select(StationRow, func.coalesce(newest_of.c.number, 0)).outerjoin(
@@ -62,9 +63,9 @@ def registered(session: Session) -> Sequence[tuple[StationRow, int]]:
 
 
 def version(session: Session, station: str, number: int | None) -> StationVersionRow:
-    """Return a version of a station's configuration; the newest by default.
+    """Return a version of a station's configuration, by default the newest.
 
-    :raises ProblemError: 404 when there is none.
+    :raises ProblemError: 404 when there is no such version.
     """
     query = select(StationVersionRow).where(StationVersionRow.station == station)
     if number is not None:

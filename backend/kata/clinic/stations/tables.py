@@ -13,36 +13,40 @@ SIMULATED_PORT: Final = "simulated"
 
 
 class StationRow(Base):
-    """An apparatus in the state of its last start. Its name identifies it in recordings, corrections and sessions."""
+    """An apparatus as it was at its last start. Recordings, corrections and sessions refer to it by name."""
 
     __tablename__ = "stations"
 
     name: Mapped[str] = mapped_column(String(100), primary_key=True)
     config: Mapped[str] = mapped_column(Text)
-    """The configuration as TOML."""
+    """Configuration as TOML."""
     registered_at: Mapped[datetime] = mapped_column(UtcDateTime)
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class StationVersionRow(Base):
-    """Configuration and calibration of a station from a time on. Never changed."""
+    """Configuration and calibration of a station from a given time on. Rows are never changed."""
 
     __tablename__ = "station_versions"
 
     station: Mapped[str] = mapped_column(ForeignKey("stations.name"), primary_key=True)
     number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    """From 1, without gaps."""
+    """Number of the version, from 1 without gaps."""
     config: Mapped[str] = mapped_column(Text)
-    """TOML: wiring of the apparatus (bus, inputs), its limits, and its calibration (zero, direction and lag of each axis)."""
+    """Configuration as TOML: wiring of the apparatus (bus, inputs), its limits, and its calibration (zero, direction and lag of each
+    axis).
+    """
     software: Mapped[str] = mapped_column(String(32))
-    """Version of Kata that stored it."""
+    """Version of Kata that stored the row."""
     since: Mapped[datetime] = mapped_column(UtcDateTime)
     changed_by: Mapped[str] = mapped_column(String(100), server_default="")
-    """Who imported it on the page; empty where the station's file was changed."""
+    """User who imported it on the page; empty if the station's file was edited."""
 
 
 def was_simulated(station: Any, at: Any) -> ColumnElement[bool]:
-    """Return an SQL expression: true if the station was a simulated apparatus at a time, false also for an unregistered station."""
+    """Return an SQL expression that is true if the station was a simulated apparatus at a given time. It is false for an unregistered
+    station.
+    """
     simulated = StationVersionRow.config.contains(f'\nport = "{SIMULATED_PORT}"\n')
     newest = (
         select(simulated)

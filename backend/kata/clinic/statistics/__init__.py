@@ -1,1 +1,1 @@
-"""Figures of the clinic: who is due, use of the stations, outcomes of the treatment, stops, tracking errors."""
+"""Figures of the clinic: patients who are due, use of the stations, outcomes of the treatment, stops, tracking errors."""

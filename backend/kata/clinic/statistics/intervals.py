@@ -19,7 +19,7 @@ class SampleSums(NamedTuple):
 
     @property
     def mean(self) -> float:
-        """Return the mean; the sample must not be empty."""
+        """Return the mean. The sample must not be empty."""
         return self.total / self.number
 
     @property
@@ -30,14 +30,14 @@ class SampleSums(NamedTuple):
 
 def _student_quantile(freedom: float) -> float:
     """Return the 97.5 % quantile of Student's distribution."""
-    # Imported here: scipy would delay the start of every service.
+    # Imported here, because scipy would delay the start of every service.
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, _TAIL))
 
 
 def of_mean(sample: SampleSums) -> Estimate | None:
-    """Return the mean with Student's interval; None for fewer than two values."""
+    """Return the mean with Student's interval, or None for fewer than two values."""
     if sample.number < 2:
         return None
     half = _student_quantile(sample.number - 1) * sqrt(sample.variance / sample.number)
@@ -45,7 +45,7 @@ def of_mean(sample: SampleSums) -> Estimate | None:
 
 
 def of_share(count: int, of: int) -> Estimate | None:
-    """Return a share with its score interval (Wilson 1927, J Am Stat Assoc 22, 209-212); None without anything to count."""
+    """Return a share with its score interval (Wilson 1927, J Am Stat Assoc 22, 209-212), or None if ``of`` is 0."""
     if of == 0:
         return None
     share, z2 = count / of, _Z**2
@@ -55,7 +55,9 @@ def of_share(count: int, of: int) -> Estimate | None:
 
 
 def of_difference(later: SampleSums, earlier: SampleSums) -> Estimate | None:
-    """Return the change of a mean with Welch's interval (Biometrika 1947, 34, 28-35); None for fewer than two values in either sample."""
+    """Return the change of a mean with Welch's interval (Biometrika 1947, 34, 28-35), or None for fewer than two values in either
+    sample.
+    """
     if later.number < 2 or earlier.number < 2:
         return None
     change = later.mean - earlier.mean

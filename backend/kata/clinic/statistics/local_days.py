@@ -1,4 +1,4 @@
-"""The local day of a moment as a SQL expression, on both databases."""
+"""The local day of a time as a SQL expression for SQLite and PostgreSQL."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from sqlalchemy.sql.functions import FunctionElement
 
 
 class local_day(FunctionElement[Any]):  # noqa: N801 - a SQL function
-    """The day of a moment in UTC, in a zone that is ``minutes`` ahead of it."""
+    """The local day of a UTC time, in a zone that is ``minutes`` ahead of UTC."""
 
     type = Date()
     inherit_cache = True

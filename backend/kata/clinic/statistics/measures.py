@@ -1,4 +1,4 @@
-"""The measures of outcome, and which change of each matters.
+"""The measures of outcome, and which change of each is important.
 
 The limits of the SPADI are those of :mod:`kata.clinic.assessments.spadi`. For pain, a fall by 2 of 10 points is important: Farrar et al.
 2001, Pain 94(2), 149-158 (chronic pain, 2724 patients). No detectable change of pain and no limit for the range of motion is known to us
@@ -17,15 +17,15 @@ class MeasureDefinition:
     """One measure of outcome."""
 
     important: float | None = None
-    """The least fall that patients call important; None: no verified limit."""
+    """Smallest decrease that patients call important; None: no verified limit."""
     detectable: float | None = None
-    """A larger fall of one patient is not chance; None: no verified limit."""
+    """Largest decrease of one patient that may be due to chance; None: no verified limit."""
     motion: tuple[str, str] | None = None
-    """Motion and position of the arm of a passive range of motion of the affected shoulder."""
+    """Motion and position of the arm, for a passive range of motion of the affected shoulder."""
 
 
 MEASURES: Final[dict[OutcomeMeasure, MeasureDefinition]] = {
-    # The upper end of the published range, so that the share is not too good.
+    # The upper end of the published range, so that the share of improved patients is not too high.
     "spadi": MeasureDefinition(important=spadi.IMPORTANT_CHANGE[1], detectable=spadi.DETECTABLE_CHANGE),
     "pain": MeasureDefinition(important=2.0),
     "flexion": MeasureDefinition(motion=("flexion", "")),

@@ -1,7 +1,7 @@
 """Outcomes of the treatment: change of each measure from the first to the last assessment, by stage and by programme.
 
-Records of restricted patients are counted, because a figure names no patient. Small groups are hidden, and so is the next smallest group
-of the same kind when a hidden one could be computed from the total.
+Records of restricted patients are counted, because a figure names no patient. Small groups are hidden. If a hidden group could be computed
+from the total, the next smallest group of the same kind is also hidden.
 """
 
 from collections import Counter, defaultdict
@@ -38,7 +38,7 @@ _By = Literal["stage", "programme"]
 
 
 def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Outcomes:
-    """Return the outcomes of the episodes whose last assessment is within the time. The span's station does not matter."""
+    """Return the outcomes of the episodes whose last assessment is within the time. The station of ``span`` is ignored."""
     rows = session.execute(
         select(
             EpisodeOutcomeRow.episode_id, EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first_at, EpisodeOutcomeRow.first,
@@ -67,12 +67,12 @@ def _stages(session: Session, span: Span) -> dict[UUID, str]:
         .where(StageRow.since <= func.date(first.c.first_at))
         .order_by(StageRow.since, StageRow.noted_at)
     )
-    # The last one of an episode stays.
+    # The last stage of an episode replaces the earlier ones.
     return {row.episode_id: row.stage for row in session.execute(query)}
 
 
 def _programmes(session: Session, span: Span) -> dict[UUID, str]:
-    """Return the name of each episode's newest programme, an archived one only if there is no other."""
+    """Return the name of each episode's newest programme. An archived programme is used only if there is no other."""
     first = _episodes(span)
     query = (
         select(ProgrammeRow.episode_id, ProgrammeRow.name)
@@ -133,7 +133,7 @@ def _share(change: Any, limit: float | None) -> Estimate | None:
 
 
 def _without_small(groups: list[OutcomeGroup]) -> list[OutcomeGroup]:
-    """Hide small groups. A single hidden one would follow from the total, so the next smallest is hidden with it."""
+    """Hide small groups. A single hidden group could be computed from the total, so the next smallest group is also hidden."""
     hidden = {place for place, group in enumerate(groups) if (group.patients or 0) < LEAST_SHOWN}
     count = Counter(groups[place].by for place in hidden)
     for by in ("stage", "programme"):

@@ -21,7 +21,9 @@ _YEAR: Final = timedelta(days=365)
 _Offset = Annotated[
     int,
     Query(
-        ge=-720, le=840, description="Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight."
+        ge=-720,
+        le=840,
+        description="Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone.",
     ),
 ]
 
@@ -29,10 +31,10 @@ _Offset = Annotated[
 def _span(
     since: Annotated[
         GivenMoment | None,
-        Query(description="From this time on; default: a year before the end.", examples=["2026-01-01T00:00:00Z"]),
+        Query(description="Begin of the time; by default a year before its end.", examples=["2026-01-01T00:00:00Z"]),
     ] = None,
     until: Annotated[
-        GivenMoment | None, Query(description="Before this time; default: now.", examples=["2027-01-01T00:00:00Z"])
+        GivenMoment | None, Query(description="End of the time; by default now.", examples=["2027-01-01T00:00:00Z"])
     ] = None,
     utc_offset_minutes: _Offset = 0,
     station: Annotated[
@@ -41,7 +43,7 @@ def _span(
             min_length=1,
             max_length=LONGEST_NAME,
             pattern=NO_NUL,
-            description="Only this station.",
+            description="Count only this station.",
             examples=["Station 1"],
         ),
     ] = None,
@@ -61,8 +63,8 @@ TheSpan = Annotated[Span, Depends(_span)]
 def get_worklist(database: TheDatabase, actor: TheActor, utc_offset_minutes: _Offset = 0) -> Worklist:
     """Return today's sessions, the patients who are due, your unsigned notes, and changes of your patients.
 
-    Patients whose records are not open to you are left out. A patient is due when a week divided by the prescribed sessions per week has
-    passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
+    Patients whose records you may not see are left out. A patient is due when a week divided by the prescribed number of sessions per week
+    has passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
     """
     with database.read() as session:
         return worklist.worklist(session, actor, utc_now(), utc_offset_minutes)
@@ -72,11 +74,11 @@ def get_worklist(database: TheDatabase, actor: TheActor, utc_offset_minutes: _Of
 def get_usage(
     database: TheDatabase,
     span: TheSpan,
-    by: Annotated[Period, Query(description="week: from Monday on.")] = "day",
+    by: Annotated[Period, Query(description="week: weeks begin on Monday.")] = "day",
 ) -> Usage:
     """Return sessions, playbacks, hours and repetitions of each station by day or week.
 
-    A session is counted at the station and in the hour in which it began. Restricted records are counted: no patient is named.
+    A session is counted at the station and in the hour in which it began. Restricted records are counted, because no patient is named.
     """
     with database.read() as session:
         return usage.usage(session, span, by)
@@ -86,7 +88,7 @@ def get_usage(
 def get_tracking_quality(database: TheDatabase, span: TheSpan) -> TrackingQuality:
     """Return the mean tracking error of each station by week, and its change in the last four weeks of the time.
 
-    The change is against the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
+    The change is relative to the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
     """
     with database.read() as session:
         return usage.tracking(session, span)
@@ -94,7 +96,9 @@ def get_tracking_quality(database: TheDatabase, span: TheSpan) -> TrackingQualit
 
 @router.get("/api/statistics/stops", summary="Get stops and alarms by cause", responses=PROBLEMS.of(422))
 def get_stop_counts(database: TheDatabase, span: TheSpan) -> Stops:
-    """Return the number of stopped sessions and of alarms by cause and station. Restricted records are counted: no patient is named."""
+    """Return the number of stopped sessions and of alarms by cause and station. Restricted records are counted, because no patient is
+    named.
+    """
     with database.read() as session:
         return usage.stops(session, span)
 
@@ -103,8 +107,8 @@ def get_stop_counts(database: TheDatabase, span: TheSpan) -> Stops:
 def get_outcomes(database: TheDatabase, span: TheSpan) -> Outcomes:
     """Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
 
-    The episodes are those whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
-    counted: no patient is named. Adherence is that of the last four weeks.
+    The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
+    counted, because no patient is named. Adherence is that of the last four weeks.
     """
     now = utc_now()
     with database.read() as session:

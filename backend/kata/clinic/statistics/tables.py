@@ -1,4 +1,6 @@
-"""Tables of sums and changes that the clinic's figures are read from. They are derived (:mod:`kata.clinic.statistics.upkeep`) and name no patient."""
+"""Tables of sums and changes from which the clinic's figures are read. They are derived (:mod:`kata.clinic.statistics.upkeep`) and name
+no patient.
+"""
 
 from datetime import datetime
 from uuid import UUID
@@ -10,7 +12,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class StationHourRow(Base):
-    """The use of one station in the sessions that began in one hour, UTC."""
+    """The use of one station in the sessions that began within one hour (UTC)."""
 
     __tablename__ = "station_hours"
 
@@ -19,17 +21,17 @@ class StationHourRow(Base):
     sessions: Mapped[int]
     playbacks: Mapped[int]
     stopped: Mapped[int]
-    """Stopped playbacks."""
+    """Number of stopped playbacks."""
     played_s: Mapped[float]
-    """Seconds on the path of all playbacks."""
+    """Seconds on the path, summed over all playbacks."""
     repetitions: Mapped[int]
     compared: Mapped[int]
     """Number of playbacks with a tracking error."""
     rmse_sum_deg: Mapped[float]
     rmse_square_sum_deg2: Mapped[float]
-    """Sums of the worst motor's RMSE of these playbacks and of its square: mean and spread follow without reading the runs."""
+    """Sums of the worst motor's RMSE of these playbacks and of its square. They give mean and spread without reading the runs."""
     peak_deg: Mapped[float | None]
-    """The largest error of these playbacks."""
+    """Largest error of these playbacks."""
 
 
 class EpisodeOutcomeRow(Base):
@@ -40,10 +42,10 @@ class EpisodeOutcomeRow(Base):
 
     episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), primary_key=True)
     measure: Mapped[str] = mapped_column(String(32), primary_key=True)
-    """:data:`kata.clinic.statistics.schemas.OutcomeMeasure`."""
+    """Name of the measure (:data:`kata.clinic.statistics.schemas.OutcomeMeasure`)."""
     first_at: Mapped[datetime] = mapped_column(UtcDateTime)
     first: Mapped[float]
     last_at: Mapped[datetime] = mapped_column(UtcDateTime)
     last: Mapped[float]
     important_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """The first assessment whose change from the first value was important; None if there was none, or no limit is known."""
+    """Time of the first assessment whose change from the first value was important; None if there was none, or no limit is known."""

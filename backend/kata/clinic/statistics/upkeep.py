@@ -1,10 +1,10 @@
-"""Keep the derived tables up to date: every commit that changes sessions, runs or assessments refreshes the rows that depend on them.
+"""Keep the derived tables up to date. Every commit that changes sessions, runs or assessments refreshes the rows that depend on them.
 
-:class:`StatisticsUpkeep` is called by :meth:`kata.database.engine.Database.write`. Every program that writes such records registers it: the
-service in ``api/set_up.py``, and ``kata seed``.
+:meth:`kata.database.engine.Database.write` calls :class:`StatisticsUpkeep`. Every program that writes such records registers it: the
+    service in ``api/set_up.py``, and ``kata seed``.
 
-A row is computed from the records each time, so a repeated import changes nothing. A failure is logged and never fails the commit:
-treatment records are worth more than figures. The next change of the same hour or episode mends the row.
+A row is computed from the records each time, so a repeated import changes nothing. A failure is logged and never fails the commit, because
+treatment records are more important than figures. The next change of the same hour or episode corrects the row.
 """
 
 import logging
@@ -42,7 +42,7 @@ class _Stale(TypedDict):
 
 
 class StatisticsUpkeep:
-    """Refreshes the derived rows in the transaction that makes them stale. One for each :class:`Database` that writes records."""
+    """Refreshes the derived rows in the transaction that makes them stale. Each :class:`Database` that writes records has one."""
 
     def __init__(self, database: Database) -> None:
         """Register as the database's hook for derived rows."""
@@ -54,7 +54,7 @@ class StatisticsUpkeep:
         event.listen(session, "after_flush", _collect)
 
     def about_to_commit(self, session: Session) -> None:
-        """Refresh what the session has made stale. A failure is logged, and the other changes are committed."""
+        """Refresh the rows that the session has made stale. A failure is logged, and the session's other changes are committed."""
         stale: _Stale = session.info.pop(_STALE)
         event.remove(session, "after_flush", _collect)
         try:
@@ -64,11 +64,11 @@ class StatisticsUpkeep:
             log.warning("figures of the clinic were not updated: %s", error)
 
     def committed(self, session: Session) -> None:
-        """Do nothing."""
+        """Do nothing, because all work is done before the commit."""
 
 
 def _collect(session: Session, _: object) -> None:
-    """Remember which derived rows a flush makes stale."""
+    """Store which derived rows a flush makes stale."""
     stale: _Stale = session.info[_STALE]
     for row in (*session.new, *session.dirty, *session.deleted):
         if isinstance(row, SessionRow):
@@ -85,7 +85,7 @@ def refresh(session: Session, hours: set[tuple[str, datetime]], sessions: set[UU
     if sessions:
         begun = select(SessionRow.station, SessionRow.started_at).where(SessionRow.id.in_(sessions))
         hours = hours | {(station, hour_of(at)) for station, at in session.execute(begun)}
-    # Always in the same order, so that two services do not wait for each other's rows.
+    # Rows are written in a fixed order, so that two services do not wait for each other's rows.
     for station, hour in sorted(hours):
         if station:
             upsert(session, StationHourRow, [dict(_sums_of(session, station, hour))])
@@ -94,7 +94,7 @@ def refresh(session: Session, hours: set[tuple[str, datetime]], sessions: set[UU
 
 
 def hour_of(at: datetime) -> datetime:
-    """Return the beginning of the hour, UTC."""
+    """Return the beginning of the hour in UTC."""
     return at.replace(minute=0, second=0, microsecond=0)
 
 
@@ -185,7 +185,7 @@ def _changes(row: Any, names: tuple[str, ...]) -> bool:
 
 
 def _hours_of(row: SessionRow) -> Iterator[tuple[str, datetime]]:
-    """Yield the station hour of a session, and the one that it was in before a change."""
+    """Yield the station hour of a session, and the one to which it belonged before a change."""
     attributes = inspect(row).attrs
     stations = {row.station, *(attributes.station.history.deleted or ())}
     for moment in {row.started_at, *(attributes.started_at.history.deleted or ())}:

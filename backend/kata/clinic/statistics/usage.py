@@ -1,4 +1,6 @@
-"""Use and tracking error of the stations, from the sums of each hour. No patient is named, so restricted records are counted."""
+"""Use and tracking error of the stations, computed from the sums of each hour. Restricted records are counted, because no patient is
+named.
+"""
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -28,14 +30,16 @@ from kata.clinic.statistics.tables import StationHourRow
 
 RECENT: Final = timedelta(weeks=4)
 BEFORE: Final = timedelta(weeks=12)
-"""A drift is the change from the twelve weeks before to the last four weeks: long enough for some dozen playbacks, short enough to act."""
+"""The last four weeks are compared with this time before them. It contains some dozen playbacks, and is short enough to notice a drift
+early.
+"""
 _COUNT_DEG: Final = 360 / 4096
-"""One encoder count of a drive. A smaller change is below what the apparatus can measure."""
+"""One encoder count of a drive in degrees. The apparatus cannot measure a smaller change."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """A time with the offset of the clinic's time zone, and the station; None: all."""
+    """A period, the offset of the clinic's time zone, and the station (None: all stations)."""
 
     since: datetime
     until: datetime
@@ -56,7 +60,7 @@ class _Sums:
     peak_deg: float = 0.0
 
     def add(self, row: Any) -> None:
-        """Add the sums of another time."""
+        """Add the sums of another hour or day."""
         for name in vars(self):
             value = getattr(row, name) or 0
             setattr(self, name, max(self.peak_deg, value) if name == "peak_deg" else getattr(self, name) + value)
@@ -82,7 +86,7 @@ def usage(session: Session, span: Span, by: Period) -> Usage:
 
 
 def tracking(session: Session, span: Span) -> TrackingQuality:
-    """Return the tracking error of each station by week, and its change at the end of the time."""
+    """Return the tracking error of each station by week, and its change at the end of the period."""
     rows = [
         StationTracking(
             begins_on=begins_on,

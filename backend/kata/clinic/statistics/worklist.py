@@ -22,16 +22,16 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.clinic.statistics.schemas import DuePatient, PatientChange, ProgrammeAdherence, Worklist
 
 RECENT: Final = timedelta(weeks=4)
-"""Patients without a session or a new programme in this time are no longer expected; the clinic calls them. Our choice."""
+"""A patient without a session or a new programme in this time is no longer expected, and the clinic must call. The value is our choice."""
 _MOST: Final = 50
 _CHANGED: Final = 12
-"""Number of last patients whose changes are shown."""
+"""Number of the most recent patients whose changes are shown."""
 _WEEK: Final = timedelta(weeks=1)
 
 
 @dataclass(frozen=True)
 class FollowedProgramme:
-    """A programme of an open episode with prescribed sessions, and its sessions in the last four weeks."""
+    """A programme of an open episode with a prescribed number of sessions, and its sessions in the last four weeks."""
 
     episode_id: UUID
     patient_id: UUID
@@ -42,13 +42,13 @@ class FollowedProgramme:
 
     @property
     def due_at(self) -> datetime:
-        """Return when the next session is due: at once for a new programme."""
+        """Return the time at which the next session is due. For a new programme this is at once."""
         if self.last_session_at is None:
             return self.made_at
         return self.last_session_at + _WEEK / self.sessions_per_week
 
     def prescribed(self, now: datetime) -> int:
-        """Return the sessions prescribed in the last four weeks, or since the programme was made."""
+        """Return the number of sessions prescribed in the last four weeks, or since the programme was made."""
         return int(min(RECENT, now - self.made_at) / _WEEK * self.sessions_per_week)
 
 
@@ -76,9 +76,10 @@ def worklist(session: Session, actor: Actor, now: datetime, utc_offset_minutes: 
 
 
 def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None) -> list[FollowedProgramme]:
-    """Return the newest version of each followed programme with prescribed sessions; of an episode with several, the newest.
+    """Return the newest version of each followed programme with a prescribed number of sessions. Of several in an episode, return the
+    newest.
 
-    ``hidden``: a query of the patients to leave out.
+    ``hidden``: query of the ids of patients to leave out.
     """
     since = now - RECENT
     visits = (
